@@ -1,4 +1,4 @@
-"""Puts the page together: one file that holds its style, its scripts and the program.
+"""Assembles the page: one file that contains its style, its scripts and the program.
 
 python3 scripts/assemble_page.py PROGRAM OUT
 """

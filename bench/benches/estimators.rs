@@ -1,4 +1,4 @@
-//! The hot paths: `cargo bench -p seaplant-bench`.
+//! Benchmarks of the hot paths: `cargo bench -p seaplant-bench`.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -84,7 +84,7 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
     let start = start.expect("exciting");
     let search = FilterError::default();
     let none = FilterError { candidates: Vec::new(), required: vec![Candidate::Bias] };
-    // Beside mass, drag, bias and three numbers of noise.
+    // In addition to mass, drag, bias and three noise parameters.
     let four = vec![
         Candidate::Bias,
         Candidate::Lag,
@@ -102,7 +102,8 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
     }
 }
 
-/// Two trials of 450 s of a work-class vehicle, driven freely: a DVL at 10 Hz, a gyro at 50 Hz or at 10 Hz.
+/// Times two trials of 450 s of a work-class vehicle, driven freely: a DVL at 10 Hz, a gyroscope at
+/// 50 Hz or at 10 Hz.
 fn filter_error_of_several_axes(c: &mut Criterion) {
     let vehicle = "published:rexrov";
     let table = read_plant_file(Path::new(vehicle)).expect("a table").expect("a plant");
@@ -135,7 +136,7 @@ fn filter_error_of_several_axes(c: &mut Criterion) {
     group.finish();
 }
 
-/// Every fifth sample of what is logged at 50 Hz.
+/// Keeps every fifth sample of channels logged at 50 Hz.
 fn at_10_hz(recording: &Recording) -> Recording {
     let thinned = |series: &Timed| {
         let kept = |of: &[f64]| of.iter().copied().step_by(5).collect::<Vec<f64>>();
@@ -158,7 +159,7 @@ fn simulation_of_a_trial(c: &mut Criterion) {
     });
 }
 
-/// 100 s at 20 Hz, every axis in motion.
+/// Returns 100 s at 20 Hz, with every axis in motion.
 fn six_axis_samples() -> Vec<Sample> {
     let sine = |size: f64, rate: f64, t: f64, i: usize| size * ((rate + 0.19 * i as f64) * t).sin();
     let at = |k: u32| {

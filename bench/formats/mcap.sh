@@ -1,8 +1,6 @@
 #!/usr/bin/env bash
-# Times reading a large MCAP file, into all its channels, beside mcap-ros2-support, which decodes
-# every message and keeps none.
-#
-# use: mcap.sh [MEGABYTES] [ROUNDS]
+# Times reading a large MCAP file into all its channels, compared with mcap-ros2-support, which
+# decodes every message and keeps none.
 set -euo pipefail
 
 megabytes=${1:-200}

@@ -83,7 +83,7 @@ def make(path, megabytes):
             text, _ = store.generate_msgdef(kind, ros_version=2)
             schemas[kind] = writer.register_msgdef(kind, text)
         tick = 0
-        # mcap packs chunks of a mebibyte; what was written shows in the file.
+        # mcap packs chunks of a mebibyte; the size of the file shows what was written.
         while file.tell() < megabytes * 1_000_000:
             for topic, (kind, fill, often) in kinds.items():
                 for j in range(often):
@@ -95,7 +95,7 @@ def make(path, megabytes):
 
 
 def read(path):
-    """Every message decoded, and nothing kept of it: less than a log needs."""
+    """Decodes every message and keeps nothing: less than a log needs."""
     start = time.perf_counter()
     count, total = 0, 0.0
     for message in read_ros2_messages(path):

@@ -1,4 +1,5 @@
-"""What the gate identifies: where the logs are from, how they are made, and what is true of them."""
+"""The campaigns that the gate identifies: the source of their logs, how to make them, and their
+truth."""
 
 import csv
 import json
@@ -40,7 +41,7 @@ FIRST_SEED = 100
 
 @dataclass(frozen=True)
 class Item:
-    """One campaign: `make` writes it to a folder; `truth` reads what is true of it, or nothing."""
+    """One campaign: `make` writes it to a folder; `truth` returns its truth, or nothing."""
 
     name: str
     group: str
@@ -49,7 +50,7 @@ class Item:
 
 
 def items(size, python):
-    """Every item of a table; `python` has NumPy, and is asked for only where it is needed."""
+    """Returns every item of a table; `python` has NumPy, and is called only where it is needed."""
     seeds = SEEDS[size]
     found = [*cases(), *real(size)]
     found += [twin(row, FIRST_SEED + k) for k in range(seeds["twin"]) for row in ROWS]
@@ -60,7 +61,7 @@ def items(size, python):
     return found
 
 
-# Logs with truth that are at hand.
+# Available logs with truth.
 
 
 def cases():
@@ -78,7 +79,7 @@ def cases():
 
 
 def with_plant(case, logs):
-    """The same campaign, asked for a plant of six axes as well."""
+    """Returns the same campaign with a plant of six axes in addition."""
     shutil.copytree(case, logs, dirs_exist_ok=True)
     campaign = logs / "campaign.toml"
     logs.chmod(0o755)
@@ -104,7 +105,8 @@ def of_case(folder):
 
 
 def logged_speeds(folder):
-    """Root mean square of the columns `v_surge (m/s)` … `v_yaw (rad/s)` of all logs."""
+    """Computes the root mean square of the columns `v_surge (m/s)` … `v_yaw (rad/s)` of all
+    logs."""
     names = [f"v_{axis} ({'m/s' if k < 3 else 'rad/s'})" for k, axis in enumerate(AXES)]
     sums, count = [0.0] * 6, 0
     for path in sorted(folder.glob("*.csv")):
@@ -115,7 +117,7 @@ def logged_speeds(folder):
 
 
 def of_axis(truth):
-    """What is true of one axis; drag is judged by its quadratic part."""
+    """Returns the truth of one axis; drag is judged by its quadratic part."""
     axis = truth["dof"]
     linear, quadratic = drag_keys(axis)
     values = {
@@ -127,7 +129,7 @@ def of_axis(truth):
 
 
 def of_matrices(mass, drag, speeds):
-    """What is true of six axes; drag is judged at the usual speeds."""
+    """Returns the truth of six axes; drag is judged at the usual speeds."""
     values = {}
     for i, axis in enumerate(AXES):
         values[f"mass.{axis}"] = mass[i][i]
@@ -138,7 +140,7 @@ def of_matrices(mass, drag, speeds):
     return {"values": values, "speeds": dict(zip(AXES, speeds))}
 
 
-# Real logs, of which nothing is known for sure.
+# Real logs, whose truth is unknown.
 
 
 def real(size):
@@ -150,7 +152,7 @@ def real(size):
         yield Item(f"real/{name}", "real", there, lambda folder: None)
 
 
-# Twins, by the program that the table is made of first.
+# Twins, made by the program that the table tests first.
 
 
 def made_by(program, logs, spec):
@@ -196,13 +198,13 @@ def vehicle(name, seed):
 
 def of_vehicle(folder):
     truth = json.loads((folder / "truth.json").read_text())["vehicle"]["coefficients"]
-    # What the published table does not have is zero.
+    # Coefficients that the published table lacks are zero.
     values = {f"mass.{a}-{b}": 0.0 for i, a in enumerate(AXES) for b in AXES[i + 1 :]}
     values |= {name: 0.0 for axis in AXES for name in drag_keys(axis)}
     return {"values": values | truth, "speeds": dict(zip(AXES, USUAL_SPEEDS))}
 
 
-# Vehicles of simulators that share nothing with the program.
+# Vehicles of simulators that share no code with the program.
 
 
 def stranger(seed):
@@ -235,7 +237,7 @@ def of_stranger_of_six(folder):
         "lever.z": truth["lever_z"],
     }
     if truth["strips"]:
-        # Of strips, only surge and roll have a drag of their own.
+        # Of strips, only surge and roll have drag of their own.
         for axis in ["sway", "heave", "pitch", "yaw"]:
             for name in drag_keys(axis):
                 del found["values"][name]

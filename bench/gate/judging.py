@@ -1,4 +1,4 @@
-"""How far a result is from what is true, in numbers that a table can hold."""
+"""Computes how far a result is from the truth, as numbers for a table."""
 
 from reading import drag_keys
 
@@ -7,8 +7,9 @@ WRONG_MASS, WRONG_DRAG = 0.10, 0.20
 
 
 def judged(item, result, truth):
-    """Rows of the table: one of each recommended plant, of the filter error method beside another,
-    and of steady runs. Without truth a row holds what the plant predicts of held-out trials."""
+    """Returns rows of the table: one for each recommended plant, for the filter error method in
+    addition to another, and for steady runs. Without truth a row holds the prediction of
+    held-out trials."""
     if truth is None:
         return [predicted(item, plant) for plant in recommended(result)]
     rows, missing = [], set(main(truth["speeds"]))
@@ -60,19 +61,20 @@ def row(group, plant, truth):
 
 
 def counts(name, plant, truth):
-    """Of one axis the intervals of mass and quadratic drag count, of several axes all do."""
+    """Returns the intervals that count: for one axis mass and quadratic drag, for several axes
+    all."""
     axis = plant["axes"][0]
     is_simple = len(plant["axes"]) == 1 and truth["speeds"][axis] is None
     return not is_simple or name in (f"mass.{axis}", drag_keys(axis)[1])
 
 
 def main(errors):
-    """The axes by which a plant is right or wrong: those that are driven."""
+    """Returns the axes by which a plant is judged: those that are driven."""
     return [axis for axis in errors if axis in MAIN]
 
 
 def off(found, true):
-    """Relative error; what was not fitted is zero."""
+    """Returns the relative error; a coefficient that was not fitted is zero."""
     return (found["value"] if found else 0.0) / true - 1.0
 
 
@@ -101,7 +103,7 @@ def steady(item, result, axis, drag):
 
 
 def predicted(item, plant):
-    """What is known of a plant of real logs."""
+    """Returns the figures of a plant of real logs."""
     numbers = {}
     for name, number in plant["parameters"].items():
         if number.get("low95") is not None and name.startswith("mass."):

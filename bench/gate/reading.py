@@ -1,4 +1,4 @@
-"""Reads results.json: the only place that knows its form."""
+"""Reads results.json; no other file depends on its schema."""
 
 import json
 
@@ -6,13 +6,14 @@ AXIS_SPEED = dict(zip(["surge", "sway", "heave", "roll", "pitch", "yaw"], "uvwpq
 
 
 def drag_keys(axis):
-    """The names of linear and quadratic drag of an axis by itself."""
+    """Returns the names of linear and quadratic drag of an axis by itself."""
     speed = AXIS_SPEED[axis]
     return f"{axis}: {speed}", f"{axis}: |{speed}|{speed}"
 
 
 def read_result(path):
-    """Every recommended plant of results of schema 1, and single-axis plants of each method.
+    """Returns every recommended plant of results of schema 1, and one-axis plants of each
+    method.
 
     Each plant is a dictionary of `axes`, `method`, `trust`, `reason`, `codes`, `is_recommended`,
     `parameters` (by the names of coefficients, each with `value`, and `low95` and `high95` where it

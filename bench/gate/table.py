@@ -1,4 +1,4 @@
-"""Figures of a group of rows, and the table of all groups."""
+"""Computes the figures of a group of rows, and the table of all groups."""
 
 import math
 
@@ -13,7 +13,7 @@ def quantile(values, part):
 
 
 def grouped(entries):
-    """Rows by group, in order of appearance, each with its item's name."""
+    """Groups rows, in order of appearance, each with its item's name."""
     groups = {}
     for entry in entries:
         for row in entry["rows"]:
@@ -22,13 +22,14 @@ def grouped(entries):
 
 
 def main_errors(row, key):
-    """Absolute errors of the axes that are driven; roll and pitch have none to speak of."""
+    """Returns absolute errors of the driven axes; roll and pitch are hardly driven."""
     errors = row.get(key, {})
     return [abs(off) for axis, off in errors.items() if axis not in ("roll", "pitch")]
 
 
 def figures(rows):
-    """The entries of a group that may not get worse; `None` where there is nothing to count."""
+    """Returns the entries of a group that must not get worse; `None` where there is nothing to
+    count."""
     found = {}
     for key in ("mass", "drag"):
         errors = [off for row in rows for off in main_errors(row, key)]
@@ -50,7 +51,7 @@ def figures(rows):
 
 
 def markdown(entries):
-    """The whole table."""
+    """Formats the complete table."""
     groups = grouped(entry for entry in entries if entry["group"] != "real")
     lines = [
         "| logs | plants | mass, % at 50, 90, 95 % | drag, % at 50, 90, 95 % | intervals of mass | of drag | usable, with care, doubtful, do not use, none | wrong | false assurance | false alarm | processor s |",
@@ -91,7 +92,7 @@ def percent(part):
 
 
 def seconds(entries, group):
-    """Of a group that is another view of the same campaigns, nothing."""
+    """Returns no time for a group that is another view of the same campaigns."""
     own = [entry["seconds"] for entry in entries if entry["group"] == group]
     return f"{sum(own):.0f}" if own else ""
 
@@ -120,7 +121,8 @@ def of_real(entries):
 
 
 def error_ratio(score):
-    """Error of held-out trials over that of a vehicle at rest; `None` where it runs away."""
+    """Returns the ratio of the error of held-out trials to that of a vehicle at rest; `None`
+    where it diverges."""
     return score["error"] / score["null_error"] if score["error"] is not None else None
 
 

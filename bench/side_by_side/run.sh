@@ -1,7 +1,5 @@
 #!/usr/bin/env bash
-# Times equation error of ten million samples beside NumPy and SciPy, in pairs.
-#
-# use: run.sh [SAMPLES] [PAIRS]
+# Times equation error of ten million samples, compared with NumPy and SciPy, in pairs.
 set -euo pipefail
 
 samples=${1:-10000000}

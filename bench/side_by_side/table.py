@@ -1,10 +1,10 @@
-"""Medians of what run.sh timed: `python table.py DIRECTORY SAMPLES PAIRS`."""
+"""Prints medians of the times that run.sh measured: `python table.py DIRECTORY SAMPLES PAIRS`."""
 
 import pathlib
 import statistics
 import sys
 
-# Rounding of other operations in another order, relative.
+# Relative rounding error of other operations in another order.
 AGREE = 1e-9
 
 

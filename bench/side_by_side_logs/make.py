@@ -25,7 +25,7 @@ ROUNDS = 2000
 
 
 def repeat(block, places, kind, times, megabytes, path):
-    """Writes a block over and over; `times` stand at `places` in it, and go on."""
+    """Writes a block repeatedly; `times` are at `places` in it, and advance."""
     block = numpy.frombuffer(bytes(block), numpy.uint8).copy()
     places = numpy.array(places)[:, None] + numpy.arange(8)
     times = numpy.array(times, numpy.int64)

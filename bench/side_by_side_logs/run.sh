@@ -1,9 +1,5 @@
 #!/usr/bin/env bash
-# Times the reading of a DataFlash log and of a MAVLink telemetry log beside pymavlink.
-#
-# use: run.sh [MEGABYTES] [ROUNDS]
-#
-# pymavlink reads each log once, for it takes minutes.
+# Times reading a DataFlash log and a MAVLink telemetry log, compared with pymavlink.
 set -euo pipefail
 
 megabytes=${1:-210}
@@ -22,7 +18,7 @@ rust="$target/release/read_log"
 
 "$python" -B "$here/make.py" "$work" "$megabytes"
 
-# One line: what was read, how long it took, and how much of that a processor worked.
+# One line: the file, the elapsed time, and the processor time in it.
 timed() {
     local name=$1
     shift

@@ -15,15 +15,16 @@ import time
 import numpy as np
 
 STEP_S = 0.1
-# Of the step, relative to the scaled unknowns: some millionths of a standard deviation.
+# Convergence tolerance of the step, relative to the scaled unknowns: some millionths of a
+# standard deviation.
 TOLERANCE = 1e-8
 MOST_ITERATIONS = 30
-# A step in each unknown that moves the simulation by about as much.
+# Steps in the unknowns that move the simulation by about the same amount.
 SCALE = np.array([1e-5, 1e-2, 1e-2, 1e-3, 1e-2])
 
 
 def scipy_tool(v, tau):
-    """least_squares over an RK4 loop in Python; the Jacobian by its finite differences."""
+    """Runs least_squares over an RK4 loop in Python, with its finite-difference Jacobian."""
     from scipy.optimize import least_squares
 
     forces = tau.tolist()
@@ -54,7 +55,7 @@ def scipy_tool(v, tau):
 
 
 def gauss_newton(normal):
-    """Gauss-Newton over a function that gives JᵀJ and Jᵀr; it needs no damping here."""
+    """Runs Gauss-Newton over a function that returns JᵀJ and Jᵀr; it needs no damping here."""
 
     def fit(start):
         theta = start.copy()
@@ -71,7 +72,7 @@ def gauss_newton(normal):
 
 
 def numba_tool(v, tau):
-    """RK4 with forward sensitivities, compiled; JᵀJ and Jᵀr are summed in the same loop."""
+    """Runs compiled RK4 with forward sensitivities; JᵀJ and Jᵀr are summed in the same loop."""
     import numba
 
     @numba.njit
@@ -121,7 +122,8 @@ def numba_tool(v, tau):
 
 
 def casadi_tool(v, tau):
-    """A mapped accumulation of one RK4 step, with CasADi's Jacobian of the whole."""
+    """Runs a mapped accumulation of one RK4 step, with CasADi's Jacobian of the complete
+    accumulation."""
     import casadi as ca
 
     x, theta, force = ca.SX.sym("x"), ca.SX.sym("theta", 4), ca.SX.sym("force")
@@ -135,8 +137,8 @@ def casadi_tool(v, tau):
     k4 = slope(x + STEP_S * k3)
     after = x + STEP_S / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     step = ca.Function("step", [x, theta, force], [after])
-    # Forward sensitivities of one step, accumulated: quicker here than a Jacobian of the
-    # whole accumulation.
+    # Forward sensitivities of one step, accumulated, are faster here than a Jacobian of the
+    # complete accumulation.
     s = ca.SX.sym("s", 1, 5)
     by_theta = ca.horzcat(ca.jacobian(after, theta), ca.SX(1, 1))
     moved = ca.Function(
@@ -158,7 +160,7 @@ def casadi_tool(v, tau):
 
 
 def jax_tool(v, tau):
-    """lax.scan with forward-mode Jacobian under jit, in double precision."""
+    """Runs lax.scan with forward-mode Jacobian under jit, in double precision."""
     import jax
     import jax.numpy as jnp
 

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# Times output error of one trial beside SciPy, numba, CasADi and JAX, in turn, in one run.
-#
-# use: run.sh [SAMPLES] [ROUNDS]
+# Times output error of one trial, compared with SciPy, numba, CasADi and JAX, in turn, in one
+# run.
 set -euo pipefail
 
 samples=${1:-6001}

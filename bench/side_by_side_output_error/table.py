@@ -1,10 +1,10 @@
-"""Medians of what run.sh timed: `python table.py DIRECTORY SAMPLES ROUNDS`."""
+"""Prints medians of the times that run.sh measured: `python table.py DIRECTORY SAMPLES ROUNDS`."""
 
 import pathlib
 import statistics
 import sys
 
-# Relative, of the estimates of different tools that stop at the same tolerance.
+# Relative tolerance between estimates of different tools that stop at the same tolerance.
 AGREE = 1e-6
 
 SIDES = {
@@ -56,7 +56,7 @@ def main():
             abs(runs[side][0][name][0] / mine[name][0] - 1.0)
             for name in ("alpha", "beta", "bias")
         )
-        # Linear drag is zero in truth: it counts beside the drag of 0.5 m/s.
+        # True linear drag is zero: its error is relative to the drag at 0.5 m/s.
         off = max(off, abs(runs[side][0]["mu"][0] - mine["mu"][0]) / abs(0.5 * mine["beta"][0]))
         worst = max(worst, off)
     print(f"estimates agree to {worst:.1e} relative")

@@ -1,4 +1,4 @@
-//! Signals of known plants, as long as a bench wants them.
+//! Signals of known plants of any length.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +11,7 @@ use seaplant::{
 /// The rate of every signal here, Hz.
 pub const SAMPLE_HZ: f64 = 10.0;
 
-/// The surge plant of Jason 2 as the paper has it.
+/// The surge plant of Jason 2 from the paper.
 pub const SURGE: PhysicalParameters =
     PhysicalParameters { mass: 12970.2, d_quadratic: 2230.9, d_linear: 0.0, bias_force: -255.5 };
 
@@ -28,8 +28,8 @@ pub struct SurgeSignals {
 }
 
 impl SurgeSignals {
-    /// `n` samples of [`SURGE`] under a sinusoid and a pilot's joystick; equal seeds
-    /// give equal signals.
+    /// Returns `n` samples of [`SURGE`] under a sinusoid and a pilot's joystick; equal seeds give
+    /// equal signals.
     ///
     /// # Errors
     /// As [`Timed::new`] for `n` of zero.
@@ -42,7 +42,7 @@ impl SurgeSignals {
         Ok(Self { v, tau })
     }
 
-    /// The record that an estimator takes.
+    /// Returns the record that an estimator takes.
     ///
     /// # Errors
     /// As [`Timed::new`].
@@ -63,12 +63,12 @@ impl SurgeSignals {
     }
 }
 
-/// The instants of `n` samples.
+/// Returns the instants of `n` samples.
 pub fn grid(n: usize) -> Grid {
     Grid { start_s: 0.0, period_s: 1.0 / SAMPLE_HZ, len: n }
 }
 
-/// The plant driven by a held force from rest.
+/// Simulates the plant with a held force from rest.
 ///
 /// # Errors
 /// As [`Timed::new`] and [`simulate`].
@@ -77,7 +77,7 @@ pub fn simulated_velocity(plant: &LumpedParameters, tau: &[f64]) -> Result<Vec<f
     Ok(simulate(Dof::Surge, plant, &force, State::default(), force.time_s())?.velocity)
 }
 
-/// `1800 sin 0.785 t` and a joystick that dwells for 5 to 20 s, released a third of the
+/// Returns `1800 sin 0.785 t` and a joystick that dwells for 5 to 20 s, released a third of the
 /// time, else anywhere within ±500 N, through a lag of 1 s.
 fn thrust(n: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
     let (mut wanted, mut joystick, mut dwell) = (0.0, 0.0, 0);

@@ -1,4 +1,4 @@
-"""Draws vehicles of six axes at random, drives them, and writes their logs as a user has them.
+"""Draws vehicles of six axes at random, drives them, and writes their logs as users have them.
 
 Shares nothing with Seaplant but the files: the state is momentum, not velocity (Kirchhoff's
 equations, so that C is never formed), attitude is a matrix, drag may be cross-flow in strips,
@@ -24,15 +24,15 @@ STEP = 0.01
 SECONDS = (300.0, 300.0, 150.0)
 TRIALS = ["first", "second", "held-out"]
 
-# What measures motion in place of a DVL; attitude and a gyroscope are always there.
+# Replacements of a DVL; attitude and a gyroscope are always present.
 INSTRUMENTS = {
     "accelerometer": ["depth", "acceleration"],
     "usbl": ["depth", "fixes"],
     "accelerometer_and_usbl": ["depth", "acceleration", "fixes"],
 }
 
-# Each fault is a function of the vehicle `s` and the generator: it changes the truth, the logs or
-# what the files claim.
+# Each fault is a function of the vehicle `s` and the generator: it changes the truth, the logs
+# or the files' description.
 FAULTS = {}
 
 
@@ -181,7 +181,7 @@ def short_level(s, g):
     s["tilt"] = 0.0
 
 
-# What is wrong with single thrusters.
+# Faults of single thrusters.
 OF_THRUSTERS = {}
 
 
@@ -244,7 +244,7 @@ def skew(a):
 
 
 def positive(g, diagonal, spread):
-    """A symmetric matrix of this diagonal whose correlations are about `spread`."""
+    """Returns a symmetric matrix with this diagonal and correlations of about `spread`."""
     a = np.eye(6) + spread * g.standard_normal((6, 6)) / np.sqrt(2.0)
     c = a @ a.T
     d = np.sqrt(np.diag(c))
@@ -253,7 +253,8 @@ def positive(g, diagonal, spread):
 
 
 def draw(seed, wanted=()):
-    """A vehicle: sizes, mass, drag, thrusters, sensors and faults, by chance or as wanted."""
+    """Draws a vehicle: sizes, mass, drag, thrusters, sensors and faults, at random or as
+    requested."""
     g = np.random.default_rng(seed)
     length = np.exp(g.uniform(np.log(0.35), np.log(3.5)))
     size = length * np.array([1.0, g.uniform(0.35, 0.9), g.uniform(0.3, 0.8)])
@@ -373,7 +374,8 @@ def draw(seed, wanted=()):
 
 
 def thrusters(s, g):
-    """Eight propellers: four vectored, four vertical; strong enough for the speeds wanted."""
+    """Returns eight propellers: four vectored, four vertical; strong enough for the required
+    speeds."""
     lx, ly, lz = s["size"] / 2
     angle = np.radians(g.uniform(30, 50))
     c, w = np.cos(angle), np.sin(angle)
@@ -395,7 +397,7 @@ def thrusters(s, g):
 def drag_force(s, nu):
     if not s["strips"]:
         return (s["linear"] + s["quadratic"] * np.abs(nu)) * nu + nu @ s["coupling"].T
-    # Cross-flow: each strip across the hull sees its own sideways and downward speed.
+    # Cross-flow: each strip across the hull has its own sideways and downward speed.
     x = (np.arange(11) + 0.5) / 11 * s["size"][0] - s["size"][0] / 2
     force = (s["linear"] + s["quadratic"] * np.abs(nu)) * nu
     v = nu[:, 1:2] + x * nu[:, 5:6]
@@ -411,7 +413,7 @@ def drag_force(s, nu):
 
 
 def derivative(s, state, thrust, outside, water):
-    """Rates of momentum, attitude and place; three trials at a time."""
+    """Computes rates of momentum, attitude and position; three trials at a time."""
     p, rot, _ = state
     relative = p @ s["inverse"].T
     a, w = p[:, :3], p[:, 3:]
@@ -427,7 +429,8 @@ def derivative(s, state, thrust, outside, water):
 
 
 def piloted(s, drag, pinv, want, seen, angle, place):
-    """Commands: levels of force on each axis; roll and pitch held, depth and speed bounded."""
+    """Computes commands: levels of force on each axis; roll and pitch controlled, depth and
+    speed bounded."""
     mass = np.diag(s["M"])
     bandwidth = np.clip(drag / (mass * np.maximum(s["speed"], 1e-9)), 0.3, 1.5)
     spring = s["mass"] * G * s["cg"][2]
@@ -444,7 +447,7 @@ def piloted(s, drag, pinv, want, seen, angle, place):
 
 
 def followed(s, heard, speed):
-    """Propeller speed after a step and in its middle; up and down may differ."""
+    """Returns propeller speed after a step and in its middle; up and down may differ."""
     if s["slew"]:
         most = s["max_rate"] * STEP / s["slew"]
         after = speed + np.clip(heard - speed, -most, most)
@@ -458,7 +461,7 @@ def followed(s, heard, speed):
 
 
 def propelled(s, speed, relative, done):
-    """Thrust of each propeller, when this part of all trials is done."""
+    """Computes thrust of each propeller, at this fraction of all trials."""
     part = speed / s["max_rate"]
     pushed = np.sign(part) * np.abs(part) ** s["exponent"] * s["max_force"]
     pushed = np.where(pushed < 0, s["reverse"] * pushed, pushed)
@@ -474,7 +477,7 @@ def propelled(s, speed, relative, done):
 
 
 def simulate(s, g):
-    """Drives all trials at once; returns what happened at every step."""
+    """Drives all trials at once; returns the history of every step."""
     n, count = len(TRIALS), int(max(SECONDS) / STEP)
     s["inverse"] = np.linalg.inv(s["M"])
     pinv = np.linalg.pinv(s["B"])
@@ -505,8 +508,8 @@ def simulate(s, g):
     command = np.zeros((n, 8))
     for k in range(count):
         t = k * STEP
-        # Where water speeds up, its pressure carries a weightless body along: the momentum
-        # relative to the water stays.
+        # Where the flow accelerates, its pressure carries a neutrally buoyant body along: the
+        # momentum relative to the water is conserved.
         if s["current_std"]:
             tau = 60.0
             water_var += -water_var * STEP / tau + s["current_std"] * np.sqrt(
@@ -573,7 +576,7 @@ def simulate(s, g):
 
 
 def sampled(values, hz, window=0.0, late=0.0):
-    """Rows of `values` at `hz`, each the mean of the `window` seconds that end at it."""
+    """Returns rows of `values` at `hz`, each the mean of the `window` seconds that end at it."""
     rows = np.arange(0, len(values) - 1, 1.0 / (hz * STEP)).round().astype(int)
     width = max(1, round(window / STEP))
     if width > 1:
@@ -586,7 +589,7 @@ def sampled(values, hz, window=0.0, late=0.0):
 
 
 def behind_a_lag(values, lag):
-    """`values` behind a first-order lag."""
+    """Returns `values` after a first-order lag."""
     behind, keep = values.copy(), np.exp(-STEP / lag) if lag else 0.0
     for k in range(1, len(values)):
         behind[k] = keep * behind[k - 1] + (1.0 - keep) * values[k]
@@ -661,10 +664,11 @@ def write_dvl(s, g, nu, turn, seconds, folder):
 
 
 def write_without_dvl(s, g, nu, euler, place, folder):
-    """Logs of what stands in for a DVL; returns the slow errors of attitude."""
+    """Writes logs of the replacement of a DVL; returns the slow errors of attitude."""
     count = len(nu)
     leak = np.zeros((count, 3))
-    # An attitude filter is off by a third of a degree, which changes smoothly within half a minute.
+    # An attitude filter has an error of a third of a degree, which changes smoothly within half
+    # a minute.
     std, tau = np.radians(0.3), 20.0
     driven = g.standard_normal((count, 2)) * np.sqrt(2 * STEP / tau)
     smooth = np.zeros((2, 2))
@@ -694,7 +698,7 @@ def write_without_dvl(s, g, nu, euler, place, folder):
 
 
 def claims(s, folder):
-    """What the user writes of the vehicle and the trials."""
+    """Writes the user's description of the vehicle and the trials."""
     lines = [
         f'name = "stranger {s["seed"]}"',
         f"dry_mass_kg = {s['mass']:.5g}",

@@ -1,4 +1,4 @@
-"""Identifies each vehicle that draw.py wrote and holds the result against its truth.
+"""Identifies each vehicle that draw.py wrote and compares the result with its truth.
 
     judge.py PROGRAM FOLDER [PATTERN]
 
@@ -23,7 +23,7 @@ WRONG = 0.10
 
 
 def true_values(truth):
-    """The truth of every coefficient that the plant and the vehicle both have."""
+    """Returns the truth of every coefficient that the plant and the vehicle both have."""
     mass = truth["M"]
     values = {}
     for i in range(6):

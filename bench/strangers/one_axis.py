@@ -1,4 +1,4 @@
-"""Draws vehicles that move in one axis, drives them, and writes their logs as a user has them.
+"""Draws vehicles that move in one axis, drives them, and writes their logs as users have them.
 
 Shares nothing with Seaplant but the files, and needs Python alone. Each vehicle has a fault out of
 `FAULTS`, each in turn, and every third has a second one.
@@ -168,7 +168,8 @@ def speed_control(s, g):
 
 
 def draw(seed, wanted=()):
-    """A vehicle: mass, drag, thrusters, instruments and faults, by chance or as wanted."""
+    """Draws a vehicle: mass, drag, thrusters, instruments and faults, at random or as
+    requested."""
     g = Random(seed)
     first = wanted or [list(FAULTS)[seed % len(FAULTS)]]
     common = [axis for axis in AXES if all(axis in FAULTS[name][1] for name in first)]
@@ -226,7 +227,7 @@ def draw(seed, wanted=()):
     for name in names:
         FAULTS[name][0](s, g)
     if turns:
-        # Of a pair that turns one propeller runs backward, whichever way it turns.
+        # In yaw one propeller of a pair runs backward, whichever way the vehicle turns.
         s["known_reverse"] = 1.0
     s["linear"] *= s["quadratic"] * top
     s["force"] = s["quadratic"] * top**2 + s["linear"] * top
@@ -235,7 +236,7 @@ def draw(seed, wanted=()):
 
 
 class Joystick:
-    """Levels, each held for a while, a third of them zero."""
+    """Returns levels, each held for a while, a third of them zero."""
 
     def __init__(self, g, low, high, hold):
         self.g, self.low, self.high, self.hold = g, low, high, hold
@@ -251,7 +252,7 @@ class Joystick:
 
 
 def orders(s, g, name, seconds):
-    """What the pilot asks for at every step, in parts of full force, or of top speed."""
+    """Returns the pilot's command at every step, as fractions of full force, or of top speed."""
     if name in HELD_OUT:
         stick = Joystick(g, 0.2, 0.7, (15.0, 40.0))
         return [s["effort"] * stick.now() for _ in range(round(seconds / STEP))]
@@ -265,14 +266,14 @@ def orders(s, g, name, seconds):
 
 
 class Propellers:
-    """A pair of propellers from what is asked of them to their force."""
+    """Simulates a pair of propellers from their command to their force."""
 
     def __init__(self, s, g):
         self.s, self.g = s, g
         self.speed, self.wander, self.queue = 0.0, 0.0, []
 
     def told(self, part):
-        """The speed that gives a part of full force by the curve that the analyst has."""
+        """Returns the speed for a fraction of full force by the curve that the analyst has."""
         s = self.s
         part = max(-s["known_reverse"], min(1.0, part))
         worth = part if part > 0 else part / s["known_reverse"]
@@ -312,7 +313,7 @@ class Propellers:
 
 
 class Outside:
-    """Current, tether and swell."""
+    """Simulates current, tether and swell."""
 
     def __init__(self, s, g):
         self.s, self.g = s, g
@@ -333,7 +334,8 @@ class Outside:
 
 
 def drive(s, g, name, start):
-    """One trial; the propeller speed told, velocity over ground and place, at every step."""
+    """Simulates one trial; returns the logged propeller speed, velocity over ground and
+    position, at every step."""
     seconds, total = TRIALS[name], sum(TRIALS.values())
     propellers, outside = Propellers(s, g), Outside(s, g)
     v, x, told = 0.0, 0.0, 0.0
@@ -363,7 +365,7 @@ def drive(s, g, name, start):
 
 
 def stamped(s, g, hz, count):
-    """Instants of samples: the step of each, and the time that is logged of it."""
+    """Returns the instants of samples: the step of each, and its logged time."""
     every = 1 / (hz * STEP)
     for k in range(int(count / every)):
         at = round(k * every)
@@ -372,7 +374,7 @@ def stamped(s, g, hz, count):
 
 
 def seen(s, rows):
-    """Velocity as its instrument has it before noise."""
+    """Returns velocity as its instrument measures it before noise."""
     velocity = [row[1] for row in rows]
     if s["smoothed"]:
         keep, y = math.exp(-STEP / s["smoothed"]), velocity[0]
@@ -392,7 +394,7 @@ def seen(s, rows):
 
 
 def motion_log(s, g, rows):
-    """Header and rows of what the axis is measured by."""
+    """Returns header and rows of the axis' measurements."""
     begin = g.uniform(20, len(rows) * STEP - 60)
     is_missing = lambda t: s["gaps"] and begin < t < begin + s["gaps"]
     wild = lambda size: g.gauss(0, size) if g.random() < s["spikes"] else 0.0
@@ -430,7 +432,7 @@ def table(path, header, rows):
 
 
 def speed_log(s, g, rows):
-    """Speeds of both propellers, rpm; in yaw they turn against each other."""
+    """Returns the speeds of both propellers, rpm; in yaw they turn against each other."""
     rpm = 30 / math.pi
     quantum = 2 * s["max_rate"] * rpm / s["levels"] if s["levels"] else 10.0
     for at, t in stamped(s, g, s["thrust_hz"], len(rows)):
@@ -442,7 +444,7 @@ DIRECTIONS = {"surge": [1, 0, 0], "sway": [0, 1, 0], "heave": [0, 0, 1], "yaw": 
 
 
 def claims(s, folder):
-    """What the user writes of the vehicle and the trials."""
+    """Writes the user's description of the vehicle and the trials."""
     each = s["force"] / (2 * s["arm"]) / s["max_rate"] ** 2
     back = s["known_reverse"] * each
     lines = [f'name = "stranger {s["seed"]}"']

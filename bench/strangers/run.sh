@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# How right plants of six axes are on vehicles of another simulator:
-# run.sh [NUMBER] [SEED] [FAULT ...] draws that many (30) from that seed (0), with one to three
-# faults each or with those that are named, identifies each, and counts errors, intervals and
-# verdicts. OUT=folder keeps the logs, and judges those that are there.
+# Measures plants of six axes on vehicles of another simulator: run.sh [NUMBER] [SEED] [FAULT
+# ...] draws that many (30) from that seed (0), with one to three faults each or with the named
+# ones, identifies each, and counts errors, intervals and verdicts. OUT=folder keeps the logs,
+# and judges those that exist.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 number="${1:-30}"

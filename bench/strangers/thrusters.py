@@ -1,4 +1,4 @@
-"""Holds the gains of thrusters and the faults that results name against the truth of draw.py.
+"""Compares thruster gains and faults in results with the truth of draw.py.
 
     thrusters.py PROGRAM FOLDER...
 
@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
-# A thruster is at fault that is so far from the others, as in the program's book.
+# Deviation from the other thrusters from which one counts as faulty, as in the book.
 LOSS = 0.12
 TRIALS = ["first", "second"]
 
@@ -25,7 +25,7 @@ def median(values):
 
 
 def truly_at_fault(gain):
-    """The thrusters that are at fault: (name, trial), without a trial where they are in all."""
+    """Returns the faulty thrusters: (name, trial), without a trial if the fault is in all."""
     faults = set()
     for k in range(8):
         both = [min(gain[trial][k]) for trial in range(2)]
@@ -38,7 +38,7 @@ def truly_at_fault(gain):
 
 
 def named(plant):
-    """The thrusters that the results name."""
+    """Returns the thrusters that the results name."""
     found = {(fault["thruster"], fault["trial"]) for fault in plant["thruster_faults"]}
     for caveat in plant["caveats"]:
         if caveat["code"] == "thruster-fault" and " in trial `" not in caveat["message"]:
@@ -47,7 +47,7 @@ def named(plant):
 
 
 def gain_errors(plant, gain):
-    """How far each gain is off, both sets over their medians."""
+    """Returns the error of each gain, both sets relative to their medians."""
     keys = [f"T{k + 1}.excess-thrust" for k in range(8)]
     if any(key not in plant["parameters"] for key in keys):
         found = [1.0] * 8

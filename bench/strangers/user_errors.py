@@ -1,4 +1,4 @@
-"""Writes campaigns of vehicles from `draw.py` and `one_axis.py` with what users get wrong in them.
+"""Writes campaigns of vehicles from `draw.py` and `one_axis.py` with errors that users make.
 
 Each error changes the files as a user would get them wrong: a sign, two columns exchanged, a unit that
 is not the log's, a sensor that is mounted at an angle. The logs themselves are right.
@@ -25,7 +25,8 @@ import one_axis
 AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
 KGF, LBF, KNOT, KM_H, FOOT = 9.80665, 4.4482216, 1.943844, 3.6, 3.28084
 
-# Error: a function of a campaign's texts and a generator, and what a message has to say of it.
+# Error: a function of a campaign's texts and a generator, and the words that a message must
+# contain.
 SINGLE, TOGETHER = {}, {}
 
 
@@ -245,7 +246,7 @@ for degrees in (45, 90, 180):
         f.vehicle += f"[sensor.dvl]\nrotation_deg = [0, 0, {-degrees}]\n"
 
     mounted.__name__ = f"dvl_turned_{degrees}"
-    # What is right is what the file says less this: no angle.
+    # The correct angle is that of the file less this: zero.
     error(TOGETHER, f"turned by {degrees}", "rotation_deg = [0, 0, 0]")(mounted)
 
 
@@ -305,7 +306,8 @@ def symmetry(f, g, axis):
 
 
 def one_of_single(out, name, seed):
-    """A vehicle of one axis with an error: plain in three of four, else with a fault."""
+    """Writes a vehicle of one axis with an error: without other faults in three of four, else
+    with one."""
     entry, g = SINGLE[name], Random(1000 * seed + len(name))
     axes = entry["axes"] or one_axis.AXES
     faults = ["plain"] if g.random() < 0.75 else ["lag"]
@@ -331,12 +333,14 @@ def one_of_single(out, name, seed):
     return folder.name
 
 
-# Vehicles of six axes that are drawn; an error takes one of them, as a draw takes half a minute.
+# Number of drawn vehicles of six axes; an error uses one of them, because a draw takes half a
+# minute.
 POOL = {"thrusters": 10, "wrench": 4}
 
 
 def vehicle_of_six(out, kind, k):
-    """The folder of a vehicle of the pool, with one or two faults; drawn if it is not there."""
+    """Returns the folder of a vehicle of the pool, with one or two faults; draws it if it is
+    absent."""
     folder = out / f"vehicle-{kind}-{k}"
     if not (folder / "truth.json").exists():
         import draw
@@ -350,7 +354,7 @@ def vehicle_of_six(out, kind, k):
 
 
 def one_of_six(out, name, seed):
-    """A vehicle of six axes with an error."""
+    """Writes a vehicle of six axes with an error."""
     entry = TOGETHER[name]
     kind = (
         "wrench"
@@ -422,7 +426,7 @@ def judge_one(program, folder):
     return row
 
 
-# Caveats about instruments say what is wrong with a channel, too.
+# Caveats about instruments also identify faults of a channel.
 INSTRUMENTS = ["suspicious-unit", "instruments-disagree"]
 
 TRUST = ["usable", "usable-with-care", "doubtful", "do-not-use", "refused"]

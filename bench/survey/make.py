@@ -30,7 +30,7 @@ START_NS = 1_700_000_000_000_000_000
 
 
 def table(path, megabytes, columns=12):
-    """Floats of seventeen digits, as programs write them that round nothing."""
+    """Formats floats with seventeen digits, as programs without rounding write them."""
     dice = numpy.random.default_rng(1)
     rows = 100_000
     header = "time [s]," + ",".join(f"channel {k} [m/s]" for k in range(columns)) + "\n"
@@ -65,7 +65,8 @@ def parquet(path, megabytes, columns=12):
 
 
 def messages(store, prefix):
-    """The messages of a block: ticks, topics, and bytes in which the stamp stands at a known place."""
+    """Builds the messages of a block: ticks, topics, and bytes with the stamp at a known
+    position."""
     dice = numpy.random.default_rng(2)
     kinds = store.types
     make = lambda name, **fields: kinds[name](**fields)
@@ -125,7 +126,7 @@ TYPES = {
 
 
 def stamped(block, megabytes):
-    """The block over and over: time of receipt, topic, bytes."""
+    """Repeats the block: time of receipt, topic, bytes."""
     size = sum(len(content) for _, _, content in block)
     marks = (0x11223344).to_bytes(4, "little")
     block = [

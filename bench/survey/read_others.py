@@ -1,4 +1,5 @@
-"""Reads a log with the usual Python tool into columns or messages, timed: one `name value` a line.
+"""Reads a log with the usual Python tool into columns or messages, timed: prints one `name
+value` per line.
 
 read_others.py TOOL FILE      TOOL: pandas, pyarrow, polars, rosbags, memory
 """
@@ -30,7 +31,7 @@ def pyarrow(path):
 
 
 def polars(path):
-    # One thread, as everything else here has: POLARS_MAX_THREADS=1.
+    # One thread, as for all others here: POLARS_MAX_THREADS=1.
     import polars
 
     def read():
@@ -41,7 +42,7 @@ def polars(path):
 
 
 def rosbags(path):
-    """Every message decoded, and nothing kept of it."""
+    """Decodes every message and keeps nothing."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
@@ -59,7 +60,7 @@ def rosbags(path):
 
 
 def memory(path):
-    """What memory takes to give the bytes of the file once, summed as whole numbers."""
+    """Measures the time of reading the bytes of the file from memory once, summed as integers."""
     import numpy
 
     content = numpy.fromfile(path, numpy.uint8)

@@ -1,9 +1,6 @@
 #!/usr/bin/env bash
-# Times `seaplant inspect` of large logs, and the reading of CSV and of bags beside Python's readers.
-#
-# use: run.sh [MEGABYTES] [ROUNDS]
-#
-# pandas and polars are read by the interpreter that BENCH_PYTHON names, if it has them.
+# Times `seaplant inspect` of large logs, and reading CSV and bags, compared with Python's
+# readers.
 set -euo pipefail
 
 megabytes=${1:-1000}
@@ -22,7 +19,7 @@ cargo build --quiet --release --manifest-path "$bench/../crates/seaplant-cli/Car
 target=$(cargo metadata --format-version 1 --no-deps --manifest-path "$bench/Cargo.toml" |
     "$python" -c 'import json, sys; print(json.load(sys.stdin)["target_directory"])')
 
-# One line: what was read, how long it took, and how much of that a processor worked.
+# One line: the file, the elapsed time, and the processor time in it.
 timed() {
     local name=$1
     shift

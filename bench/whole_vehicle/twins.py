@@ -1,4 +1,4 @@
-"""How right plants of six axes are on twins of the published vehicles: the figures of the book.
+"""Measures plants of six axes on twins of the published vehicles: the figures of the book.
 
     twins.py PROGRAM OUT
 
@@ -34,7 +34,7 @@ TILTED = ["mass.roll", "mass.pitch"]
 
 
 def row(program, out, name, disturbances, seeds):
-    """Median and worst error in percent of both kinds of mass, intervals and verdicts."""
+    """Prints median and largest error in percent of both kinds of mass, intervals and verdicts."""
     trusts, of_mass, of_tilt, held = Counter(), [], [], []
     for seed in seeds:
         folder = out / f"{name}-{'-'.join(disturbances) or 'none'}-{seed}"

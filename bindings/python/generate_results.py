@@ -49,7 +49,7 @@ from seaplant._record import Estimated, Floats, Record
 
 
 def definitions() -> dict[str, Any]:
-    """Gives every definition of every schema, by name."""
+    """Returns every definition of every schema, by name."""
     found: dict[str, Any] = {}
     for root, kind in KINDS.items():
         schema = json.loads(_native.schema(kind))
@@ -59,7 +59,7 @@ def definitions() -> dict[str, Any]:
 
 
 def reachable(found: dict[str, Any]) -> set[str]:
-    """Gives the names that the roots need, passing by what stays a dict."""
+    """Returns the names that the roots need, without those that stay a dict."""
     known: set[str] = set()
     wait = list(KINDS)
     while wait:
@@ -71,14 +71,14 @@ def reachable(found: dict[str, Any]) -> set[str]:
 
 
 def words(text: str) -> str:
-    """Gives the first paragraph of a description, without Rust's links."""
+    """Returns the first paragraph of a description, without Rust's links."""
     first = text.split("\n\n")[0]
     first = re.sub(r"\[(`[^`]+`)\](\([^)]*\))?", r"\1", first)
     return " ".join(first.replace("`", "``").replace("\\", "").split())
 
 
 def type_of(schema: dict[str, Any]) -> str:
-    """Gives the annotation of a schema."""
+    """Returns the annotation of a schema."""
     if "$ref" in schema:
         name: str = schema["$ref"].rsplit("/", 1)[1]
         return "dict[str, Any]" if name in PLAIN else name
@@ -93,14 +93,14 @@ def type_of(schema: dict[str, Any]) -> str:
         items = schema.get("items", {})
         return "Floats" if is_numbers(items) else f"tuple[{type_of(items)}, ...]"
     if kind == "object":
-        # Of keys that are numbers only the pattern is stated.
+        # For keys that are numbers only the pattern is stated.
         (of,) = schema.get("patternProperties", {"": schema["additionalProperties"]}).values()
         return f"dict[str, {type_of(of)}]"
     return {"number": "float", "integer": "int", "string": "str", "boolean": "bool"}[kind]
 
 
 def is_numbers(schema: dict[str, Any]) -> bool:
-    """Whether a schema is that of a number, or of a list of numbers."""
+    """Returns whether a schema is that of a number, or of a list of numbers."""
     return schema.get("type") == "number" or (
         schema.get("type") == "array"
         and all(map(is_numbers, schema.get("prefixItems", [schema.get("items", {})])))
@@ -108,7 +108,7 @@ def is_numbers(schema: dict[str, Any]) -> bool:
 
 
 def choice(name: str, schema: dict[str, Any]) -> str | None:
-    """Gives the alias of a definition that is one of some words."""
+    """Returns the alias of a definition that is one of some words."""
     options = [of.get("const") for of in schema.get("oneOf", [])] or schema.get("enum", [])
     if not options or None in options:
         return None
@@ -117,13 +117,13 @@ def choice(name: str, schema: dict[str, Any]) -> str | None:
 
 
 def doc(schema: dict[str, Any], indent: str) -> str:
-    """Gives the words of a schema as a docstring."""
+    """Returns the text of a schema as a docstring."""
     text = f'"""{words(schema.get("description", "A number."))}"""'
     return textwrap.fill(text, 94, initial_indent=indent, subsequent_indent=indent)
 
 
 def merged(schema: dict[str, Any]) -> dict[str, Any]:
-    """Makes one object of variants that a ``kind`` tells apart."""
+    """Makes one class of variants that a ``kind`` distinguishes."""
     if "oneOf" not in schema:
         return schema
     variants = schema["oneOf"]
@@ -140,7 +140,7 @@ def merged(schema: dict[str, Any]) -> dict[str, Any]:
 
 
 def record(name: str, schema: dict[str, Any]) -> str:
-    """Gives the dataclass of a definition."""
+    """Returns the dataclass of a definition."""
     schema = merged(schema)
     required = schema.get("required", [])
     order = [*required, *(of for of in schema["properties"] if of not in required)]
@@ -157,7 +157,7 @@ def record(name: str, schema: dict[str, Any]) -> str:
 
 
 def module() -> str:
-    """Gives the text of the module."""
+    """Returns the text of the module."""
     found = definitions()
     aliases = {name: text for name in found if (text := choice(name, found[name]))}
     records = {name: record(name, of) for name, of in found.items() if name not in aliases}

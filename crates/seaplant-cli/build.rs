@@ -1,4 +1,4 @@
-//! Tells the program what it was built from, for `seaplant --version`.
+//! Passes build information to the program, for `seaplant --version`.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,7 +10,7 @@ fn main() {
         output.status.success().then(|| text.trim().to_owned())
     };
     let variable = |name| std::env::var(name).unwrap_or_else(|_| "unknown".to_owned());
-    // A package from a registry has no history.
+    // A package from a registry has no git history.
     let commit = said("git", &["rev-parse", "--short=12", "HEAD"]);
     let compiler = said(&variable("RUSTC"), &["--version"]).unwrap_or_default();
     let build = format!(

@@ -41,7 +41,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Each thread draws every so-manieth number.
+/// Distributes the draws over the threads in turn.
 fn all_draws(bootstrap: &OutputErrorBootstrap, draws: u64, threads: u64) -> Vec<LumpedParameters> {
     let of = |first: u64| {
         (first..draws)
@@ -51,7 +51,7 @@ fn all_draws(bootstrap: &OutputErrorBootstrap, draws: u64, threads: u64) -> Vec<
     };
     thread::scope(|scope| {
         let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || of(first))).collect();
-        // A thread that panicked has said so; what is missing shows in the count.
+        // A thread that panicked has printed the reason; the count reveals missing draws.
         running.into_iter().flat_map(|thread| thread.join().unwrap_or_default()).collect()
     })
 }

@@ -63,7 +63,7 @@ fn time(file: &str) -> Result<()> {
     Ok(())
 }
 
-/// How long it takes to read both signals from memory once: the best of three.
+/// Measures how long it takes to read both signals from memory once: the best of three.
 fn streaming_s(signals: &SurgeSignals) -> f64 {
     let once = |_| {
         let started = Instant::now();
@@ -73,7 +73,7 @@ fn streaming_s(signals: &SurgeSignals) -> f64 {
     (0..3).map(once).fold(f64::INFINITY, f64::min)
 }
 
-/// A sum in eight lanes, so that memory is what it waits for.
+/// Sums in eight lanes, so that memory is the bottleneck.
 fn lane_sum(x: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
     for eight in x.as_chunks::<8>().0 {

@@ -1,8 +1,8 @@
 //! Output error of a surge trial, timed: the Rust side of `side_by_side_output_error/run.sh`.
 //!
-//! `output_error make FILE N` writes N velocities, then N forces, as little-endian doubles,
-//! and beside them, in FILE.start, where every program starts: α, β, μ, bias and v₀.
-//! `output_error time FILE TIMES` fits them so often and prints one `name value` a line.
+//! `output_error make FILE N` writes N velocities, then N forces, as little-endian doubles, and to
+//! FILE.start the initial values of every program: α, β, μ, bias and v₀. `output_error time FILE
+//! TIMES` fits them that many times and prints one `name value` per line.
 
 use std::fs::File;
 use std::hint::black_box;

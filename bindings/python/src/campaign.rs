@@ -5,22 +5,22 @@ use pyo3::prelude::*;
 use seaplant::{Method, Terms};
 use seaplant_campaign::{CampaignFile, SourcedTrial};
 
-use crate::border::{Failure, apart, parse};
+use crate::convert::{Failure, apart, parse};
 use crate::results::Results;
 use crate::trial::Trial;
 use crate::vehicle::Vehicle;
 
-/// A vehicle, its trials, and what to identify.
+/// A vehicle, its trials, and the structure to identify.
 #[pyclass(frozen, module = "seaplant._native")]
 pub struct Campaign(Arc<seaplant_campaign::Campaign>);
 
-/// What messages call a campaign that no file holds.
+/// Name in messages of a campaign without a file.
 const NAME: &str = "campaign";
 
 #[pymethods]
 impl Campaign {
-    /// Reads a campaign.toml, its vehicle and the logs of its trials; methods and terms, if
-    /// given, go before those of the file.
+    /// Reads a campaign.toml, its vehicle and the logs of its trials; methods and terms, if given,
+    /// override those of the file.
     #[staticmethod]
     fn open(
         py: Python<'_>,
@@ -43,7 +43,7 @@ impl Campaign {
         Ok(Self(Arc::new(campaign)))
     }
 
-    /// A campaign of trials; `settings` are the tables of a campaign.toml.
+    /// Creates a campaign of trials; `settings` are the tables of a campaign.toml.
     #[staticmethod]
     fn of(
         vehicle: PyRef<'_, Vehicle>,
@@ -55,25 +55,25 @@ impl Campaign {
         let options = file.options(path).map_err(Failure::from)?;
         let trials = trials.iter().map(|trial| SourcedTrial::clone(&trial.0)).collect();
         let vehicle = vehicle.0.as_ref().clone();
-        let campaign = seaplant_campaign::Campaign::of(path, vehicle, trials, options);
+        let campaign = seaplant_campaign::Campaign::new(path, vehicle, trials, options);
         Ok(Self(Arc::new(campaign.map_err(Failure::from)?)))
     }
 
-    /// Identifies the plant; `command` is what repeats it.
+    /// Identifies the plant; `command` is the command that reproduces it.
     fn identify(&self, py: Python<'_>, command: String) -> PyResult<Results> {
         let campaign = Arc::clone(&self.0);
         let found = apart(py, move || Ok(campaign.identify(&command)))?;
         Ok(Results(Arc::new(found)))
     }
 
-    /// Its trials.
+    /// Returns its trials.
     fn trials(&self) -> Vec<Trial> {
         let of = |sourced| Trial(Arc::new(sourced));
         self.0.sourced_trials().into_iter().map(of).collect()
     }
 }
 
-/// Methods by their names, each once; `all` stands for all.
+/// Parses names of methods, each once; `all` stands for all.
 pub fn parse_methods(names: &[String]) -> Result<Vec<Method>, Failure> {
     let mut methods = Vec::new();
     for name in names {
@@ -89,7 +89,7 @@ fn parse_terms(terms: Option<String>) -> Result<Option<Terms>, Failure> {
     Ok(terms.map(|terms| terms.parse()).transpose()?)
 }
 
-/// Methods by their names, each once; `all` stands for all.
+/// Checks names of methods, each once; `all` stands for all.
 #[pyfunction]
 pub fn method_names(names: Vec<String>) -> PyResult<Vec<&'static str>> {
     Ok(parse_methods(&names)?.into_iter().map(Method::name).collect())

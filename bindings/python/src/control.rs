@@ -11,11 +11,11 @@ use seaplant_control::{
 };
 use serde::Deserialize;
 
-use crate::border::{Failure, json, numbers, parse};
+use crate::convert::{Failure, json, numbers, parse};
 use crate::online::six;
 use crate::plant::Plant;
 
-/// What a controller shall be.
+/// Specification of a controller.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
@@ -50,7 +50,7 @@ impl Asked {
         }
     }
 
-    /// Lag, delay and limits of the plant, and of those that are given, these.
+    /// Returns lag, delay and limits of the plant, overridden by given ones.
     fn actuators(&self, plant: &Plant) -> Actuators {
         let mut actuators = Actuators::of_model(plant.model());
         self.lag_s.iter().for_each(|(dof, s)| actuators.lag_s[dof.index()] = *s);
@@ -60,7 +60,7 @@ impl Asked {
     }
 }
 
-/// A control law at work.
+/// A running controller.
 #[pyclass(module = "seaplant._native")]
 pub struct Controller {
     name: String,
@@ -87,18 +87,18 @@ impl Controller {
         Ok(Self { name: model.name.clone(), law })
     }
 
-    /// Gains and margins, as JSON.
+    /// Returns gains and margins, as JSON.
     fn gains(&self) -> PyResult<String> {
         Ok(json(self.law.gains())?)
     }
 
-    /// The coefficients in use, in the order of the plant's.
+    /// Returns the current coefficients, in the order of the plant's.
     fn coefficients<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.law.coefficients())
     }
 
-    /// The force for the next period; the state of shape (12,), the reference as pose, its rate
-    /// and its second rate, each of shape (6,).
+    /// Returns the force for the next period; the state has shape (12,), the reference is pose,
+    /// velocity and acceleration, each of shape (6,).
     fn command<'py>(
         &mut self,
         py: Python<'py>,
@@ -131,12 +131,12 @@ impl Controller {
         Ok(PyArray1::from_slice(py, force.as_slice()))
     }
 
-    /// The C header beside the exported plant.
+    /// Returns the C header for the exported plant.
     fn c_header(&self) -> PyResult<String> {
         Ok(c_header(&self.name, self.law.gains()).map_err(Failure::from)?)
     }
 
-    /// ArduSub's parameters that mean the same, and what of the gains it has no place for.
+    /// Returns ArduSub's equivalent parameters, and the gains without one.
     fn ardusub(&self) -> (String, Vec<String>) {
         ardusub(self.law.gains())
     }

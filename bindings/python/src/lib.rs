@@ -1,17 +1,17 @@
 //! The native half of the Python package `seaplant`: handles to logs, vehicles, trials and
 //! results, and the functions of the library on them.
 //!
-//! Nothing is computed here. Numbers cross as NumPy arrays, everything else as the JSON that
-//! files hold, so that Python has the same names, defaults and checks as files have; the typed
-//! half in `python/seaplant` makes dataclasses of it. Long work runs on a thread of its own
-//! without Python's lock, while the caller's thread looks out for Ctrl-C.
+//! Nothing is computed here. Numbers are exchanged as NumPy arrays, everything else as the JSON
+//! that files hold, so that Python has the same names, defaults and checks as files have; the typed
+//! half in `python/seaplant` makes dataclasses of it. Long work runs on a separate thread without
+//! Python's lock, while the caller's thread checks for Ctrl-C.
 //!
-//! The one place where this workspace's ban on unsafe code does not reach is what PyO3's macros
-//! make; none is written here.
+//! The code that PyO3's macros generate is the only exception to this workspace's ban on unsafe
+//! code; none is written here.
 
-mod border;
 mod campaign;
 mod control;
+mod convert;
 mod log;
 mod online;
 mod plant;

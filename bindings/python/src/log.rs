@@ -5,9 +5,9 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use seaplant_log::{MemoryColumn, MemoryTable, ReadOptions, Stamp, TimeColumn};
 
-use crate::border::{Failure, apart, json, numbers};
+use crate::convert::{Failure, apart, json, numbers};
 
-/// A log, read.
+/// A log.
 #[pyclass(frozen, module = "seaplant._native")]
 pub struct Log(pub Arc<seaplant_log::Log>);
 
@@ -28,7 +28,7 @@ type ChannelOf<'py> = (
 
 #[pymethods]
 impl Log {
-    /// Reads files that were logged side by side.
+    /// Reads files that were logged simultaneously.
     #[staticmethod]
     #[pyo3(signature = (paths, *, offsets_s, time, time_unit, equal_sampling_hz, sheet, receive))]
     #[expect(clippy::too_many_arguments, reason = "each has its name in Python")]
@@ -74,7 +74,7 @@ impl Log {
         Ok(Self(Arc::new(log)))
     }
 
-    /// Every channel: name, header, unit, file, missing rows, times, values.
+    /// Returns every channel: name, header, unit, file, missing rows, times, values.
     fn channels<'py>(&self, py: Python<'py>) -> Vec<ChannelOf<'py>> {
         let of = |channel: &seaplant_log::Channel| {
             let path = &self.0.sources()[channel.source].path;
@@ -91,30 +91,30 @@ impl Log {
         self.0.channels().iter().map(of).collect()
     }
 
-    /// Where among the channels that of a name is.
+    /// Returns the index of a channel by its name.
     fn place(&self, name: &str) -> PyResult<usize> {
         Ok(self.0.place(name).map_err(Failure::from)?)
     }
 
-    /// What the reader decided or dropped.
+    /// Returns the notes on what the reader decided or dropped.
     fn notes(&self) -> Vec<String> {
         self.0.notes().iter().map(ToString::to_string).collect()
     }
 
-    /// What the log holds and what is odd about it, as JSON.
+    /// Returns the summary and irregularities of the log, as JSON.
     fn inspect(&self, py: Python<'_>) -> PyResult<String> {
         let log = Arc::clone(&self.0);
         apart(py, move || json(&seaplant_campaign::inspect(&log)))
     }
 }
 
-/// Whether a name is that of a quantity.
+/// Returns whether a name is that of a quantity.
 #[pyfunction]
 pub fn is_quantity(name: &str) -> bool {
     name.parse::<seaplant::Quantity>().is_ok()
 }
 
-/// Which of some columns is time, as of a file, and the seconds in its unit, if one is stated.
+/// Finds the time column, as in a file, and the seconds in its unit, if one is stated.
 #[pyfunction]
 pub fn time_column(
     headers: Vec<(String, Option<String>)>,
@@ -128,7 +128,7 @@ pub fn time_column(
     }
 }
 
-/// The seconds in the unit of times that state none.
+/// Returns the seconds in the unit of times that state none.
 #[pyfunction]
 pub fn calendar_second(times: PyReadonlyArray1<'_, f64>) -> f64 {
     seaplant_log::calendar_second(&numbers(&times))

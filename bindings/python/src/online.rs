@@ -12,16 +12,16 @@ use seaplant::motion::down_body;
 use seaplant::plant::{Basis, Signal, Structure, Symmetry};
 use serde::Deserialize;
 
-use crate::border::{Failure, numbers, parse};
+use crate::convert::{Failure, numbers, parse};
 use crate::plant::Plant;
 use crate::vehicle::Vehicle;
 
-/// What an estimator shall be.
+/// Specification of an estimator.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
     scheme: Scheme,
-    /// Of a new plant; empty of one that starts from a plant.
+    /// Axes of a new plant; empty if it starts from a plant.
     axes: Vec<Dof>,
     symmetry: Symmetry,
     terms: Vec<String>,
@@ -38,16 +38,15 @@ impl Asked {
     }
 }
 
-/// An estimator that is fed sample by sample.
+/// An estimator that processes one sample at a time.
 #[pyclass(module = "seaplant._native")]
 pub struct Online(Estimator);
 
-/// When a change began and was noticed, s, and how clearly.
+/// Times at which a change began and was detected, s, and its significance.
 type Changed = (f64, f64, f64);
 
-/// The plant, and of its coefficients the standard deviations and by how much others inflate
-/// their variances; excitation, the residual of each axis, the change that would be noticed,
-/// motion so far.
+/// The plant; standard deviations and variance inflation factors of its coefficients; excitation,
+/// residual of each axis, detectable change, motion so far.
 type Estimated<'py> = (
     Plant,
     Bound<'py, PyArray1<f64>>,
@@ -77,7 +76,7 @@ impl Online {
         Ok(Self(made))
     }
 
-    /// Takes a sample in; velocity and force of shape (6,), signals by name.
+    /// Processes a sample; velocity and force of shape (6,), signals by name.
     fn update(
         &mut self,
         time_s: f64,
@@ -97,12 +96,12 @@ impl Online {
         Ok(change.map(|change| (change.since_s, change.noticed_s, change.statistic)))
     }
 
-    /// Motion begins anew with the next sample.
+    /// Starts a new motion with the next sample.
     fn restart(&mut self) {
         self.0.restart();
     }
 
-    /// The velocity after so long under the last force, shape (6,).
+    /// Predicts the velocity after a time under the last force, shape (6,).
     fn predict<'py>(
         &self,
         py: Python<'py>,
@@ -134,7 +133,7 @@ impl Online {
             notes: Vec::new(),
         };
         Ok((
-            Plant::of(model)?,
+            Plant::new(model)?,
             PyArray1::from_slice(py, &found.std),
             PyArray1::from_slice(py, &found.inflation),
             found.excitation,
@@ -144,29 +143,29 @@ impl Online {
         ))
     }
 
-    /// Whether the scheme itself works yet.
+    /// Returns whether the scheme itself has started.
     fn has_started(&self) -> bool {
         self.0.has_started()
     }
 
-    /// What the plant's effects read, by the names that `update` takes.
+    /// Returns the signals of the plant's effects, by the names that `update` takes.
     fn signal_names(&self) -> Vec<String> {
         self.0.structure().signals().iter().map(signal_name).collect()
     }
 
-    /// The names of the coefficients, in order.
+    /// Returns the names of the coefficients, in order.
     fn names(&self) -> Vec<String> {
         self.0.structure().names()
     }
 
-    /// The coefficients as they are now, in that order.
+    /// Returns the current coefficients, in that order.
     fn coefficients<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.0.coefficients())
     }
 }
 
 impl Online {
-    /// Signals in the order of the structure.
+    /// Returns signals in the order of the structure.
     fn signals(&self, named: &BTreeMap<String, f64>) -> Result<[f64; MOST_SIGNALS], Failure> {
         let names = self.signal_names();
         let known = || names.join(", ");
@@ -186,8 +185,8 @@ impl Online {
     }
 }
 
-/// `rudder.NAME.angle`, `thruster.NAME.drive`, `thruster.NAME.speed`, `thruster.NAME.thrust`,
-/// `wind.forward`.
+/// Returns `rudder.NAME.angle`, `thruster.NAME.drive`, `thruster.NAME.speed`,
+/// `thruster.NAME.thrust`, `wind.forward`.
 fn signal_name(signal: &Signal) -> String {
     match signal {
         Signal::Angle { kind, name } => format!("{}.{name}.angle", kind.name()),
@@ -199,7 +198,7 @@ fn signal_name(signal: &Signal) -> String {
     }
 }
 
-/// Six numbers of an array.
+/// Returns six numbers of an array.
 pub fn six(name: &str, array: &PyReadonlyArray1<'_, f64>) -> Result<Vector6<f64>, Failure> {
     let all = numbers(array);
     if all.len() == 6 {

@@ -10,21 +10,21 @@ use seaplant::motion::{STATE_NAMES, State, StateSpace};
 use seaplant_campaign::read_plant_file;
 use seaplant_export::{Permission, doubts, export, exporter};
 
-use crate::border::{Failure, apart, json, numbers};
+use crate::convert::{Failure, apart, json, numbers};
 use crate::results::{Results, parse_method};
 
-/// A plant of any axes, as it leaves the program.
+/// A plant of any axes, in its exchange form.
 #[pyclass(frozen, module = "seaplant._native")]
 pub struct Plant {
     model: PlantModel,
     space: StateSpace,
 }
 
-/// ∂f/∂x, ∂f/∂u, the holding input, and the places of the states that the plant moves.
+/// ∂f/∂x, ∂f/∂u, the holding input, and the indices of the states that the plant moves.
 type Linear<'py> =
     (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>, Vec<usize>);
 
-/// Pose, velocity, the band of velocity, what follows as JSON, and notes.
+/// Pose, velocity, the band of velocity, derived numbers as JSON, and notes.
 type Moved<'py> = (
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray2<f64>>,
@@ -36,7 +36,7 @@ type Moved<'py> = (
 /// A coefficient: name, value, standard deviation, ends of its 95 % interval, unit.
 type Coefficient = (String, f64, Option<f64>, Option<[f64; 2]>, String);
 
-/// Where a simulation begins and in which water, and how its band is made.
+/// Initial state and water of a simulation, and settings of its band.
 #[derive(FromPyObject)]
 pub struct Setting {
     #[pyo3(item)]
@@ -52,7 +52,7 @@ pub struct Setting {
 }
 
 impl Plant {
-    pub fn of(model: PlantModel) -> Result<Self, Failure> {
+    pub fn new(model: PlantModel) -> Result<Self, Failure> {
         Ok(Self { space: StateSpace::new(&model.plant)?, model })
     }
 
@@ -61,7 +61,7 @@ impl Plant {
     }
 }
 
-/// A file: its name and what is in it.
+/// A file: its name and content.
 type NamedBytes<'py> = (String, Bound<'py, PyBytes>);
 
 #[pymethods]
@@ -70,15 +70,15 @@ impl Plant {
     fn of_results(results: &Results, source: &str, method: Option<&str>) -> PyResult<Self> {
         let method = parse_method(method)?;
         let model = PlantModel::of_results(&results.0.results, source, method);
-        Ok(Self::of(model.map_err(Failure::from)?)?)
+        Ok(Self::new(model.map_err(Failure::from)?)?)
     }
 
-    /// Reads a plant file or a published table; `None` of a file that may hold results.
+    /// Reads a plant file or a published table; `None` for a file that may hold results.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Option<Self>> {
         let file = apart(py, move || Ok(read_plant_file(&path)?))?;
         let Some(file) = file else { return Ok(None) };
-        Ok(Some(Self::of(file.model().map_err(Failure::from)?)?))
+        Ok(Some(Self::new(file.model().map_err(Failure::from)?)?))
     }
 
     #[getter]
@@ -111,7 +111,7 @@ impl Plant {
         terms.enumerate().map(of).collect()
     }
 
-    /// ẋ = f(x, u); x of shape (12,), u and current of (6,) and (3,).
+    /// Computes ẋ = f(x, u); x of shape (12,), u and current of (6,) and (3,).
     fn rate<'py>(
         &self,
         py: Python<'py>,
@@ -124,7 +124,7 @@ impl Plant {
         Ok(PyArray1::from_slice(py, rate.as_slice()))
     }
 
-    /// The Jacobians at a state, and the input that holds its velocity.
+    /// Returns the Jacobians at a state, and the input that holds its velocity.
     fn linear<'py>(
         &self,
         py: Python<'py>,
@@ -143,7 +143,7 @@ impl Plant {
         Ok((a, b, PyArray1::from_slice(py, input.as_slice()), moved))
     }
 
-    /// The wrench of constant inputs, N and N m, shape (6,).
+    /// Returns the wrench of constant inputs, N and N m, shape (6,).
     fn wrench<'py>(
         &self,
         py: Python<'py>,
@@ -157,7 +157,7 @@ impl Plant {
         Ok(PyArray1::from_slice(py, &wrench))
     }
 
-    /// The motion under inputs that are held from each of their times on.
+    /// Simulates the motion under inputs that are held from each of their times on.
     fn simulate<'py>(
         &self,
         py: Python<'py>,
@@ -200,7 +200,7 @@ impl Plant {
         ))
     }
 
-    /// The files of an export by their names, and its notes.
+    /// Returns the files of an export by name, and its notes.
     fn export<'py>(
         &self,
         py: Python<'py>,
@@ -217,7 +217,7 @@ impl Plant {
     }
 }
 
-/// The names of the states, in order.
+/// Returns the names of the states, in order.
 #[pyfunction]
 pub fn state_names() -> Vec<&'static str> {
     STATE_NAMES.to_vec()
@@ -244,7 +244,7 @@ fn point_of(x: &[f64], u: &[f64], current: &[f64]) -> Result<Point, Failure> {
     Ok((state, Vector6::from_column_slice(u), Vector3::from_column_slice(current)))
 }
 
-/// Inputs by the names of a profile: `force.AXIS`, `thruster.NAME`, `supply_v`.
+/// Parses inputs by the names of a profile: `force.AXIS`, `thruster.NAME`, `supply_v`.
 fn drive(inputs: Vec<(String, Vec<f64>, Vec<f64>)>) -> Result<Drive, Failure> {
     let mut drive = Drive::default();
     for (name, times, values) in inputs {

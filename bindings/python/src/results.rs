@@ -11,10 +11,10 @@ use seaplant_campaign::{Simulation, SourcedTrial, validate};
 use seaplant_report::number::Rounded;
 use seaplant_report::{parse_results, render};
 
-use crate::border::{Failure, apart, json};
+use crate::convert::{Failure, apart, json};
 use crate::trial::Trial;
 
-/// What an identification found.
+/// Results of an identification.
 #[pyclass(frozen, module = "seaplant._native")]
 pub struct Results(pub Arc<Identification>);
 
@@ -29,12 +29,12 @@ impl Results {
         Ok(Self(Arc::new(apart(py, move || Ok(of_results(parse_results(&text)?)))?)))
     }
 
-    /// The text of results.json, without its line breaks.
+    /// Returns the text of results.json, without its line breaks.
     fn to_json(&self) -> PyResult<String> {
         Ok(json(&self.0.results)?)
     }
 
-    /// Whether anything was found.
+    /// Returns whether any plant was identified.
     ///
     /// # Errors
     /// `InputError`, with why each method found nothing.
@@ -42,7 +42,7 @@ impl Results {
         Ok(self.0.results.check().map_err(Failure::from)?)
     }
 
-    /// Drives a fitted plant with the thrust of a trial.
+    /// Simulates a fitted plant with the thrust of a trial.
     fn simulate<'py>(
         &self,
         py: Python<'py>,
@@ -54,15 +54,15 @@ impl Results {
         let plant =
             self.0.results.plant_of(dof, parse_method(method)?).map_err(Failure::from)?.clone();
         let trial = Arc::clone(&trial.0);
-        let found = apart(py, move || Ok(Simulation::of(dof, &plant, &trial.trial)?))?;
+        let found = apart(py, move || Ok(Simulation::new(dof, &plant, &trial.trial)?))?;
         let Simulation { time_s, force, measured, simulated, .. } = &found;
         let series = [time_s, force, measured, simulated];
         let series = series.map(|series| PyArray1::from_slice(py, series));
         Ok((found.mean_abs_error, found.null_error, found.r_squared, series))
     }
 
-    /// The axes of a plant of several, driven with the thrust of a trial: each axis with what
-    /// [`Self::simulate`] gives of one, where the simulation does not run away.
+    /// Simulates the axes of a plant of several with the thrust of a trial: for each axis the same
+    /// as [`Self::simulate`], unless the simulation diverges.
     fn simulate_several_axes<'py>(
         &self,
         py: Python<'py>,
@@ -102,7 +102,7 @@ impl Results {
         })
     }
 
-    /// Every file of a report by its path; `trials` are those that were identified.
+    /// Returns every file of a report by its path; `trials` are those that were identified.
     fn render<'py>(
         &self,
         py: Python<'py>,
@@ -119,7 +119,7 @@ pub fn parse_method(method: Option<&str>) -> Result<Option<Method>, Failure> {
     Ok(method.map(str::parse).transpose()?)
 }
 
-/// Results of a file, with their models in the order of methods.
+/// Converts results of a file, with their models in the order of methods.
 fn of_results(results: seaplant::results::Results) -> Identification {
     let mut models = Vec::new();
     for (&dof, plants) in &results.methods {
@@ -143,7 +143,7 @@ fn files(
     Ok(files)
 }
 
-/// Quadratic drag from the steady stretches of trials, as JSON.
+/// Estimates quadratic drag from the steady stretches of trials, as JSON.
 #[pyfunction]
 pub fn steady_drag(
     py: Python<'_>,
@@ -162,8 +162,8 @@ pub fn steady_drag(
     })
 }
 
-/// A number with its uncertainty as people read them: value, standard deviation and the ends
-/// of its interval, to two digits of the standard deviation.
+/// Rounds a number with its uncertainty for readers: value, standard deviation and the ends of its
+/// interval, to two digits of the standard deviation.
 #[pyfunction]
 pub fn rounded(value: f64, std: f64, low95: f64, high95: f64) -> [String; 4] {
     let unit = String::new();

@@ -7,15 +7,15 @@ use seaplant_campaign::{
     WholeMonteCarloTable,
 };
 
-use crate::border::{Failure, json};
+use crate::convert::{Failure, json};
 
-/// The version of the library.
+/// Returns the version of the library.
 #[pyfunction]
 pub fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }
 
-/// The JSON Schema of what crosses the border.
+/// Returns the JSON Schema of data exchanged with Python.
 #[pyfunction]
 pub fn schema(kind: &str) -> PyResult<String> {
     let schema = match kind {

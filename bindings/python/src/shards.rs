@@ -4,16 +4,16 @@ use pyo3::prelude::*;
 use seaplant::estimate::{EquationError, EquationErrorStatistics, Shard, ShardClock};
 use seaplant::{AxisRecord, Dof, Terms, VelocitySource, accumulated_plant};
 
-use crate::border::{Failure, apart, json, parse};
+use crate::convert::{Failure, apart, json, parse};
 use crate::trial::Trial;
 
-/// What shards of a record say of equation error.
+/// Sufficient statistics of equation error from shards of a record.
 #[pyclass(frozen, module = "seaplant._native")]
 pub struct Shards(Arc<EquationErrorStatistics>);
 
 #[pymethods]
 impl Shards {
-    /// What the rows of a shard say; times are those of its log.
+    /// Computes the statistics of a shard's rows; times are those of its log.
     #[staticmethod]
     #[expect(clippy::too_many_arguments, reason = "each has its name in Python")]
     fn of(
@@ -38,44 +38,44 @@ impl Shards {
         Ok(Self(Arc::new(sums)))
     }
 
-    /// Both, put together.
+    /// Returns the sum of both.
     fn merged(&self, other: PyRef<'_, Self>) -> PyResult<Self> {
         let mut sums = EquationErrorStatistics::clone(&self.0);
         sums.merge(&other.0).map_err(Failure::from)?;
         Ok(Self(Arc::new(sums)))
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     #[getter]
     fn rows(&self) -> usize {
         self.0.rows()
     }
 
-    /// The plant of all rows, as JSON.
+    /// Returns the plant of all rows, as JSON.
     fn plant(&self, py: Python<'_>) -> PyResult<String> {
         let sums = Arc::clone(&self.0);
         apart(py, move || json(&accumulated_plant(&sums)?))
     }
 
-    /// What another process makes the same of.
+    /// Returns JSON from which another process restores this.
     fn to_json(&self) -> PyResult<String> {
         Ok(json(&*self.0)?)
     }
 
-    /// What [`Shards::to_json`] gave.
+    /// Restores the output of [`Shards::to_json`].
     #[staticmethod]
     fn of_json(text: &str) -> PyResult<Self> {
         Ok(Self(Arc::new(parse("shards", text)?)))
     }
 }
 
-/// The record of a degree of freedom, and what brings its times to those of its log.
+/// Returns the record of a degree of freedom, and the offset of its times to those of its log.
 fn axis(trial: &Trial, dof: &str) -> Result<(AxisRecord, f64), Failure> {
     let dof: Dof = dof.parse()?;
     Ok((trial.0.trial.axis(dof, VelocitySource::Measured)?, trial.0.start_s))
 }
 
-/// The clock of a record that is there in one piece, or begins with this trial, as JSON.
+/// Returns the clock of a record that is complete, or begins with this trial, as JSON.
 #[pyfunction]
 pub fn shard_clock(trial: PyRef<'_, Trial>, dof: &str) -> PyResult<String> {
     let (axis, offset_s) = axis(&trial, dof)?;
@@ -83,7 +83,7 @@ pub fn shard_clock(trial: PyRef<'_, Trial>, dof: &str) -> PyResult<String> {
     Ok(json(&ShardClock { start_s: clock.start_s + offset_s, ..clock })?)
 }
 
-/// How much of its neighbours a shard needs on either side, s.
+/// Returns how much of its neighbours a shard needs on either side, s.
 #[pyfunction]
 pub fn shard_margin_s(clock: &str, options: &str) -> PyResult<f64> {
     let clock: ShardClock = parse("clock", clock)?;

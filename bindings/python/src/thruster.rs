@@ -4,7 +4,7 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use seaplant_campaign::{Bench, BenchColumns, bollard_result, fit_bench, read_bench};
 
-use crate::border::{Failure, apart, json, numbers, parse};
+use crate::convert::{Failure, apart, json, numbers, parse};
 
 /// Fits a thrust curve to a bollard-pull table, as JSON.
 #[pyfunction]
@@ -29,7 +29,9 @@ pub fn fit_bench_points(
     neutral: Option<f64>,
 ) -> PyResult<String> {
     let (inputs, forces) = (numbers(&inputs), numbers(&forces));
-    apart(py, move || fit(&Bench::of(&inputs, &input_unit, &forces, &force_unit)?, neutral))
+    apart(py, move || {
+        fit(&Bench::from_points(&inputs, &input_unit, &forces, &force_unit)?, neutral)
+    })
 }
 
 fn fit(bench: &Bench, neutral: Option<f64>) -> Result<String, Failure> {

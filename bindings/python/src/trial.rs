@@ -7,7 +7,7 @@ use seaplant::{Dof, Role, Timed, VelocitySource, axes_by_name};
 use seaplant_campaign::{SourcedTrial, TrialEntry, trial_of_log};
 use serde_json::Value;
 
-use crate::border::{Failure, apart, parse};
+use crate::convert::{Failure, apart, parse};
 use crate::log::Log;
 use crate::vehicle::Vehicle;
 
@@ -22,7 +22,7 @@ fn series<'py>(py: Python<'py>, series: &Timed) -> Series<'py> {
     (PyArray1::from_slice(py, series.time_s()), PyArray1::from_slice(py, series.values()))
 }
 
-/// The axes of each plant: of one, by a name or a list, unless the list is of such sets.
+/// Parses the axes of each plant: of one, by a name or a list, unless the list is of such sets.
 fn plants_axes(axes: Value) -> Result<Vec<Vec<Dof>>, Failure> {
     let is_axis = |of: &Value| of.as_str().is_some_and(|name| name.parse::<Dof>().is_ok());
     let sets = match axes {
@@ -53,57 +53,57 @@ impl Trial {
         Ok(Self(Arc::new(trial)))
     }
 
-    /// The same trial for another purpose.
+    /// Returns the same trial with another role.
     fn as_role(&self, role: &str) -> PyResult<Self> {
         let role: Role = serde_json::from_value(role.into()).map_err(Failure::from)?;
         let SourcedTrial { trial, inputs, offsets, start_s } = SourcedTrial::clone(&self.0);
         Ok(Self(Arc::new(SourcedTrial { trial: trial.with_role(role), inputs, offsets, start_s })))
     }
 
-    /// What it is called.
+    /// Returns its name.
     #[getter]
     fn name(&self) -> &str {
         self.0.trial.name()
     }
 
-    /// What it is for.
+    /// Returns its role.
     #[getter]
     fn role(&self) -> &'static str {
         self.0.trial.role().name()
     }
 
-    /// The degrees of freedom that it exercises.
+    /// Returns the degrees of freedom that it exercises.
     #[getter]
     fn dofs(&self) -> Vec<&'static str> {
         self.0.trial.dofs().iter().map(|dof| dof.name()).collect()
     }
 
-    /// The axes of each plant of several axes that it may serve.
+    /// Returns the axes of each plant of several axes that it may serve.
     #[getter]
     fn axes(&self) -> Vec<Vec<&'static str>> {
         let names = |axes: &Vec<Dof>| axes.iter().map(|dof| dof.name()).collect();
         self.0.trial.setup().coupled.iter().map(names).collect()
     }
 
-    /// Where its clock starts in that of its logs, s.
+    /// Returns the time in its logs' clock at which its own starts, s.
     #[getter]
     fn start_s(&self) -> f64 {
         self.0.start_s
     }
 
-    /// The files that it was read from.
+    /// Returns the files that it was read from.
     #[getter]
     fn files(&self) -> Vec<String> {
         self.0.inputs.iter().map(|input| input.path.clone()).collect()
     }
 
-    /// Doubts of one degree of freedom.
+    /// Returns the doubts of one degree of freedom.
     fn caveats(&self, dof: &str) -> PyResult<Vec<String>> {
         let dof: Dof = dof.parse().map_err(Failure::from)?;
         Ok(self.0.trial.caveats(dof).into_iter().map(|caveat| caveat.message).collect())
     }
 
-    /// Velocity, force, and position where it was measured, each with its times.
+    /// Returns velocity, force, and measured position, each with its times.
     fn axis<'py>(
         &self,
         py: Python<'py>,

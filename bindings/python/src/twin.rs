@@ -14,13 +14,13 @@ use seaplant_campaign::{
 };
 use seaplant_log::{MemoryColumn, MemoryTable};
 
-use crate::border::{Failure, apart, apart_watched, json, parse};
 use crate::campaign::parse_methods;
+use crate::convert::{Failure, apart, apart_watched, json, parse};
 use crate::log::Log;
 use crate::trial::Trial;
 use crate::vehicle::Vehicle;
 
-/// The logs of a twin, and what is true of it.
+/// Logs of a twin, and its truth.
 #[pyclass(frozen, module = "seaplant._native")]
 pub struct Twin(Arc<TwinCampaign>);
 
@@ -33,13 +33,13 @@ impl Twin {
         Ok(Self(Arc::new(apart(py, move || Ok(spec.make()?))?)))
     }
 
-    /// The vehicle as its analyst has it.
+    /// Returns the vehicle as its analyst describes it.
     fn vehicle(&self) -> Vehicle {
         let vehicle = self.0.vehicle.clone();
         Vehicle(Arc::new(SourcedVehicle { vehicle, inputs: Vec::new(), doubt: None }))
     }
 
-    /// The trials, from logs that were not rounded to the decimals of a file.
+    /// Returns the trials, from logs that were not rounded to the decimals of a file.
     fn trials(&self, py: Python<'_>) -> PyResult<Vec<Trial>> {
         let twin = Arc::clone(&self.0);
         let of = |trial| Ok(Trial(Arc::new(trial)));
@@ -47,7 +47,7 @@ impl Twin {
         Vec::into_iter(trials).map(of).collect()
     }
 
-    /// The log of each trial, in SI units, by the trial's name.
+    /// Returns the log of each trial, in SI units, by the trial's name.
     fn logs(&self, py: Python<'_>) -> PyResult<Vec<(String, Log)>> {
         let twin = Arc::clone(&self.0);
         let of = |trial: &TwinTrial| Ok((trial.name.clone(), log(&trial.name, &trial.recording)?));
@@ -56,17 +56,18 @@ impl Twin {
         Ok(logs.into_iter().map(|(name, log)| (name, Log(Arc::new(log)))).collect())
     }
 
-    /// What is true of it, as JSON.
+    /// Returns its truth, as JSON.
     fn truth(&self) -> PyResult<String> {
         Ok(json(&self.0.truth)?)
     }
 
-    /// Propeller speed, rad/s, and thrust, N, of one thruster on a test bench; none of a whole vehicle.
+    /// Returns propeller speed, rad/s, and thrust, N, of one thruster on a test bench; empty for a
+    /// complete vehicle.
     fn bollard_pull(&self) -> Vec<(f64, f64)> {
         self.0.bollard_pull.clone()
     }
 
-    /// Its files, each with its path below the campaign's folder.
+    /// Returns its files, each with its path below the campaign's folder.
     fn files(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
         let twin = Arc::clone(&self.0);
         apart(py, move || {
@@ -76,7 +77,7 @@ impl Twin {
     }
 }
 
-/// What a twin is and does, as JSON: with `vehicle` it is a whole one, as in a file.
+/// Parses the specification of a twin, as JSON: with `vehicle` it has several axes, as in a file.
 fn twin_of(spec: &str) -> Result<TwinFile, Failure> {
     let value: serde_json::Value = serde_json::from_str(spec)?;
     Ok(match value.get("vehicle") {
@@ -90,7 +91,7 @@ fn trial(log: &TwinTrial, twin: &TwinCampaign) -> Result<SourcedTrial, Failure> 
     Ok(SourcedTrial { trial, inputs: Vec::new(), offsets: Vec::new(), start_s: 0.0 })
 }
 
-/// A recording as a log whose columns are called as quantities are.
+/// Converts a recording to a log whose columns are named after quantities.
 fn log(name: &str, recording: &Recording) -> Result<seaplant_log::Log, Failure> {
     let mut tables: BTreeMap<Vec<u64>, MemoryTable> = BTreeMap::new();
     for (quantity, series) in recording {
@@ -109,8 +110,8 @@ fn log(name: &str, recording: &Recording) -> Result<seaplant_log::Log, Failure> 
     Ok(seaplant_log::Log::of_tables(name, tables.into_values().collect())?)
 }
 
-/// Errors and coverage of methods over many twins, as JSON; `on_run` is told how many runs
-/// have begun.
+/// Computes errors and coverage of methods over many twins, as JSON; `on_run` receives the number
+/// of runs begun.
 #[pyfunction]
 pub fn monte_carlo(
     py: Python<'_>,
@@ -149,12 +150,12 @@ pub fn monte_carlo(
         Some(on_run) => on_run.call1((state.1.load(Ordering::Relaxed),)).map(|_| ()),
         None => Ok(()),
     });
-    // The runs that are under way end; no other begins.
+    // Running runs complete; no other begins.
     state.0.store(true, Ordering::Relaxed);
     waited
 }
 
-/// What a twin's TOML file says, as JSON.
+/// Returns the content of a twin's TOML file, as JSON.
 #[pyfunction]
 pub fn read_twin_spec(path: PathBuf) -> PyResult<String> {
     Ok(TwinFile::read(&path).map_err(Failure::from).and_then(|spec| json(&spec))?)

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use seaplant_campaign::SourcedVehicle;
 
-use crate::border::{Failure, apart, parse};
+use crate::convert::{Failure, apart, parse};
 
 /// A vehicle with known thrusters.
 #[pyclass(frozen, module = "seaplant._native")]
@@ -12,51 +12,51 @@ pub struct Vehicle(pub Arc<SourcedVehicle>);
 
 #[pymethods]
 impl Vehicle {
-    /// Reads a vehicle.toml, and the curve tables that it names.
+    /// Reads a vehicle.toml, and the curve tables that it refers to.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let vehicle = apart(py, move || Ok(SourcedVehicle::open(&path)?))?;
         Ok(Self(Arc::new(vehicle)))
     }
 
-    /// A vehicle of what its file would hold; paths in it are relative to the working folder.
+    /// Creates a vehicle from its file's content; paths in it are relative to the working folder.
     #[staticmethod]
     fn of_json(json: &str) -> PyResult<Self> {
         let vehicle = parse("vehicle", json)
-            .and_then(|file| Ok(SourcedVehicle::of(file, Path::new("vehicle"))?));
+            .and_then(|file| Ok(SourcedVehicle::from_file(file, Path::new("vehicle"))?));
         Ok(Self(Arc::new(vehicle?)))
     }
 
-    /// What it is called.
+    /// Returns its name.
     #[getter]
     fn name(&self) -> &str {
         &self.0.vehicle.name
     }
 
-    /// Mass in air, kg.
+    /// Returns the mass in air, kg.
     #[getter]
     fn dry_mass_kg(&self) -> Option<f64> {
         self.0.vehicle.dry_mass_kg
     }
 
-    /// Length, width and height of the hull, m.
+    /// Returns length, width and height of the hull, m.
     #[getter]
     fn size_m(&self) -> Option<[f64; 3]> {
         self.0.vehicle.size_m
     }
 
-    /// The names of its thrusters.
+    /// Returns the names of its thrusters.
     #[getter]
     fn thrusters(&self) -> Vec<&str> {
         self.0.vehicle.thrusters.iter().map(|thruster| thruster.name.as_str()).collect()
     }
 
-    /// The wrench of one newton of each thruster, N and N m.
+    /// Returns the wrench of one newton of each thruster, N and N m.
     fn unit_wrenches(&self) -> Vec<[f64; 6]> {
         self.0.vehicle.thrusters.iter().map(seaplant::Thruster::unit_wrench).collect()
     }
 
-    /// The force that a thruster gives, N, at inputs in rad/s, us or as a ratio.
+    /// Returns the force of a thruster, N, at inputs in rad/s, us or as a ratio.
     fn thrust(&self, name: &str, inputs: Vec<f64>, voltage_v: Option<f64>) -> PyResult<Vec<f64>> {
         let known = &self.0.vehicle.thrusters;
         let thruster = known.iter().find(|thruster| thruster.name == name).ok_or_else(|| {

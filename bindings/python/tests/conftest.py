@@ -1,4 +1,4 @@
-"""What tests share: a short twin, its files, and the command line if it was built."""
+"""Common fixtures: a short twin, its files, and the command line if it was built."""
 
 import json
 import os
@@ -41,7 +41,7 @@ def fit(dive: sp.Twin) -> sp.Fit:
 
 @pytest.fixture(scope="session")
 def command_line() -> Callable[..., Any]:
-    """Runs ``seaplant --json`` and gives what it prints."""
+    """Runs ``seaplant --json`` and returns its output."""
     program = os.environ.get("SEAPLANT_PROGRAM")
     if program is None:
         pytest.skip("SEAPLANT_PROGRAM does not name the command line to compare with")

@@ -9,7 +9,7 @@ import tomllib
 
 
 def last_digits(value):
-    """As JSON text: equal texts are equal numbers."""
+    """Formats as JSON text: equal texts are equal numbers."""
     return json.dumps(value, sort_keys=True)
 
 
@@ -18,7 +18,7 @@ def test_identify_is_that_of_the_command_line(heave_campaign, command_line, tmp_
     words = [] if method is None else ["--method", method]
     ours = sp.identify_campaign(heave_campaign, method).results.to_dict()
     theirs = command_line("identify", heave_campaign, *words, "--out", tmp_path / "out")
-    # What repeats it differs in the folder that the command line was told to write to.
+    # The command differs in the output folder.
     ours["provenance"].pop("command")
     theirs["provenance"].pop("command")
     assert last_digits(ours) == last_digits(theirs)
@@ -86,7 +86,7 @@ def test_twin_files_are_those_of_the_command_line(command_line, tmp_path):
 
 def test_what_is_written_is_what_the_command_line_writes(campaign, command_line, tmp_path):
     def files() -> dict[Path, bytes]:
-        # The program also keeps a list of what it may replace.
+        # The program also keeps a list of the files that it may replace.
         found = (path for path in tmp_path.rglob("*") if path.name != "seaplant-files.json")
         return {path: path.read_bytes() for path in found if path.is_file()}
 

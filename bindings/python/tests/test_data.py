@@ -1,4 +1,4 @@
-"""Data go in as arrays, frames, datasets and files, with units; the numbers stay the same."""
+"""Arrays, frames, datasets and files with units are read without changing the numbers."""
 
 import pickle
 from decimal import Decimal

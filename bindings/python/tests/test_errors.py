@@ -91,7 +91,8 @@ def test_other_threads_run_while_the_library_works(dive):
         beating.join()
     pauses = [later - sooner for sooner, later in itertools.pairwise(beats)]
     assert len(beats) > 20
-    # A lock that was kept would stop the clock for whole fits; half a second is a busy machine.
+    # A held lock would stop the clock for complete fits; half a second allows for a busy
+    # machine.
     assert max(pauses) < 0.5
 
 
@@ -149,6 +150,6 @@ def test_an_attribute_that_is_not_there_is_answered_with_what_is(dive):
             action()
         assert isinstance(caught.value, sp.InputError)
     assert not hasattr(fit, "surge")
-    # Python's own questions have Python's own answers.
+    # Python's own lookups get Python's own errors.
     assert copy.deepcopy(fit["surge"]) == fit["surge"]
     assert not hasattr(fit, "_repr_svg_")

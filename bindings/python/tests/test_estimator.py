@@ -1,4 +1,4 @@
-"""The estimator goes by scikit-learn's rules."""
+"""The estimator follows scikit-learn's rules."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from sklearn.preprocessing import FunctionTransformer
 
 @pytest.fixture(scope="module")
 def trials() -> tuple[sp.Vehicle, list[sp.Trial]]:
-    """Five dives of one vehicle."""
+    """Returns five dives of one vehicle."""
     dives = [sp.twin(dofs=["surge"], duration_s=120.0, seed=seed) for seed in range(5)]
     renamed = [
         sp.Trial(dive.logs["surge 1"], dive.vehicle, "surge", name=f"dive {k}")

@@ -1,4 +1,4 @@
-"""A fleet loses no dive: not to failures, not to a killed worker, not to a stop on the way."""
+"""A fleet loses no dive: neither to failures, nor to a killed worker, nor to an interruption."""
 
 import datetime as dt
 import os
@@ -31,7 +31,7 @@ def serial(campaigns: list[Path], tmp_path_factory: pytest.TempPathFactory) -> p
 
 
 def steady(frame: pd.DataFrame) -> pd.DataFrame:
-    """What is the same in every run."""
+    """Returns the columns that are equal in every run."""
     return frame.drop(columns=list(_dives.VOLATILE))
 
 
@@ -121,7 +121,7 @@ def test_a_fleet_goes_on_where_it_stopped(campaigns, serial, tmp_path, monkeypat
     fleet = sp.fleet.identify(some, out=tmp_path, method=METHOD)
     assert len(done) == 30
     pd.testing.assert_frame_equal(steady(fleet.to_pandas()), steady(serial.head(30)))
-    # Everything is there: nothing is done again, until a file changes.
+    # Everything is present: nothing is computed again, until a file changes.
     sp.fleet.identify(some, out=tmp_path, method=METHOD)
     assert len(done) == 30
     log = next((some[3].parent / "logs").rglob("dvl.csv"))
@@ -152,7 +152,7 @@ def test_what_the_system_refuses_is_tried_again(campaigns, tmp_path, monkeypatch
 
 
 def rows(masses, dates, payloads):
-    """A fleet whose parameters are given."""
+    """Makes a fleet with given parameters."""
     blank = dict.fromkeys(_dives.COLUMNS)
     return pd.DataFrame(
         [

@@ -1,4 +1,5 @@
-"""Modules of the package import one way, those that are imported late or for types too."""
+"""Imports between modules of the package form no cycle, including late imports and those for
+types."""
 
 import ast
 import graphlib
@@ -12,7 +13,8 @@ import seaplant as sp
 
 
 def imported(module: str, is_package: bool, source: str, known: set[str]) -> Iterator[str]:
-    """The modules among ``known`` that the source of one imports, inside functions too."""
+    """Returns the modules among ``known`` that the source of one imports, also inside
+    functions."""
     package = module if is_package else module.rpartition(".")[0]
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -29,7 +31,7 @@ def imported(module: str, is_package: bool, source: str, known: set[str]) -> Ite
 
 
 def modules() -> dict[str, Path]:
-    """The package's modules of Python source, by name."""
+    """Returns the package's modules of Python source, by name."""
     below = pkgutil.walk_packages(sp.__path__, "seaplant.")
     names = ["seaplant", *(of.name for of in below)]
     files = {name: find_spec(name).origin for name in names}

@@ -19,7 +19,7 @@ def rov() -> sp.Plant:
 
 
 def driven(plant: sp.Plant) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
-    """Time, velocity and force of surge driven by two sines, integrated by SciPy."""
+    """Returns time, velocity and force of surge driven by two sines, integrated by SciPy."""
     random = np.random.default_rng(4)
     x = np.zeros(12)
     for k in range(int(DURATION_S / SAMPLE_S)):

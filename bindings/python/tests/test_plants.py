@@ -1,4 +1,4 @@
-"""Plants that leave the program, against SciPy, CasADi, python-control and the command line."""
+"""Exported plants, against SciPy, CasADi, python-control and the command line."""
 
 import re
 from collections.abc import Callable

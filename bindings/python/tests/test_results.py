@@ -1,4 +1,4 @@
-"""Results are plain, shown well, drawn, and the same as the contract says."""
+"""Results are plain data, displayed readably, drawn, and conform to the schema."""
 
 import hashlib
 import json
@@ -36,7 +36,7 @@ def test_a_twin_is_found_within_its_intervals(fit, dive):
     assert low < truth.mass < high
     assert found.mass.value == pytest.approx(truth.mass, rel=0.01)
     assert found.quadratic_drag.value == pytest.approx(truth.quadratic_drag, rel=0.02)
-    # The paper's method is off by the gain of its filter, 1/2 at the twin's 1/8 Hz.
+    # The paper's method has the error of its filter's gain, 1/2 at the twin's 1/8 Hz.
     assert fit.methods["surge"]["paper"].parameters.mass.value > 1.5 * truth.mass
 
 

@@ -1,4 +1,4 @@
-"""Plants of several axes: made, identified and shown in Python."""
+"""Plants of several axes: made, identified and displayed in Python."""
 
 import pickle
 

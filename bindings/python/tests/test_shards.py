@@ -1,4 +1,4 @@
-"""A log in shards says what it says in one piece, to the last digits."""
+"""A log in shards gives the same result as in one piece, to the last digits."""
 
 import itertools
 import pickle
@@ -18,7 +18,8 @@ UNITS = {"wrench.surge": "N", "velocity.surge": "m/s"}
 
 @pytest.fixture(scope="module")
 def table(dive) -> dict[str, np.ndarray]:
-    """The twin's surge record as one table at 10 Hz, on a clock that starts in the past."""
+    """Returns the twin's surge record as one table at 10 Hz, on a clock that starts in the
+    past."""
     axis = sp.twin(dofs=["surge"], duration_s=480.0).trials[0].axis()
     force = axis.to_pandas()["force"].to_numpy()
     time = 1000.0 + np.arange(len(axis.time_s)) / 10.0

@@ -1,4 +1,4 @@
-"""The tutorial runs, and finds what it says it finds."""
+"""The tutorial runs, and its stated results are right."""
 
 import runpy
 from pathlib import Path

@@ -1,7 +1,7 @@
-//! How soon methods that work sample by sample agree with filter error over whole logs:
+//! Measures how soon methods that work sample by sample agree with filter error over complete logs:
 //! `cargo run -p seaplant-campaign --example online -- campaign.toml …`.
 //!
-//! The tables of docs/src/methods/online.md, in Markdown.
+//! Prints the tables of docs/src/methods/online.md, in Markdown.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -16,7 +16,7 @@ use seaplant::Method;
 use seaplant::results::{OnlineHistory, Parameter, Results};
 use seaplant_campaign::Campaign;
 
-/// Parameters agree within this part.
+/// Relative tolerance of agreement.
 const PART: f64 = 0.05;
 
 const METHODS: [Method; 4] =
@@ -66,7 +66,8 @@ fn coupled(found: &Results) {
     }
 }
 
-/// Of each method the last value, and after how long it stayed within 5 % of filter error's.
+/// Returns the last value of each method, and the time after which it stayed within 5 % of filter
+/// error's.
 fn rows(
     log: &str,
     plant: &str,
@@ -92,7 +93,7 @@ fn rows(
     }
 }
 
-/// With about four digits.
+/// Formats a number with about four digits.
 fn number(x: f64) -> String {
     let decimals = (3.0 - x.abs().max(1e-3).log10().floor()).clamp(0.0, 4.0) as usize;
     format!("{x:.decimals$}")

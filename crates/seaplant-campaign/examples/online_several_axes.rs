@@ -1,8 +1,8 @@
-//! How far methods that work sample by sample are off the truth in six axes, over seeds and seas:
+//! Measures the errors in six axes of methods that work sample by sample, over seeds and seas:
 //! `cargo run -p seaplant-campaign --example online_several_axes -- DIVE/campaign.toml …`.
 //!
 //! Each campaign is one of `seaplant twin`, with its truth.json; the folder is called SEA-SEED.
-//! The table of docs/src/methods/online.md, in Markdown.
+//! Prints the table of docs/src/methods/online.md, in Markdown.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -18,23 +18,23 @@ use seaplant::{Caveat, Dof, Method, Severity};
 use seaplant_campaign::Campaign;
 use serde_json::Value;
 
-/// Parameters agree within this part.
+/// Relative tolerance of agreement.
 const PART: f64 = 0.05;
 
 const METHODS: [Method; 4] =
     [Method::FilterError, Method::Adaptive, Method::Recursive, Method::Ekf];
 
-/// Axes that the twin drives as it likes; roll and pitch follow from these, and hardly tell their
+/// Axes that the twin drives at will; roll and pitch follow from these, and hardly reveal their
 /// damping.
 const DRIVEN: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];
 
-/// One method in one campaign.
+/// Result of one method in one campaign.
 struct Found {
-    /// The worst mass and the worst drag of the driven axes, as parts of the truth.
+    /// Largest relative error of mass and of drag over the driven axes.
     off: [f64; 2],
-    /// After how long all of them stayed within 5 % of filter error, s.
+    /// Time after which all of them stayed within 5 % of filter error, s.
     within_s: Option<f64>,
-    /// Whether a caveat says that the numbers may be wrong.
+    /// True if a caveat says that the numbers may be wrong.
     is_warned: bool,
 }
 
@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What each method found in one campaign.
+/// Returns the result of each method in one campaign.
 fn judged(results: &Results, truth: &Value) -> Vec<(Method, Found)> {
     let mut all = Vec::new();
     for (name, batch) in &results.coupled {
@@ -94,7 +94,7 @@ fn warned(caveats: &[Caveat]) -> bool {
     caveats.iter().any(|caveat| caveat.severity >= Severity::Warning)
 }
 
-/// Mass, and drag at the mean speed of the trials, of an axis.
+/// Returns an axis' mass, and its drag at the mean speed of the trials.
 fn of_axis(
     batch: &CoupledPlant,
     dof: Dof,
@@ -108,7 +108,7 @@ fn of_axis(
     Some([value(&format!("mass.{dof}"))?, linear + quadratic])
 }
 
-/// The worst mass and drag of the driven axes, as parts of the truth.
+/// Returns the largest relative errors of mass and drag over the driven axes.
 fn off(batch: &CoupledPlant, truth: &Value, found: &dyn Fn(&str) -> Option<f64>) -> [f64; 2] {
     let truly = |name: &str| truth[name].as_f64();
     let parts = DRIVEN.iter().filter_map(|dof| {
@@ -118,7 +118,8 @@ fn off(batch: &CoupledPlant, truth: &Value, found: &dyn Fn(&str) -> Option<f64>)
     parts.fold([0.0; 2], |[a, b], [c, d]| [f64::max(a, c), f64::max(b, d)])
 }
 
-/// After how long mass and drag of every driven axis stayed within 5 % of filter error, s.
+/// Returns the time after which mass and drag of every driven axis stayed within 5 % of filter
+/// error, s.
 fn within_s(batch: &CoupledPlant, history: &OnlineHistory) -> Option<f64> {
     let is_off = |k: usize| {
         DRIVEN.iter().any(|dof| {
@@ -132,7 +133,7 @@ fn within_s(batch: &CoupledPlant, history: &OnlineHistory) -> Option<f64> {
     history.time_s.get(from).copied()
 }
 
-/// Medians and worst of several seeds.
+/// Formats median and maximum over several seeds.
 fn cells(found: &[Found]) -> String {
     let sorted = |mut all: Vec<f64>| {
         all.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Bollard-pull tables: thrust against what the thruster was told, or how fast it turned.
+//! Bollard-pull tables: thrust against the thruster's command or measured speed.
 
 use std::path::Path;
 
@@ -11,17 +11,17 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::units::dimension_of_input;
 
-/// Which columns of a bollard-pull table to read.
+/// Columns of a bollard-pull table to read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BenchColumns {
-    /// The column of inputs; told by its unit and name if not said.
+    /// The column of inputs; recognised by its unit and name if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<String>,
     /// Its unit, if the header does not state it: rad/s, rpm, us, 1, or (rad/s)^2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input_unit: Option<String>,
-    /// The column of forces; told by its unit if not said.
+    /// The column of forces; recognised by its unit if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<String>,
     /// Its unit, if the header does not state it: N, kgf, lbf.
@@ -38,7 +38,7 @@ impl BenchColumns {
 /// A bollard-pull table, in rad/s, us or as a ratio, and N.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bench {
-    /// What the inputs are.
+    /// Kind of input.
     pub input: ThrusterInput,
     /// The header of the input column.
     pub input_column: String,
@@ -46,19 +46,19 @@ pub struct Bench {
     pub force_column: String,
     /// (input, N).
     pub points: Vec<(f64, f64)>,
-    /// Rows that lacked one of the two.
+    /// Number of rows without one of the two.
     pub missing: usize,
-    /// What provenance says of the file.
+    /// The file, for provenance.
     pub source: InputFile,
 }
 
 impl Bench {
-    /// Points that a program has at hand, in units as a table's header states them.
+    /// Builds a table from points in memory, in units as a table's header states them.
     ///
     /// # Errors
     /// [`Error::Value`] for a unit that is none of a force, or none of an input, and for
     /// lists of different length.
-    pub fn of(
+    pub fn from_points(
         inputs: &[f64],
         input_unit: &str,
         forces: &[f64],
@@ -86,16 +86,16 @@ impl Bench {
     }
 }
 
-/// Where points come from that no file holds.
+/// Name of the source of points that come from no file.
 const MEMORY: &str = "points in memory";
 
-/// How a square of speed is written as a unit.
+/// Spellings of the unit of squared speed.
 const SQUARED_SPEED: [&str; 3] = ["(rad/s)^2", "(rad/s)²", "rad²/s²"];
 
 /// Reads a bollard-pull table.
 ///
-/// `wanted` tells which input to read where the table holds several (pulse width and
-/// rpm, say); without it pulse width goes before speed, and speed before command.
+/// `wanted` selects the input where the table holds several (pulse width and rpm, say); without it
+/// pulse width is preferred to speed, and speed to command.
 ///
 /// # Errors
 /// [`Error::Table`] for a table or column that cannot be read, [`Error::Value`] if no
@@ -125,7 +125,7 @@ pub fn read_bench(
     })
 }
 
-/// How a column of inputs is turned into what a curve reads.
+/// Conversion of a column of inputs to the input of a curve.
 enum Reading {
     /// A unit of the input itself.
     Plain(ThrusterInput, Unit),
@@ -173,7 +173,7 @@ fn force_column<'a>(
     })
 }
 
-/// In this order a table's inputs are taken where nothing is said.
+/// Order of preference of a table's inputs.
 const INPUTS: [ThrusterInput; 3] =
     [ThrusterInput::Pwm, ThrusterInput::Speed, ThrusterInput::Command];
 
@@ -218,7 +218,7 @@ fn reading(column: &TableColumn, columns: &BenchColumns, input: ThrusterInput) -
     by_header.unwrap_or_else(by_name).map(|unit| Reading::Plain(input, unit))
 }
 
-/// How inputs of a stated unit are read, if it is one of theirs.
+/// Returns the conversion of inputs of a stated unit, if the unit is one of theirs.
 fn stated(unit: &str, input: ThrusterInput) -> Option<Reading> {
     if input == ThrusterInput::Speed && SQUARED_SPEED.contains(&unit.trim()) {
         return Some(Reading::SquaredSpeed);

@@ -1,22 +1,22 @@
-//! Files that are read only if they are no longer than their kind can be.
+//! Reads files only up to the size that is plausible for their kind.
 
 use std::io::Read;
 use std::path::Path;
 
 use crate::Error;
 
-/// Ten thousand trials take a few of these.
+/// Size limit; ten thousand trials take a few MiB.
 pub(crate) const MOST_BYTES: u64 = 64 << 20;
 
-/// The bytes of a file, if it is one and no longer than that: a pipe may never end, and a device
-/// such as `/dev/zero` does not.
+/// Reads a regular file up to that size: a pipe may never end, and a device such as `/dev/zero`
+/// does not.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::NotAFile`], [`Error::TooLarge`].
 pub fn read_bounded(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
     let failed = |source| Error::Io { path: path.to_owned(), source };
     let data = std::fs::metadata(path).map_err(failed)?;
-    // A folder is told by the system, in its own words.
+    // The system reports a folder in its own words.
     if !data.is_file() && !data.is_dir() {
         return Err(Error::NotAFile { path: path.to_owned() });
     }
@@ -29,7 +29,7 @@ pub fn read_bounded(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// The text of a TOML file for an excerpt or advice; empty if it cannot be had.
+/// Returns the text of a TOML file for an excerpt or advice; empty if it cannot be read.
 pub(crate) fn text_of(path: &Path) -> String {
     let bytes = read_bounded(path, MOST_BYTES).unwrap_or_default();
     String::from_utf8(bytes).unwrap_or_default()

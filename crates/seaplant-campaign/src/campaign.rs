@@ -1,4 +1,4 @@
-//! A campaign: its trials read from their logs, and identified.
+//! Campaigns: trials read from logs, and identified.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -29,18 +29,18 @@ pub struct Campaign {
     pub vehicle: Vehicle,
     /// The trials, in the file's order.
     pub trials: Vec<Trial>,
-    /// What to identify, and how.
+    /// Structure to identify, and methods.
     pub options: IdentifyOptions,
     /// Thrust curves fitted to bollard-pull data, if there are any.
     pub bollard_pull: Option<BollardPullResult>,
-    /// What gives reason to doubt the vehicle.
+    /// Reason to doubt the vehicle.
     doubt: Option<Caveat>,
     inputs: Vec<InputFile>,
-    /// Where each trial comes from, by its name.
+    /// Origin of each trial, by its name.
     origins: BTreeMap<String, Origin>,
 }
 
-/// Where a trial comes from.
+/// Origin of a trial.
 #[derive(Clone, Debug)]
 struct Origin {
     files: Vec<String>,
@@ -77,13 +77,12 @@ impl Campaign {
         Ok(campaign)
     }
 
-    /// A campaign of a vehicle and trials that are there already; `path` is what messages
-    /// call it.
+    /// Makes a campaign of a vehicle and trials in memory; messages call it `path`.
     ///
     /// # Errors
     /// [`Error::Value`] without trials, for two of one name, or for a plant of several axes that the
     /// vehicle cannot have.
-    pub fn of(
+    pub fn new(
         path: &Path,
         vehicle: SourcedVehicle,
         trials: Vec<SourcedTrial>,
@@ -110,19 +109,19 @@ impl Campaign {
         }
     }
 
-    /// Identifies the plant, with what the results need to be believed.
+    /// Identifies the plant, with the provenance and caveats that the results need.
     ///
-    /// `command` is what repeats it.
+    /// `command` is the command that reproduces it.
     pub fn identify(&self, command: &str) -> Identification {
         self.identify_watched(command, &mut |_| {})
     }
 
-    /// The fits that [`Self::identify`] makes, in order, with what they may cost.
+    /// Returns the fits that [`Self::identify`] makes, in order, with their estimated cost.
     pub fn stages(&self) -> Vec<Stage> {
         stages(&self.vehicle, &self.trials, &self.options)
     }
 
-    /// [`Self::identify`], calling back before each of its [`Self::stages`].
+    /// Does the same as [`Self::identify`], calling back before each of its [`Self::stages`].
     pub fn identify_watched(
         &self,
         command: &str,
@@ -143,7 +142,8 @@ impl Campaign {
         found
     }
 
-    /// The trials, each with the files that it was read from; samples are shared, not copied.
+    /// Returns the trials, each with the files that it was read from; samples are shared, not
+    /// copied.
     pub fn sourced_trials(&self) -> Vec<SourcedTrial> {
         let of = |trial: &Trial| {
             let origin = self.origins.get(trial.name());
@@ -193,8 +193,8 @@ impl Campaign {
     }
 }
 
-/// The files that a campaign is made from, there or not: itself, its vehicle with its tables, its
-/// logs; as far as they can be told.
+/// Lists the files of a campaign, whether or not they exist: itself, its vehicle with its tables,
+/// its logs; as far as they can be determined.
 pub fn campaign_files(campaign: &Path) -> Vec<PathBuf> {
     let mut files = vec![campaign.to_owned()];
     let Ok((file, _)) = toml_file::read::<CampaignFile>(campaign) else { return files };
@@ -243,10 +243,10 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], axes: &[Dof]) -> Result<Tria
     Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle, &plant_axes)?.trial)
 }
 
-/// Makes a trial of a log that was read already; the entry's files are not looked at.
+/// Makes a trial of a log in memory; the entry's files are not read.
 ///
-/// `plant_axes` are the axes of each plant of several axes that it may serve; `path` is what
-/// messages call the campaign that there is none of.
+/// `plant_axes` are the axes of each plant of several axes that it may serve; messages call the
+/// absent campaign file `path`.
 ///
 /// # Errors
 /// As [`Campaign::open`].
@@ -262,8 +262,8 @@ pub fn trial_of_log(
     trial_of(path, log, entry, &channels, vehicle, plant_axes)
 }
 
-/// Fits a thrust curve to a bollard-pull table; `neutral` is 1500 us for pulse widths and
-/// 0 else, if not given.
+/// Fits a thrust curve to a bollard-pull table; `neutral` defaults to 1500 us for pulse widths and
+/// 0 otherwise.
 ///
 /// # Errors
 /// As [`fit_bollard_pull`].
@@ -272,7 +272,7 @@ pub fn fit_bench(bench: &Bench, neutral: Option<f64>) -> Result<BollardFit, seap
     fit_bollard_pull(&bench.points, neutral.unwrap_or(stop))
 }
 
-/// A fitted thrust curve as results have it.
+/// Converts a fitted thrust curve to its form in results.
 pub fn bollard_result(bench: &Bench, fit: &BollardFit) -> BollardPullResult {
     let unit = bench.input.unit();
     let squared = if unit == "1" { "N".to_owned() } else { format!("N/({unit})²") };
@@ -291,7 +291,7 @@ pub fn bollard_result(bench: &Bench, fit: &BollardFit) -> BollardPullResult {
 }
 
 impl CampaignFile {
-    /// What to identify, and how; `path` is what messages call the file.
+    /// Returns the options of identification; messages call the file `path`.
     ///
     /// # Errors
     /// [`Error::Value`] for terms that make no model, and for an empty list of methods.
@@ -328,7 +328,7 @@ impl CampaignFile {
         Ok(options)
     }
 
-    /// Refuses what no fit could use before any is made.
+    /// Rejects settings that no fit can use before any fit is made.
     fn check_settings(&self, path: &Path) -> Result<(), Error> {
         let steady = self.steady.options().check().map_err(|error| match error {
             seaplant::Error::Setting { name, found, expected } if name == "slope" => {
@@ -355,7 +355,7 @@ impl CampaignFile {
         Ok(())
     }
 
-    /// Refuses a clock that says two things, or nothing that can be read.
+    /// Rejects a clock that is contradictory or cannot be read.
     fn check_time(&self, path: &Path) -> Result<(), Error> {
         let Some(time) = &self.time else { return Ok(()) };
         let of_all = time.of_file(|_| false);
@@ -424,7 +424,8 @@ fn check_names<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<
     Ok(())
 }
 
-/// `has_plant` says that trials also serve a `[[plant]]`, so that they need no axis of their own.
+/// Checks a trial's entry; `has_plant` is true if trials also serve a `[[plant]]`, so that they
+/// need no axis of their own.
 fn check_trial(path: &Path, trial: &TrialEntry, has_plant: bool) -> Result<(), Error> {
     let refuse = |reason: &str| Err(Error::value(path, format!("trial `{}`", trial.name), reason));
     if trial.dof.is_empty() && !has_plant {
@@ -478,7 +479,7 @@ fn check_window(path: &Path, trial: &TrialEntry) -> Result<(), Error> {
     Ok(())
 }
 
-/// The campaign's channels with the trial's own over them.
+/// Iterates over the campaign's channels, overridden by the trial's own.
 fn all_channels<'a>(
     file: &'a CampaignFile,
     trial: &'a TrialEntry,
@@ -486,7 +487,7 @@ fn all_channels<'a>(
     file.channels.iter().chain(&trial.channels)
 }
 
-/// Channels by quantity, the last of each, checked against the vehicle.
+/// Returns channels by quantity, the last of each, checked against the vehicle.
 fn channel_map<'a>(
     path: &Path,
     channels: impl Iterator<Item = (&'a String, &'a ChannelEntry)>,
@@ -511,7 +512,8 @@ fn channel_map<'a>(
     Ok(map)
 }
 
-/// What a thruster, rudder or fin that the vehicle does not know does would be left out unseen.
+/// Rejects channels of thrusters, rudders and fins that the vehicle does not have, which would
+/// otherwise be ignored silently.
 fn check_named(path: &Path, map: &ChannelMap, vehicle: &Vehicle) -> Result<(), Error> {
     let thrusters = vehicle.thrusters.iter().chain(&vehicle.propellers);
     let thrusters: Vec<&str> = thrusters.map(|t| t.name.as_str()).collect();
@@ -545,7 +547,7 @@ fn check_named(path: &Path, map: &ChannelMap, vehicle: &Vehicle) -> Result<(), E
     Ok(())
 }
 
-/// The quantity that was probably meant.
+/// Returns the quantity that was probably meant.
 fn near_quantity(name: &str) -> Option<String> {
     let thruster = name.strip_prefix("thruster.").and_then(|rest| rest.rsplit_once('.'));
     if let Some((thruster, input)) = thruster {

@@ -14,27 +14,27 @@ use serde::{Deserialize, Serialize};
 use crate::bench::BenchColumns;
 use crate::plant_file::PlantEntry;
 
-/// What a campaign.toml says.
+/// The content of a campaign.toml.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct CampaignFile {
     /// The vehicle file.
     pub vehicle: PathBuf,
-    /// Where time is in the logs; recognised by name if not said.
+    /// The time column of the logs; recognised by name if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<TimeEntry>,
-    /// The sheet of each workbook; its first if not said.
+    /// The sheet of each workbook; its first if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheet: Option<String>,
     /// The trials.
     pub trial: Vec<TrialEntry>,
-    /// Which column holds which quantity, in every trial that does not say otherwise.
+    /// The column of each quantity, for all trials that do not override it.
     #[serde(default)]
     pub channels: BTreeMap<String, ChannelEntry>,
     /// The methods; the first gives the recommended plant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<Method>>,
-    /// Where every method takes velocity from: `measured`, by the DVL or rate sensor, or
+    /// The source of velocity for every method: `measured`, by the DVL or rate sensor, or
     /// `position`, as its derivative. By default the paper's method derives it, others do not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<VelocitySource>,
@@ -59,7 +59,7 @@ pub struct CampaignFile {
     /// Settings of the methods that work sample by sample.
     #[serde(default, skip_serializing_if = "is_default")]
     pub online: OnlineOptions,
-    /// What counts as steady.
+    /// The criteria of steadiness.
     #[serde(default, skip_serializing_if = "is_default")]
     pub steady: SteadyEntry,
     /// Bollard-pull data of the thrusters, for the report's figure of thrust.
@@ -67,14 +67,14 @@ pub struct CampaignFile {
     pub bollard_pull: Option<BollardPullEntry>,
 }
 
-/// Which column holds which quantity.
+/// Column of each quantity.
 pub(crate) type ChannelMap = BTreeMap<Quantity, ChannelEntry>;
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
-/// Where time is in a log.
+/// The time column of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TimeEntry {
@@ -87,15 +87,15 @@ pub struct TimeEntry {
     /// The rate of a log without a time column, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equal_sampling_hz: Option<f64>,
-    /// Which time of a ROS message counts; the header's if not said.
+    /// The time of a ROS message to use; the header's if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stamp: Option<StampEntry>,
-    /// Files whose time is otherwise, by the path in `log` or the end of it.
+    /// Files with another time column, by the path in `log` or the end of it.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub file: BTreeMap<String, FileTimeEntry>,
 }
 
-/// Where time is in one file; it goes before what holds for all files.
+/// The time column of one file; it overrides that of all files.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FileTimeEntry {
@@ -111,7 +111,7 @@ pub struct FileTimeEntry {
 }
 
 impl TimeEntry {
-    /// What holds for one file.
+    /// Returns the settings of one file.
     pub(crate) fn of_file(&self, is_named: impl Fn(&str) -> bool) -> FileTimeEntry {
         let own = self.file.iter().find(|(name, _)| is_named(name)).map(|(_, entry)| entry.clone());
         own.unwrap_or_else(|| FileTimeEntry {
@@ -123,7 +123,7 @@ impl TimeEntry {
 }
 
 impl FileTimeEntry {
-    /// Refuses a clock that says two things, or nothing that can be read.
+    /// Rejects a clock that is contradictory or cannot be read.
     ///
     /// # Errors
     /// The key that is wrong, and why.
@@ -151,11 +151,11 @@ impl FileTimeEntry {
     }
 }
 
-/// Which of a message's two times counts.
+/// The choice between a message's two times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StampEntry {
-    /// The time in its header; of messages without one, the time of receipt.
+    /// The time in its header; for messages without one, the time of receipt.
     Header,
     /// The time at which it was recorded.
     Receive,
@@ -174,15 +174,15 @@ impl From<StampEntry> for Stamp {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrialEntry {
-    /// How tables and messages call it.
+    /// Its name in tables and messages.
     pub name: String,
-    /// Its log file, or files that were logged side by side; or a pattern such as `runs/*.csv`,
+    /// Its log file, or files that were logged simultaneously; or a pattern such as `runs/*.csv`,
     /// for a trial of each file or folder that it matches.
     pub log: LogEntry,
-    /// The degrees of freedom to fit one at a time; may be left out where there is a `[[plant]]`.
+    /// The degrees of freedom to fit one at a time; may be left out if there is a `[[plant]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dof: Vec<Dof>,
-    /// What it is for: fit (the default), hold-out or steady.
+    /// Its purpose: fit (the default), hold-out or steady.
     #[serde(default)]
     pub role: Role,
     /// Its start, in seconds after the first sample of its logs.
@@ -191,7 +191,7 @@ pub struct TrialEntry {
     /// Its end, in seconds after the first sample of its logs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_s: Option<f64>,
-    /// Steady stretches `[from, to]`, likewise; found by themselves if not given.
+    /// Steady stretches `[from, to]`, likewise; detected if left out.
     #[serde(
         default,
         deserialize_with = "exact::rows_of_numbers",
@@ -199,24 +199,24 @@ pub struct TrialEntry {
     )]
     pub segments_s: Vec<[f64; 2]>,
     /// Seconds to add to the clock of a file, by its path as in `log` or the end of it; or
-    /// `"estimate"`, to find them where its motion agrees with the others'.
+    /// `"estimate"`, to estimate them from motion that several files measure.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub offset_s: BTreeMap<String, OffsetEntry>,
     /// The sheet of a workbook, in place of the campaign's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheet: Option<String>,
-    /// Columns that are called otherwise in this trial.
+    /// Columns with other names in this trial.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub channels: BTreeMap<String, ChannelEntry>,
 }
 
-/// By how much a clock is behind.
+/// The offset of a clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number of seconds or \"estimate\"")]
 pub enum OffsetEntry {
-    /// So many seconds.
+    /// A number of seconds.
     Stated(f64),
-    /// As the data tell.
+    /// Estimated from the data.
     Told(EstimateWord),
 }
 
@@ -224,7 +224,7 @@ pub enum OffsetEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EstimateWord {
-    /// By what must agree in time.
+    /// Estimate it from signals that must agree in time.
     Estimate,
 }
 
@@ -234,12 +234,12 @@ pub enum EstimateWord {
 pub enum LogEntry {
     /// One file.
     One(PathBuf),
-    /// Several files that were logged side by side.
+    /// Several files that were logged simultaneously.
     Several(Vec<PathBuf>),
 }
 
 impl LogEntry {
-    /// All files.
+    /// Returns all files.
     pub fn files(&self) -> &[PathBuf] {
         match self {
             Self::One(file) => std::slice::from_ref(file),
@@ -248,7 +248,7 @@ impl LogEntry {
     }
 }
 
-/// The column that holds a quantity.
+/// The column of a quantity.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table such as { column = \"depth [m]\" }")]
 pub struct ChannelEntry {
@@ -257,31 +257,32 @@ pub struct ChannelEntry {
     /// Its unit, if the header does not state it or is wrong.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// What each count is worth, in `unit`: of raw counts; 1 if it is left out.
+    /// The value of one raw count, in `unit`; 1 if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
-    /// What is added to counts times `scale`, in `unit`; 0 if it is left out.
+    /// The value added to counts times `scale`, in `unit`; 0 if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset: Option<f64>,
-    /// Whether to turn its sign: a height in place of a depth, a heading to port.
+    /// True to reverse its sign: for a height in place of a depth, a heading to port.
     #[serde(default, skip_serializing_if = "is_default")]
     pub negate: bool,
-    /// Whether a trial may go without it.
+    /// True if a trial can do without it.
     #[serde(default, skip_serializing_if = "is_default")]
     pub optional: bool,
-    /// What a thruster did between its samples: held each until the next, or went straight.
+    /// The input of a thruster between its samples: each held until the next, or interpolated
+    /// linearly.
     #[serde(default, skip_serializing_if = "is_default")]
     pub between: Between,
 }
 
-/// What a signal does between its samples.
+/// A signal between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Between {
-    /// Each is held until the next: commands, and logs of every change.
+    /// Each sample is held until the next: commands, and logs of every change.
     #[default]
     Held,
-    /// It goes straight from one to the next: a smooth signal that was logged slowly.
+    /// Linear interpolation: a smooth signal that was logged slowly.
     Linear,
 }
 
@@ -290,7 +291,7 @@ pub enum Between {
 #[serde(deny_unknown_fields, default)]
 #[expect(missing_docs, reason = "each is a degree of freedom by name")]
 pub struct FitEntry {
-    /// In every degree of freedom that is not named below.
+    /// The terms in every degree of freedom that is not named below.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<Vec<Term>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -320,7 +321,7 @@ impl FitEntry {
         is_default(self)
     }
 
-    /// Each degree of freedom with its own choice, if it has one.
+    /// Returns each degree of freedom with its own choice, if it has one.
     pub fn by_dof(&self) -> [(Dof, Option<&DofEntry>); 6] {
         [
             (Dof::Surge, self.surge.as_ref()),
@@ -333,7 +334,7 @@ impl FitEntry {
     }
 }
 
-/// What counts as steady.
+/// The criteria of steadiness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SteadyEntry {
@@ -341,7 +342,7 @@ pub struct SteadyEntry {
     pub window_s: f64,
     /// The greatest drift of velocity in it, m/s² or rad/s².
     pub slope_m_s2: f64,
-    /// The greatest standard deviation of thrust in it, as a part of the trial's maximum.
+    /// The greatest standard deviation of thrust in it, as a fraction of the trial's maximum.
     pub thrust_part: f64,
 }
 
@@ -365,10 +366,10 @@ impl Default for SteadyEntry {
 pub struct BollardPullEntry {
     /// The table.
     pub file: PathBuf,
-    /// Which columns of it; told by their units and names if not said.
+    /// Its columns; recognised by their units and names if left out.
     #[serde(default, skip_serializing_if = "BenchColumns::is_default")]
     pub columns: BenchColumns,
-    /// The input that means stop: 0 by default, 1500 for pulse widths.
+    /// The input at zero thrust: 0 by default, 1500 for pulse widths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub neutral: Option<f64>,
 }

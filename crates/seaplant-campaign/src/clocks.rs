@@ -1,4 +1,4 @@
-//! Brings files that were logged side by side to one clock.
+//! Aligns the clocks of files that were logged simultaneously.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use seaplant_log::{Log, Unit};
 use crate::columns::{Recognised, recognise};
 use crate::units::dimension_of;
 
-/// What each file of a log tells of motion and thrust, by the names of its columns.
+/// Returns the motion and thrust in each file of a log, by the names of its columns.
 pub(crate) fn recordings(log: &Log) -> Vec<Recording> {
     let of_file = |columns: Vec<Recognised>| {
         let series = |column: &Recognised| Some((column.quantity.clone(), si(log, column)?));
@@ -17,7 +17,7 @@ pub(crate) fn recordings(log: &Log) -> Vec<Recording> {
     recognise(log).into_iter().map(of_file).collect()
 }
 
-/// A column in SI units; `None` of one without a unit.
+/// Converts a column to SI units; `None` for one without a unit.
 fn si(log: &Log, column: &Recognised) -> Option<Timed> {
     let channel = &log.channels()[column.channel];
     let wanted = dimension_of(column.quantity.kind());
@@ -30,17 +30,17 @@ fn si(log: &Log, column: &Recognised) -> Option<Timed> {
     Timed::new(&channel.column, channel.time_s(), values).ok()
 }
 
-/// Files of which some have one clock, and the others' offsets are looked for one by one.
+/// Files, some aligned to one clock; the offsets of the others are estimated one by one.
 pub(crate) struct Alignment<'a> {
     pub(crate) vehicle: &'a Vehicle,
-    /// What each file tells.
+    /// Motion and thrust in each file.
     pub(crate) recordings: Vec<Recording>,
-    /// Whether its clock is that of the trial.
+    /// True for each file whose clock is that of the trial.
     pub(crate) is_aligned: Vec<bool>,
 }
 
 impl Alignment<'_> {
-    /// How far the clock of a file is behind those that are aligned already.
+    /// Estimates how far the clock of a file lags the aligned ones.
     pub(crate) fn estimate(&self, file: usize) -> Result<ClockOffset, seaplant::Error> {
         let aligned = self.recordings.iter().zip(&self.is_aligned).filter(|(_, aligned)| **aligned);
         let mut reference = Recording::new();
@@ -50,7 +50,7 @@ impl Alignment<'_> {
         estimate_offset(&reference, &self.recordings[file], self.vehicle)
     }
 
-    /// Moves the clock of a file to where the others' is.
+    /// Shifts the clock of a file to the common one.
     pub(crate) fn move_by(&mut self, file: usize, offset_s: f64) {
         let moved = self.recordings[file].iter();
         self.recordings[file] =
@@ -58,7 +58,7 @@ impl Alignment<'_> {
         self.is_aligned[file] = true;
     }
 
-    /// Estimates the offsets of files, each against all whose clock is known by then.
+    /// Estimates the offsets of files, each against all files aligned before.
     ///
     /// # Errors
     /// The first file whose offset no other tells, and why.
@@ -91,7 +91,7 @@ impl Alignment<'_> {
     }
 }
 
-/// An offset as a sentence goes on: `+7.770 s ± 0.004 s`, and by what.
+/// Formats an offset and its source: `+7.770 s ± 0.004 s`, and by which signals.
 pub fn in_words(offset: &ClockOffset) -> String {
     let ClockOffset { offset_s, std_s, pairs } = offset;
     let believed = pairs.iter().filter(|pair| pair.offset_s.is_some());
@@ -110,11 +110,11 @@ pub fn in_words(offset: &ClockOffset) -> String {
     } else {
         ""
     };
-    // Below half a millisecond nothing is sure.
+    // Half a millisecond is the limit of accuracy.
     format!("{offset_s:+.3} s ± {:.3} s, by {told}{lag}", std_s.max(5e-4))
 }
 
-/// The line of a trial that states an offset.
+/// Returns the line of a trial that states an offset.
 pub(crate) fn line(file: &Path, offset_s: f64) -> String {
     let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
     format!("offset_s = {{ \"{name}\" = {offset_s:.3} }}")

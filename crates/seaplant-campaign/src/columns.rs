@@ -1,4 +1,4 @@
-//! Columns of logs: which quantities they hold, recognised by names, units and values.
+//! Recognises the quantities in the columns of logs by names, units and values.
 
 use seaplant::Quantity;
 use seaplant_log::Log;
@@ -21,7 +21,7 @@ pub(crate) use mapping::{Mapped, Mapping, map};
 pub(crate) use ros_thruster::UNTOLD;
 pub(crate) use session::{Session, are_alike, sessions};
 
-/// A column that seems to hold a quantity.
+/// A column and its recognised quantity.
 pub(crate) struct Recognised {
     pub quantity: Quantity,
     /// Index into the log's channels.
@@ -33,7 +33,8 @@ pub(crate) struct Recognised {
 
 /// Recognises the columns of each file by their names.
 pub(crate) fn recognise(log: &Log) -> Vec<Vec<Recognised>> {
-    let files: Vec<Session> = (0..log.sources().len()).map(|file| Session::of(log, file)).collect();
+    let files: Vec<Session> =
+        (0..log.sources().len()).map(|file| Session::new(log, file)).collect();
     let of_file = |mapped: Vec<Mapped>| {
         let recognised = mapped.into_iter().map(|Mapped { claim, channel, .. }| Recognised {
             quantity: claim.quantity,

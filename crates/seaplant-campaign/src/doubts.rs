@@ -1,4 +1,4 @@
-//! What the notes of a reader mean for a trial.
+//! Converts the notes of a reader to caveats of a trial.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -9,10 +9,10 @@ use seaplant_log::{Log, Note};
 use crate::Error;
 use crate::campaign_file::{ChannelMap, TrialEntry};
 
-/// A trial that lacks more than this part of a column's cells is another trial.
+/// Fraction of missing cells from which a caveat is a warning.
 const SMALL_PART: f64 = 0.01;
 
-/// The notes on a log as caveats of its trial.
+/// Returns the notes on a log as caveats of its trial.
 pub(crate) fn doubts(entry: &TrialEntry, log: &Log, channels: &ChannelMap) -> Vec<Caveat> {
     let places = channels.values().filter_map(|mapped| log.place(&mapped.column).ok());
     let used: BTreeSet<(&Path, &str)> = places
@@ -22,8 +22,8 @@ pub(crate) fn doubts(entry: &TrialEntry, log: &Log, channels: &ChannelMap) -> Ve
     log.notes().iter().map(|note| doubt(entry, note, &used)).collect()
 }
 
-/// A unit of time that is wrong moves mass by its square; cells that are left out may be those of
-/// one sign.
+/// Grades a note by its consequences: a wrong unit of time scales mass by its square, and cells that
+/// are left out may all have one sign.
 fn doubt(entry: &TrialEntry, note: &Note, used: &BTreeSet<(&Path, &str)>) -> Caveat {
     let message = format!("trial `{}`: {note}", entry.name);
     let lost = match note {
@@ -45,12 +45,12 @@ fn doubt(entry: &TrialEntry, note: &Note, used: &BTreeSet<(&Path, &str)>) -> Cav
     Caveat::note(CaveatCode::Log, message)
 }
 
-/// Refuses a log whose time has no unit and cannot be in seconds.
+/// Rejects a log whose time has no unit and cannot be in seconds.
 ///
 /// # Errors
 /// [`Error::Value`] where no channel of a file has more than a sample in ten seconds.
 pub(crate) fn check_time_units(path: &Path, entry: &TrialEntry, log: &Log) -> Result<(), Error> {
-    /// Motion that identifies a plant is logged more often, Hz.
+    /// Lowest sample rate of motion from which a plant can be identified, Hz.
     const SLOWEST_HZ: f64 = 0.1;
     for note in log.notes() {
         let (Note::TimeUnitAssumed { path: file, column, period_s }, Some(unit)) =

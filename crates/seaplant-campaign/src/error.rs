@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-/// Why a campaign could not be read or run.
+/// Reason why a campaign could not be read or run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -15,10 +15,10 @@ pub enum Error {
     /// A pipe, a socket or a device where a file is needed.
     #[error("{} is a pipe or a device, not a regular file; save its content to a file and name that", path.display())]
     NotAFile {
-        /// What was named.
+        /// Its path.
         path: PathBuf,
     },
-    /// A file that is far larger than any of its kind.
+    /// A file that is implausibly large for its kind.
     #[error("{} is larger than {} MB, too large for this kind of file; name another", path.display(), most >> 20)]
     TooLarge {
         /// The file.
@@ -26,36 +26,36 @@ pub enum Error {
         /// The most that is read, bytes.
         most: u64,
     },
-    /// A file is not the TOML that it should be.
+    /// A file that is not valid TOML of its form.
     #[error("{}: {message}{advice}", path.display())]
     Toml {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with line, column and the line itself.
+        /// The error, with line, column and the line itself.
         message: String,
-        /// What may have been meant.
+        /// Probable correction.
         advice: String,
     },
-    /// A value that is well-formed and wrong.
+    /// A value that is well-formed and invalid.
     #[error("{}: {key}: {reason}{excerpt}", path.display())]
     Value {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// Its key.
         key: String,
-        /// What is wrong, and what to do.
+        /// The error, with advice.
         reason: String,
         /// The line of the file, with a mark under the key; empty if it is in none.
         excerpt: String,
     },
-    /// A log lacks what a trial needs of it.
+    /// A log without a channel that a trial needs.
     #[error("trial `{trial}`, {quantity}: {source}")]
     Channel {
-        /// Which trial.
+        /// The trial.
         trial: String,
         /// The quantity that was mapped.
         quantity: String,
-        /// Why it cannot be had.
+        /// The reason.
         source: Box<seaplant_log::Error>,
     },
     /// A channel has no unit.
@@ -63,21 +63,21 @@ pub enum Error {
         "trial `{trial}`, {quantity}: column `{column}` states no unit; write it in the header, as `{column} [{example}]`, or in the campaign, as {{ column = \"{column}\", unit = \"{example}\" }}"
     )]
     NoUnit {
-        /// Which trial.
+        /// The trial.
         trial: String,
         /// The quantity that was mapped.
         quantity: String,
         /// The column.
         column: String,
-        /// A unit that would do.
+        /// A valid unit.
         example: String,
     },
-    /// A number that no instrument measures.
+    /// A physically impossible number.
     #[error(
         "trial `{trial}`, {quantity}: column `{column}` holds {found} at {time_s} s, which no vehicle has; check the unit, and drop faulty samples"
     )]
     Implausible {
-        /// Which trial.
+        /// The trial.
         trial: String,
         /// The quantity that was mapped.
         quantity: String,
@@ -85,26 +85,26 @@ pub enum Error {
         column: String,
         /// The number, with its SI unit.
         found: String,
-        /// When, s in the log's clock.
+        /// Its time, s in the log's clock.
         time_s: f64,
     },
     /// A log could not be read.
     #[error("trial `{trial}`: {source}")]
     Log {
-        /// Which trial.
+        /// The trial.
         trial: String,
-        /// Why.
+        /// The reason.
         source: Box<seaplant_log::Error>,
     },
     /// A table could not be read.
     #[error(transparent)]
     Table(Box<seaplant_log::Error>),
-    /// The mathematics refused.
+    /// An error of the identification itself.
     #[error("{}: {source}", path.display())]
     Model {
         /// The campaign or vehicle file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: seaplant::Error,
     },
 }

@@ -1,4 +1,4 @@
-//! The line of a TOML file that an error is about, with a mark under the place.
+//! Shows the line of a TOML file that an error refers to, with a mark under the key.
 
 use std::ops::Range;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::Error;
 use crate::bounded::text_of;
 
 impl Error {
-    /// A wrong value, with the line of the file that holds it.
+    /// Returns the error of an invalid value, with the line of the file that holds it.
     pub(crate) fn value(path: &Path, key: impl Into<String>, reason: impl Into<String>) -> Self {
         let (key, reason) = (key.into(), reason.into());
         let excerpt = excerpt(path, &key);
@@ -18,20 +18,20 @@ impl Error {
     }
 }
 
-/// The line that holds `key`, as an error shows it; empty if it cannot be told.
+/// Returns the line that holds `key`, as an error shows it; empty if it cannot be found.
 ///
-/// A key is what an error calls the place: ``trial `dive 1`, from_s``, `channels."depth".unit`.
+/// A key is the path in an error: ``trial `dive 1`, from_s``, `channels."depth".unit`.
 fn excerpt(path: &Path, key: &str) -> String {
     let text = text_of(path);
     find(&text, key).map(|span| marked(&text, span)).unwrap_or_default()
 }
 
-/// A step towards a place.
+/// A step of a path.
 #[derive(Debug, PartialEq)]
 enum Step<'a> {
     /// Into a table.
     Key(&'a str),
-    /// To the element of a list that has this name.
+    /// To the element of a list with this name.
     Named(&'a str),
 }
 
@@ -55,7 +55,7 @@ fn steps(key: &str) -> Vec<Step<'_>> {
     }
 }
 
-/// The bytes of the key, or of the nearest one around it that the file has.
+/// Returns the bytes of the key, or of its nearest ancestor in the file.
 fn find(text: &str, key: &str) -> Option<Range<usize>> {
     let document = DeTable::parse(text).ok()?;
     let mut place = None;
@@ -86,11 +86,11 @@ fn element<'a, 'i>(list: &'a DeValue<'i>, name: &str) -> Option<&'a Spanned<DeVa
         let own = element.get_ref().as_table().and_then(|table| table.get("name"));
         own.and_then(|own| own.get_ref().as_str()) == Some(name)
     };
-    // The last: an error about a name that stands twice is about the second.
+    // The last, because an error about a duplicate name is about the second.
     list.as_array()?.iter().rfind(is_named)
 }
 
-/// What stands between quotation marks, as it stands in the file.
+/// Returns the position of text in quotation marks, if the file contains it.
 fn literally(text: &str, key: &str) -> Option<Range<usize>> {
     let start = key.find('"')?;
     let end = start + 1 + key[start + 1..].find('"')? + 1;
@@ -98,8 +98,8 @@ fn literally(text: &str, key: &str) -> Option<Range<usize>> {
     Some(found..found + end - start)
 }
 
-/// The first number of a TOML text that is NaN or infinite, as it is written, and its line with a
-/// mark; nothing for a text that is no TOML.
+/// Returns the first number of a TOML text that is NaN or infinite, as written, and its line with a
+/// mark; `None` for a text that is not TOML.
 pub(crate) fn not_finite(text: &str) -> Option<(String, String)> {
     let document = DeTable::parse(text).ok()?;
     let span = document.get_ref().values().find_map(not_finite_in)?;
@@ -149,14 +149,14 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_is_missing_brings_what_is_around_it() {
+    fn a_missing_key_shows_the_enclosing_one() {
         let trial = shown("trial `b`, to_s");
         assert!(trial.contains("8 | name = \"b\"\n  |        ^^^"), "{trial}");
         assert_eq!(shown("paper.order"), "");
     }
 
     #[test]
-    fn what_is_quoted_is_found_literally() {
+    fn quoted_text_is_found_literally() {
         let path = shown("path \"ä.csv\"");
         assert!(path.ends_with("9 | log = [\"ä.csv\"]\n  |        ^^^^^^^"), "{path}");
     }

@@ -1,4 +1,4 @@
-//! What a log holds, channel by channel, and what is odd about it.
+//! Summarises a log channel by channel, with its irregularities.
 
 use schemars::JsonSchema;
 use seaplant_log::{Channel, Figure, Gap, Log, Note, Survey, SurveyedChannel};
@@ -10,40 +10,40 @@ pub use clocks::{InspectedEpoch, InspectedOffset};
 
 use crate::remarks::remarks_within;
 
-/// What a log holds.
+/// Summary of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Inspection {
     /// The files.
     pub files: Vec<InspectedFile>,
-    /// How the clocks of the other files lie to the first's.
+    /// Offsets of the other files' clocks to the first's.
     #[serde(default)]
     pub offsets: Vec<InspectedOffset>,
     /// Their channels, in the order of the files and of their columns.
     pub channels: Vec<ChannelSummary>,
-    /// What the reader decided or dropped.
+    /// Notes on what the reader decided or dropped.
     pub notes: Vec<String>,
 }
 
 /// A file that was read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct InspectedFile {
-    /// Where.
+    /// Path.
     pub path: String,
     /// Its size.
     pub bytes: u64,
-    /// SHA-256 of its content, hexadecimal; absent of a file that was read in part.
+    /// SHA-256 of its content, hexadecimal; absent for a file that was read in part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
-    /// What it is, such as "comma-separated text".
+    /// Format, such as "comma-separated text".
     pub format: String,
-    /// Whether only parts of it were read: what its channels have under `estimated` is estimated
-    /// from these, and smallest and largest values and remarks are of these alone.
+    /// True if only parts of it were read: the numbers listed under `estimated` of its channels are
+    /// estimates, and smallest and largest values and remarks refer to these parts.
     pub surveyed: bool,
-    /// How many parts were read; 1 of a file that was read whole.
+    /// Number of parts read; 1 for a file that was read completely.
     pub parts: usize,
-    /// How many bytes were read.
+    /// Number of bytes read.
     pub bytes_read: u64,
-    /// What its times count from.
+    /// Epoch of its times.
     #[serde(default)]
     pub epoch: InspectedEpoch,
     /// The first and the last time of any of its channels, s, in the file's clock.
@@ -60,19 +60,20 @@ pub struct ChannelSummary {
     pub column: String,
     /// The unit that the header states.
     pub unit: Option<String>,
-    /// How many samples it has.
+    /// Number of samples.
     pub count: u64,
-    /// How many of them were read.
+    /// Number of samples read.
     pub read: usize,
-    /// Rows without a value, of those that were read.
+    /// Number of rows without a value, among those read.
     pub missing: usize,
-    /// Samples in a second: 1 over the median interval; absent of a single sample.
+    /// Samples per second: 1 / median interval; absent for a single sample.
     pub rate_hz: Option<f64>,
     /// The time of the first sample, s, in the file's clock.
     pub first_s: f64,
     /// The time of the last sample, s, in the file's clock.
     pub last_s: f64,
-    /// Intervals longer than five median ones and half a second; absent where only parts were read.
+    /// Number of intervals longer than five median ones and half a second; absent if only parts
+    /// were read.
     pub gaps: Option<usize>,
     /// The longest of them, s.
     pub longest_gap_s: Option<f64>,
@@ -80,13 +81,13 @@ pub struct ChannelSummary {
     pub min: f64,
     /// The largest value that was read, in the channel's unit.
     pub max: f64,
-    /// What is odd about the values that were read, in plain words.
+    /// Irregularities of the values that were read, in plain words.
     pub remarks: Vec<String>,
-    /// Which of `count`, `rate_hz`, `first_s` and `last_s` are estimates.
+    /// Names of those of `count`, `rate_hz`, `first_s` and `last_s` that are estimates.
     pub estimated: Vec<String>,
 }
 
-/// Looks at every channel of a log.
+/// Inspects every channel of a log.
 pub fn inspect(log: &Log) -> Inspection {
     let files = log.sources().iter().enumerate().map(|(file, source)| InspectedFile {
         path: source.path.display().to_string(),
@@ -96,7 +97,7 @@ pub fn inspect(log: &Log) -> Inspection {
         surveyed: false,
         parts: 1,
         bytes_read: source.bytes,
-        epoch: InspectedEpoch::of(source.epoch),
+        epoch: InspectedEpoch::from_epoch(source.epoch),
         span_s: clocks::span_s(log, file),
     });
     let files = files.collect();
@@ -104,7 +105,7 @@ pub fn inspect(log: &Log) -> Inspection {
     Inspection { offsets: clocks::offsets(log), ..inspection(files, channels, log.notes()) }
 }
 
-/// Looks at every channel of files that were surveyed: large ones were read in part, and then the
+/// Inspects every channel of files that were surveyed: large ones were read in part, and then the
 /// clocks of files are not compared.
 pub fn inspect_survey(survey: Survey) -> Inspection {
     let survey = match survey.into_log() {
@@ -131,7 +132,7 @@ fn inspected(survey: &Survey, place: usize) -> InspectedFile {
         surveyed: file.parts.is_some(),
         parts: file.parts.map_or(1, |parts| parts.count),
         bytes_read: file.parts.map_or(file.bytes, |parts| parts.bytes),
-        epoch: InspectedEpoch::of(file.epoch),
+        epoch: InspectedEpoch::from_epoch(file.epoch),
         span_s: ends.reduce(clocks::around),
     }
 }
@@ -150,7 +151,7 @@ fn inspection<'a>(
 const GAP_PERIODS: f64 = 5.0;
 const GAP_SECONDS: f64 = 0.5;
 
-/// A channel, and what is known of it.
+/// A channel, and the knowledge of it.
 struct Seen<'a> {
     channel: &'a Channel,
     count: Figure<u64>,
@@ -162,7 +163,7 @@ struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    /// `None` of a channel without samples.
+    /// Creates one of a complete channel; `None` for a channel without samples.
     fn whole(channel: &'a Channel) -> Option<Self> {
         Some(Self {
             channel,
@@ -180,7 +181,7 @@ impl<'a> Seen<'a> {
         Self { channel: read, count, rate_hz, first_s, last_s, pause_s }
     }
 
-    /// `None` of a channel without samples.
+    /// Summarises the channel; `None` for a channel without samples.
     fn summarise(&self, files: &[InspectedFile]) -> Option<ChannelSummary> {
         let channel = self.channel;
         let file = &files[channel.source];
@@ -213,7 +214,7 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// The lengths of the gaps that matter, s.
+/// Returns the lengths of significant gaps, s.
 fn long_gaps(channel: &Channel) -> Vec<f64> {
     let length = |gap: &Gap| gap.to_s - gap.from_s;
     let gaps = channel.gaps(GAP_PERIODS);

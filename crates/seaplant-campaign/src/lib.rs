@@ -1,7 +1,7 @@
 //! vehicle.toml and campaign.toml: from logs to identified plants.
 //!
-//! Two small files say what a vehicle is and which logs to read; this crate reads both,
-//! brings the logs' columns to SI units and hands the trials to [`seaplant`].
+//! Two small files describe the vehicle and the logs; this crate reads both, converts the logs'
+//! columns to SI units and passes the trials to [`seaplant`].
 
 mod bench;
 mod bounded;

@@ -1,33 +1,33 @@
-//! Numbers that stand for the absence of one, and pulses that are none.
+//! Detects numbers that encode missing data, and pulse widths of zero.
 
 use std::sync::Arc;
 
 use seaplant::{Caveat, CaveatCode, Quantity, ThrusterInput, Vehicle};
 use seaplant_log::Channel;
 
-/// A number that stands for missing data, and how many samples hold it.
+/// A number that encodes missing data, and the number of samples with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MissingCode {
     pub(crate) value: f64,
     pub(crate) count: usize,
-    /// Whether it is the end of a range of integers, which nobody chooses.
+    /// True if it is the limit of an integer type, which nobody chooses.
     is_limit: bool,
 }
 
-/// The ends of the ranges of integers, which instruments write where they have no measurement.
+/// Limits of integer types, which instruments write where they have no measurement.
 const LIMITS: [f64; 6] =
     [32_767.0, 32_768.0, 65_535.0, 2_147_483_647.0, 2_147_483_648.0, 4_294_967_295.0];
 
-/// Numbers of nines, and those that libraries of the sea and the air take for missing data.
+/// Numbers of nines, and those that marine and aeronautical libraries use for missing data.
 const CHOSEN: [f64; 11] =
     [999.0, 9999.0, 99_999.0, 999_999.0, 9999.9, 999.9, 99.99, 999.99, 1e20, 1e30, 1e37];
 
-/// Values that mark the absence of one: [`LIMITS`] over a power of ten, or [`CHOSEN`], that stand
-/// far from all others, and more than once.
+/// Finds codes for missing data: [`LIMITS`] over a power of ten, or [`CHOSEN`], that are far from
+/// all other values and occur more than once.
 pub(crate) fn missing_codes(values: &[f64]) -> Vec<MissingCode> {
     const OFTEN: usize = 2;
     let mut codes: Vec<f64> = Vec::new();
-    // A code that is far from all others is an end of the range of what is left.
+    // A code far from all others is at an end of the range of the remaining values.
     let [low, high] = loop {
         let others = || values.iter().copied().filter(|x| !codes.contains(x));
         let low = others().fold(f64::INFINITY, f64::min);
@@ -52,8 +52,8 @@ pub(crate) fn missing_codes(values: &[f64]) -> Vec<MissingCode> {
     codes
 }
 
-/// How many times the size of all others a code must lie apart from these; `None` of a number that
-/// is no code. The end of a range of integers is a code by its digits already.
+/// Returns the ratio by which a code must exceed all other values; `None` for a number that is no
+/// code. The digits of an integer limit are evidence enough.
 fn apart_by(x: f64) -> Option<f64> {
     const LIMIT: f64 = 0.5;
     const CHOICE: f64 = 3.0;
@@ -63,7 +63,7 @@ fn apart_by(x: f64) -> Option<f64> {
     LIMITS.iter().any(|limit| is_scaled(x.abs(), *limit)).then_some(LIMIT)
 }
 
-/// Whether a number is an integer over a power of ten, as exactly as its type holds it.
+/// Returns whether a number is an integer over a power of ten, within the precision of its type.
 fn is_scaled(x: f64, integer: f64) -> bool {
     const POWERS: std::ops::RangeInclusive<i32> = 0..=7;
     let is_single = f64::from(x as f32) == x;
@@ -73,8 +73,8 @@ fn is_scaled(x: f64, integer: f64) -> bool {
     x > 0.0 && POWERS.contains(&(power as i32)) && (scaled / integer - 1.0).abs() <= rounding
 }
 
-/// The times and values of a column without codes for missing data, which a caveat counts; a
-/// command may be any number, and speed or pulse width of a thruster may be 999.
+/// Removes codes for missing data from a column, and counts them in a caveat. Commands are exempt
+/// because they may be any number, and a thruster's speed or pulse width may be 999.
 pub(crate) fn without_codes(
     trial: &str,
     quantity: &Quantity,
@@ -108,14 +108,14 @@ pub(crate) fn without_codes(
     (time_s.into(), values)
 }
 
-/// The pulse width that stops a hobby speed controller, us.
+/// Pulse width at which a hobby speed controller stops, us.
 pub(crate) const STOPPED_US: f64 = 1500.0;
 
 /// Pulse widths of servos are longer, us.
 const SHORTEST_US: f64 = 500.0;
 
-/// Takes pulses of 0 us, as a disarmed controller logs where it sends none, for the one that stops
-/// the thruster, with a caveat.
+/// Replaces pulses of 0 us, which a disarmed controller logs when it sends none, by the pulse that
+/// stops the thruster, with a caveat.
 pub(crate) fn stop_without_pulse(
     trial: &str,
     quantity: &Quantity,
@@ -162,7 +162,7 @@ mod tests {
         for code in [32767.0, -32768.0, 3276.7, 327.67, 32.767, -3.2768, 65.535, 2147.483647] {
             assert_eq!(codes(&[0.1, 0.2, 0.3], code), [code]);
         }
-        // As single precision and as a product have it.
+        // In single precision, and as a product.
         let (single, product) = (f64::from(3276.7_f32), 0.1 * 32767.0);
         assert_eq!(codes(&[-1500.0, 1500.0], single), [single]);
         assert_eq!(codes(&[-1500.0, 1500.0], product), [product]);
@@ -190,7 +190,7 @@ mod tests {
         let caveat = stop(&mut [1600.0, 0.0, 1400.0]).expect("one is missing");
         assert_eq!(caveat.severity, seaplant::Severity::Warning);
         assert_eq!(stop(&mut [1600.0, 1500.0]), None);
-        // A channel that never pulses has nothing to compare with.
+        // A channel without pulses has no reference.
         assert_eq!(stop(&mut [0.0, 0.0]), None);
     }
 }

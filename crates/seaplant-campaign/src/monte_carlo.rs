@@ -1,4 +1,4 @@
-//! A Monte Carlo study on as many threads as are wanted.
+//! Runs a Monte Carlo study on several threads.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -17,46 +17,46 @@ use serde::{Deserialize, Serialize};
 use crate::TwinError;
 use crate::twin_file::plant_named;
 
-/// The table of a study, and what it was made from.
+/// Table of a study, with its specification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MonteCarloTable {
     /// Version of Seaplant that made it.
     pub version: String,
-    /// How many twins.
+    /// Number of twins.
     pub runs: u64,
     /// The twin; that of the first run has its seed.
     pub spec: TwinSpec,
     /// Errors and coverage.
     pub rows: Vec<Row>,
-    /// How often parts were taken into the model.
+    /// Frequency with which parts were admitted to the model.
     pub admissions: Vec<Admission>,
-    /// How often recommended plants were presented as what they are not.
+    /// Frequency with which wrong plants were recommended without warning.
     #[serde(default)]
     pub assurance: Vec<Assurance>,
 }
 
-/// The table of a study of a whole vehicle, and what it was made from.
+/// Table of a study of a complete vehicle, with its specification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WholeMonteCarloTable {
     /// Version of Seaplant that made it.
     pub version: String,
-    /// How many twins.
+    /// Number of twins.
     pub runs: u64,
     /// The twin; that of the first run has its seed.
     pub spec: WholeTwinSpec,
     /// Errors and coverage of each coefficient.
     pub coefficients: Vec<CoefficientRow>,
-    /// How often axes were presented as what they are not.
+    /// Frequency with which axes were presented without warning although wrong.
     pub assurance: Vec<Assurance>,
-    /// Why plants were not found, by seed.
+    /// Reasons why plants were not identified, by seed.
     pub failures: BTreeMap<u64, String>,
 }
 
-/// More threads than this help nowhere, and some systems make no more.
+/// More threads do not help, and some systems cannot create more.
 const MOST_THREADS: usize = 1024;
 
-/// What comes of each run, in their order, on as many threads as are wanted; `None` once `go_on`,
-/// which is asked before each run by every thread, says no.
+/// Returns the result of each run, in order, using `threads` threads; `None` once `go_on`, which
+/// every thread calls before each run, returns false.
 fn study<T: Send, E: Send>(
     runs: u64,
     threads: usize,
@@ -73,7 +73,7 @@ fn study<T: Send, E: Send>(
                 break;
             }
             let found = sample(run);
-            // A poisoned lock means that another thread panicked; the scope tells.
+            // A poisoned lock means that another thread panicked, which the scope reports.
             if let Ok(mut done) = done.lock() {
                 done.push((run, found));
             }
@@ -88,11 +88,11 @@ fn study<T: Send, E: Send>(
     done.into_iter().map(|(_, found)| found).collect::<Result<_, _>>().map(Some)
 }
 
-/// Makes `runs` twins, with seeds from that of `spec` upwards, fits each with every method,
-/// and says how far off they are.
+/// Makes `runs` twins, with seeds from that of `spec` upwards, fits each with every method, and
+/// tabulates the errors.
 ///
-/// The table is the same whatever the number of threads. `go_on` is asked before each run,
-/// by every thread; `None` comes back once it says no.
+/// The table does not depend on the number of threads. `go_on` is called before each run, by every
+/// thread; `None` is returned once it returns false.
 ///
 /// # Errors
 /// As [`sample`].
@@ -118,10 +118,10 @@ pub fn monte_carlo(
     }))
 }
 
-/// Makes `runs` twins of a whole vehicle, with seeds from that of `spec` upwards, identifies each,
-/// and says how far off every coefficient is.
+/// Makes `runs` twins of a complete vehicle, with seeds from that of `spec` upwards, identifies
+/// each, and tabulates the errors of every coefficient.
 ///
-/// The table is the same whatever the number of threads; `go_on` as of [`monte_carlo`].
+/// The table does not depend on the number of threads; `go_on` is as for [`monte_carlo`].
 ///
 /// # Errors
 /// As [`sample_whole`], and for a vehicle that cannot be read.
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn stops_when_it_is_told_to() {
+    fn stops_on_request() {
         assert_eq!(study(2, |run| run < 2), None);
     }
 }

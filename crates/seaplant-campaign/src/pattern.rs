@@ -1,4 +1,4 @@
-//! `log = "runs/*.csv"`: a trial for each file that a pattern matches.
+//! Expands `log = "runs/*.csv"` to a trial for each file that the pattern matches.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -9,19 +9,19 @@ use crate::campaign_file::{LogEntry, TrialEntry};
 use crate::toml_file::resolve;
 use crate::{CampaignFile, Error};
 
-/// A pattern that matches more is a mistake.
+/// Limit on matches; a pattern with more is a mistake.
 const MOST_MATCHES: usize = 10_000;
 
-/// Trials of a campaign, at most: the logs of each are read, if they are the same for all.
+/// Limit on the trials of a campaign: the logs of each are read, even if they are the same for all.
 const MOST_TRIALS: usize = 10_000;
 
 impl CampaignFile {
-    /// The same with a trial for each match of a pattern, in the order of their names; `path` is
-    /// the file's own.
+    /// Expands each pattern to a trial per match, in the order of their names; `path` is the file's
+    /// own.
     ///
-    /// `*` stands for any letters and `?` for one, within a name between slashes. A folder that is
-    /// matched stands for its files, side by side; that of a ROS 2 bag is one log. The trial's name is that of its entry and what
-    /// the pattern's wildcards stand for.
+    /// `*` matches any letters and `?` one, within a name between slashes. A folder that matches
+    /// stands for its files, logged simultaneously; that of a ROS 2 bag is one log. The trial's
+    /// name is that of its entry and the text that the pattern's wildcards match.
     ///
     /// # Errors
     /// [`Error::Value`] for a pattern without a match, or that is one of several logs, and for more
@@ -77,7 +77,7 @@ fn expanded(path: &Path, entry: TrialEntry) -> Result<Vec<TrialEntry>, Error> {
     Ok(found.into_iter().map(|of| of.trial(base, &entry)).collect())
 }
 
-/// A path that fits as far as the pattern was followed, and what its wildcards stand for.
+/// A path that matches the pattern so far, and the text that its wildcards match.
 struct Match {
     path: PathBuf,
     stands_for: Vec<String>,
@@ -136,10 +136,11 @@ fn is_pattern(text: &str) -> bool {
     text.contains(['*', '?'])
 }
 
-/// Whether a name fits a pattern of letters, `*` and `?`, in time that grows with their product.
+/// Returns whether a name matches a pattern of letters, `*` and `?`, in time proportional to the
+/// product of their lengths.
 fn matches(pattern: &str, name: &str) -> bool {
     let name: Vec<char> = name.chars().collect();
-    // Which beginnings of the name the pattern so far fits.
+    // Prefixes of the name that match the pattern so far.
     let mut fits = vec![false; name.len() + 1];
     fits[0] = true;
     for wanted in pattern.chars() {
@@ -161,11 +162,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wildcards_stand_for_any_letters_and_for_one() {
+    fn wildcards_match_any_letters_and_one() {
         assert!(matches("*.csv", "a.csv") && !matches("*.csv", "a.txt"));
         assert!(matches("run-?.csv", "run-7.csv") && !matches("run-?.csv", "run-12.csv"));
         assert!(matches("*a*b", "xaxxb") && !matches("*a*b", "xbxa"));
-        // No time beyond the product of the lengths.
+        // The time does not exceed the product of the lengths.
         assert!(!matches(&"*a".repeat(50), &"b".repeat(5000)));
     }
 

@@ -1,4 +1,4 @@
-//! What campaign.toml and vehicle.toml say of plants of several axes.
+//! Plants of several axes in campaign.toml and vehicle.toml.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,22 +20,24 @@ pub struct PlantEntry {
     #[serde(deserialize_with = "axes_by_name")]
     #[schemars(schema_with = "schema_of_axes")]
     pub axes: Vec<Dof>,
-    /// Which axes the mass matrix may couple: `port-starboard` (the default), `none` for all, or
+    /// The axes that the mass matrix may couple: `port-starboard` (the default), `none` for all, or
     /// `diagonal` for no two.
     #[serde(default)]
     pub symmetry: Symmetry,
     /// Hull forces of a ship in place of the usual damping: `mmg`, `abkowitz` or `modulus`; those
-    /// of second order and more are tried, and kept where the trials ask for them.
+    /// of second order and more are tried, and kept where the trials support them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<HullModel>,
-    /// Terms beside the usual ones, such as \"yaw: |v|r\" or \"sway: vvr/U\"; u v w p q r, U, positive on the side of
-    /// damping. Also effects of the vehicle by name, such as \"wind.sway\" or \"rudder.race\".
+    /// Terms in addition to the usual ones, such as \"yaw: |v|r\" or \"sway: vvr/U\"; u v w p q r,
+    /// U, positive on the side of damping. Also effects of the vehicle by name, such as
+    /// \"wind.sway\" or \"rudder.race\".
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<String>,
-    /// Coefficients that are known, by name, and are not fitted: `{ "mass.surge" = 260 }`.
+    /// Known coefficients by name, which are not fitted: `{ "mass.surge" = 260 }`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub hold: BTreeMap<String, f64>,
-    /// Whether damping of one axis by another, and constant forces, are added where the trials ask for it.
+    /// True if damping of one axis by another, and constant forces, are added where the trials
+    /// support them.
     #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
     pub find_couplings: bool,
 }
@@ -44,7 +46,7 @@ const fn yes() -> bool {
     true
 }
 
-/// What is known of a vehicle dry: `[rigid_body]` in vehicle.toml.
+/// Known properties of a vehicle in air: `[rigid_body]` in vehicle.toml.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigidBodyEntry {
@@ -53,11 +55,11 @@ pub struct RigidBodyEntry {
     pub mass_kg: Option<f64>,
     /// Centre of gravity from the vehicle's origin, m.
     pub centre_of_gravity_m: [f64; 3],
-    /// Inertia about the centre of gravity, kg m²; products of inertia stand twice.
+    /// Inertia about the centre of gravity, kg m²; products of inertia are given twice.
     pub inertia_kg_m2: [[f64; 3]; 3],
 }
 
-/// What the water carries: `[buoyancy]` in vehicle.toml.
+/// Buoyancy: `[buoyancy]` in vehicle.toml.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BuoyancyEntry {
@@ -68,8 +70,8 @@ pub struct BuoyancyEntry {
 }
 
 impl PlantEntry {
-    /// How a campaign file asks for a plant.
-    pub(crate) fn of(plan: &CoupledPlan) -> Self {
+    /// Converts a plan to its form in a campaign file.
+    pub(crate) fn from_plan(plan: &CoupledPlan) -> Self {
         let terms = plan.terms.iter().map(ToString::to_string).chain(plan.effects.iter().cloned());
         Self {
             axes: plan.axes.clone(),
@@ -81,7 +83,7 @@ impl PlantEntry {
         }
     }
 
-    /// Returns the axis of a plant that is the same as `dof` in a trial: one axis without terms,
+    /// Returns the axis of a plant that is equivalent to `dof` in a trial: one axis without terms,
     /// held coefficients or effects of the vehicle.
     ///
     /// Roll and pitch are left out: their restoring moment is a term.
@@ -95,7 +97,7 @@ impl PlantEntry {
         (is_plain && !has_effect()).then_some(dof)
     }
 
-    /// The plant that is asked for; `path` is what messages call the file.
+    /// Returns the requested plant; messages call the file `path`.
     pub(crate) fn plan(&self, path: &Path) -> Result<CoupledPlan, Error> {
         let refuse = |key: &str, error: seaplant::Error| Error::value(path, key, error.to_string());
         let (mut terms, mut effects): (Vec<Basis>, Vec<String>) = Default::default();
@@ -118,7 +120,7 @@ impl PlantEntry {
     }
 }
 
-/// Refuses plants that the vehicle cannot have; `path` is what messages call the file.
+/// Rejects plants that the vehicle cannot have; messages call the file `path`.
 ///
 /// # Errors
 /// [`Error::Value`] with what is wrong.
@@ -134,12 +136,12 @@ pub(crate) fn check_plans(
     Ok(())
 }
 
-/// The axes of each plant of several axes.
+/// Returns the axes of each plant of several axes.
 pub(crate) fn axes_of_plans(plans: &[CoupledPlan]) -> Vec<Vec<Dof>> {
     plans.iter().map(|plan| plan.axes.clone()).collect()
 }
 
-/// All plants that a campaign asks for.
+/// Returns all plants that a campaign requests.
 pub(crate) fn plans(path: &Path, entries: &[PlantEntry]) -> Result<Vec<CoupledPlan>, Error> {
     let plans = entries.iter().map(|entry| entry.plan(path)).collect::<Result<Vec<_>, _>>()?;
     let mut axes: Vec<Dof> = plans.iter().flat_map(|plan| plan.axes.clone()).collect();
@@ -152,14 +154,14 @@ pub(crate) fn plans(path: &Path, entries: &[PlantEntry]) -> Result<Vec<CoupledPl
 }
 
 impl RigidBodyEntry {
-    /// How a vehicle file states a body.
-    pub(crate) fn of(body: &RigidBody) -> Self {
+    /// Converts a body to its form in a vehicle file.
+    pub(crate) fn from_body(body: &RigidBody) -> Self {
         let RigidBodyResult { mass_kg, centre_of_gravity_m, inertia_kg_m2 } =
             RigidBodyResult::of(body);
         Self { mass_kg: Some(mass_kg), centre_of_gravity_m, inertia_kg_m2 }
     }
 
-    /// The rigid body; the mass in air if it states none of its own.
+    /// Returns the rigid body, with the mass in air if it states none of its own.
     pub(crate) fn body(&self, path: &Path, dry_mass_kg: Option<f64>) -> Result<RigidBody, Error> {
         let mass_kg = self.mass_kg.or(dry_mass_kg).ok_or_else(|| {
             let reason = "states no mass; add mass_kg, or dry_mass_kg above";

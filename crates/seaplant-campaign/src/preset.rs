@@ -1,10 +1,10 @@
-//! Vehicles and thrusters whose makers publish what they are.
+//! Vehicles and thrusters with published properties.
 
 use schemars::JsonSchema;
 use seaplant::{ThrustCurve, ThrustTable, ThrusterInput};
 use serde::{Deserialize, Serialize};
 
-/// A vehicle that is known.
+/// A known vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VehiclePreset {
@@ -16,8 +16,8 @@ pub enum VehiclePreset {
     BlueRov2Heavy,
 }
 
-/// A thruster of a known vehicle, as ArduSub numbers and drives it: positive input, of a motor
-/// that is not reversed, pushes along `direction`.
+/// A thruster of a known vehicle, as ArduSub numbers and drives it: positive input to a motor that
+/// is not reversed gives force along `direction`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PresetThruster {
     pub name: &'static str,
@@ -50,7 +50,7 @@ impl VehiclePreset {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::BlueRov2, Self::BlueRov2Heavy];
 
-    /// What a vehicle.toml calls it.
+    /// Returns its name in a vehicle.toml.
     pub const fn key(self) -> &'static str {
         match self {
             Self::BlueRov2 => "bluerov2",
@@ -58,7 +58,7 @@ impl VehiclePreset {
         }
     }
 
-    /// What people call it.
+    /// Returns its common name.
     pub const fn title(self) -> &'static str {
         match self {
             Self::BlueRov2 => "BlueROV2",
@@ -66,7 +66,7 @@ impl VehiclePreset {
         }
     }
 
-    /// Its thrusters, by the number of their motor.
+    /// Returns its thrusters, by motor number.
     ///
     /// # Source
     /// Order and directions: [ArduSub], the mixes of frames 1 and 2. Positions: [Benzon2022] for
@@ -81,7 +81,7 @@ impl VehiclePreset {
     }
 }
 
-/// A thruster curve that is known.
+/// A known thruster curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CurvePreset {
@@ -96,28 +96,28 @@ pub enum CurvePreset {
 const T200_FULL_KGF: [(f64, f64, f64); 3] =
     [(12.0, 3.71, 2.92), (16.0, 5.25, 4.1), (20.0, 6.7, 5.05)];
 
-/// Between the deadband and full throttle thrust grows as this power of the pulse's distance:
-/// less than its square, for the speed controller gives less at full throttle. With it the
-/// published bench tables are met within 3 % of full thrust at 12 and 16 V, 9 % at 20 V.
+/// Exponent of thrust between the deadband and full throttle: less than 2, because the speed
+/// controller gives less at full throttle. With it the published bench tables are met within 3 % of
+/// full thrust at 12 and 16 V, 9 % at 20 V.
 const T200_POWER: f64 = 1.35;
 
-/// Pulse widths, us: stop, the part around it that gives no thrust, and full throttle from it.
+/// Pulse widths, us: stop, the deadband around it, and full throttle from it.
 const STOP_US: f64 = 1500.0;
 const DEADBAND_US: f64 = 25.0;
 const FULL_US: f64 = 400.0;
 
-/// The law is told at points so far apart, us.
+/// Spacing of the points of the law, us.
 const POINT_US: f64 = 20.0;
 
-/// How well the strength of a preset curve is known, as a part of thrust.
+/// Standard deviation of a preset curve's strength, as a fraction of thrust.
 pub(crate) const PRESET_STD: f64 = 0.05;
 
-/// Thrust over full thrust, 0 to 1, at a distance from stop.
+/// Returns thrust over full thrust, 0 to 1, at a distance from stop.
 fn t200_part(distance_us: f64) -> f64 {
     ((distance_us - DEADBAND_US).max(0.0) / (FULL_US - DEADBAND_US)).powf(T200_POWER)
 }
 
-/// The points of the law, us and N, at one of the voltages.
+/// Returns the points of the law, us and N, at one of the voltages.
 fn t200_points((_, forward, reverse): (f64, f64, f64)) -> Vec<(f64, f64)> {
     let steps = (FULL_US / POINT_US).round() as i32;
     let distances = (-steps..=steps).map(|k| POINT_US * f64::from(k));
@@ -134,7 +134,7 @@ fn t200_points((_, forward, reverse): (f64, f64, f64)) -> Vec<(f64, f64)> {
 const KGF: f64 = 9.806_65;
 
 impl CurvePreset {
-    /// The curve at one supply voltage, or the curves at all for a voltage that is logged.
+    /// Returns the curve at one supply voltage, or the curves at all for a voltage that is logged.
     ///
     /// # Errors
     /// Why a voltage is refused.
@@ -165,7 +165,7 @@ impl CurvePreset {
 mod tests {
     use super::*;
 
-    /// Roll, pitch, yaw, throttle (up), forward, lateral (starboard): the factors by which
+    /// Roll, pitch, yaw, throttle (up), forward, lateral (starboard): the factors with which
     /// ArduSub mixes commands into each motor, frames 1 and 2 [ArduSub].
     #[rustfmt::skip]
     const HEAVY_MIX: [[f64; 6]; 8] = [
@@ -182,12 +182,13 @@ mod tests {
     const LIGHT_MIX: [[f64; 6]; 2] =
         [[1.0, 0.0, 0.0, -1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, -1.0, 0.0, 0.0]];
 
-    /// The force and the moment that a motor is used for, with the signs of the mix.
+    /// Returns the force and the moment for which a motor is used, with the signs of the mix.
     fn used_for(thruster: &PresetThruster) -> [f64; 6] {
         let ([x, y, z], d) = (thruster.position_m, thruster.direction);
         let moment = [y * d[2] - z * d[1], z * d[0] - x * d[2], x * d[1] - y * d[0]];
         let sign = |value: f64| if value.abs() < 1e-9 { 0.0 } else { value.signum() };
-        // Horizontal thrusters below the centre of mass tilt the vehicle, which the mix neglects.
+        // Horizontal thrusters below the centre of mass pitch or roll the vehicle, which the mix
+        // neglects.
         let tilts = if d[2] == 0.0 { [0.0, 0.0] } else { [sign(moment[0]), sign(moment[1])] };
         [tilts[0], tilts[1], sign(moment[2]), sign(-d[2]), sign(d[0]), sign(d[1])]
     }

@@ -1,4 +1,4 @@
-//! What drives a plant in a prediction: a profile in TOML, or a table of inputs.
+//! Inputs of a prediction: a profile in TOML, or a table.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,11 +15,11 @@ use serde::{Deserialize, Serialize};
 use crate::units::dimension_of;
 use crate::{Error, read_toml};
 
-/// A profile of inputs: how a plant is driven, and from which state.
+/// A profile of inputs, and the initial state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// How long, s.
+    /// Duration, s.
     pub duration_s: f64,
     /// Time from one row of the result to the next, s.
     #[serde(default = "tenth")]
@@ -30,44 +30,45 @@ pub struct Profile {
     /// The wind; still air if left out.
     #[serde(default)]
     pub wind: Option<SteadyWindEntry>,
-    /// The state at the beginning; at rest and level if left out.
+    /// The initial state; at rest and level if left out.
     #[serde(default)]
     pub start: StartEntry,
-    /// What pushes from when on.
+    /// The inputs over time.
     #[serde(default)]
     pub hold: Vec<HoldEntry>,
-    /// A standard manoeuvre of a ship in place of a motion: its numbers are told. It is driven by
-    /// `hold`, begins with `start.velocity.surge`, and is followed for `duration_s` at most.
+    /// A standard manoeuvre of a ship, of which the characteristic numbers are reported instead of
+    /// a motion. `hold` drives it, it begins with `start.velocity.surge`, and it is followed for
+    /// `duration_s` at most.
     #[serde(default)]
     pub manoeuvre: Option<ManoeuvreEntry>,
 }
 
-/// A wind that does not change.
+/// A constant wind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SteadyWindEntry {
     /// Its speed, m/s.
     pub speed_m_per_s: f64,
-    /// Where it comes from, clockwise from north, or of a relative wind from the bow, deg.
+    /// The direction it comes from, clockwise from north, or for a relative wind from the bow, deg.
     pub from_deg: f64,
-    /// Over ground, or as felt on board.
+    /// Over ground, or as measured on board.
     #[serde(default)]
     pub frame: WindFrameName,
 }
 
-/// What a wind is relative to.
+/// The reference of a wind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WindFrameName {
     /// Over ground.
     #[default]
     True,
-    /// As felt on board.
+    /// As measured on board.
     Relative,
 }
 
 impl SteadyWindEntry {
-    /// The wind as a simulation meets it.
+    /// Returns the wind in the form that a simulation takes.
     ///
     /// # Errors
     /// [`seaplant::Error::NotFinite`] for a speed or direction that is no number.
@@ -84,37 +85,37 @@ impl SteadyWindEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ManoeuvreEntry {
-    /// Which.
+    /// The manoeuvre.
     pub kind: ManoeuvreKind,
-    /// The rudder that is turned.
+    /// The rudder to turn.
     #[serde(default)]
     pub rudder: String,
     /// Its angle, deg.
     #[serde(default)]
     pub angle_deg: f64,
-    /// The change of heading at which a zigzag is turned back, deg.
+    /// The change of heading at which a zigzag reverses the rudder, deg.
     #[serde(default)]
     pub heading_deg: f64,
-    /// How fast the rudder turns, deg/s; 65° in 28 s, the least that SOLAS asks of a ship, if left
-    /// out.
+    /// The rudder's rate, deg/s; if left out 65° in 28 s, the minimum that SOLAS requires of a
+    /// ship.
     #[serde(default)]
     pub rudder_deg_per_s: Option<f64>,
 }
 
-/// Which manoeuvre.
+/// The kind of manoeuvre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ManoeuvreKind {
-    /// The rudder is put to an angle and held.
+    /// The rudder is set to an angle and held.
     TurningCircle,
-    /// The rudder is put over each time the heading has changed by `heading_deg`.
+    /// The rudder is reversed each time the heading has changed by `heading_deg`.
     Zigzag,
-    /// The ship is followed until it stands.
+    /// The ship is followed until it stops.
     Stop,
 }
 
 impl ManoeuvreEntry {
-    /// The manoeuvre, in radians.
+    /// Returns the manoeuvre, in radians.
     pub fn manoeuvre(&self) -> Manoeuvre {
         let angle = self.angle_deg.to_radians();
         match self.kind {
@@ -126,12 +127,12 @@ impl ManoeuvreEntry {
         }
     }
 
-    /// How fast the rudder turns, rad/s.
+    /// Returns the rudder's rate, rad/s.
     pub fn rudder_rate(&self) -> f64 {
         self.rudder_deg_per_s.map_or(SOLAS_RUDDER_RATE, f64::to_radians)
     }
 
-    /// Refuses angles that steer nothing, and a rudder that does not turn.
+    /// Rejects angles that do not steer, and a rudder that does not turn.
     fn check(&self) -> Result<(), (&'static str, String)> {
         if self.kind == ManoeuvreKind::Stop {
             return Ok(());
@@ -160,7 +161,7 @@ const fn tenth() -> f64 {
     0.1
 }
 
-/// A state to begin from.
+/// An initial state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StartEntry {
@@ -178,19 +179,19 @@ pub struct StartEntry {
     pub heading_deg: f64,
 }
 
-/// What pushes from a time on, until the next entry; what it does not name does not push.
+/// The inputs from a time on, until the next entry; those not named are zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HoldEntry {
-    /// From when on, s.
+    /// The start, s.
     #[serde(default)]
     pub from_s: f64,
-    /// Force or moment by axis: a number in N or N m, or a part of what the thrusters give there, as
-    /// `"60 %"`.
+    /// Force or moment by axis: a number in N or N m, or a fraction of the thrusters' maximum
+    /// there, as `"60 %"`.
     #[serde(default)]
     pub force: BTreeMap<Dof, ForceEntry>,
-    /// Inputs of thrusters by name: a number in the unit of the curve, or a part of the thrust at its
-    /// end, as `"60 %"`.
+    /// Inputs of thrusters by name: a number in the unit of the curve, or a fraction of maximum
+    /// thrust, as `"60 %"`.
     #[serde(default)]
     pub thruster: BTreeMap<String, ForceEntry>,
     /// Angles of rudders and fins by name, deg.
@@ -205,20 +206,20 @@ pub struct HoldEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ForceEntry {
-    /// N or N m; of a thruster, the unit of its curve.
+    /// N or N m; for a thruster, the unit of its curve.
     Si(f64),
-    /// A part of the greatest thrust that way, as `60 %`.
+    /// A fraction of the greatest thrust in that direction, as `60 %`.
     Percent(String),
 }
 
 impl ForceEntry {
-    /// The number before `%`.
+    /// Returns the number before `%`.
     fn percent(text: &str) -> Option<f64> {
         let number = text.trim().strip_suffix('%')?.trim().parse::<f64>().ok()?;
         (number.abs() <= 100.0).then_some(number)
     }
 
-    /// N or N m on an axis of a plant.
+    /// Returns the force in N or N m on an axis of a plant.
     ///
     /// # Errors
     /// [`seaplant::Error::Plant`] for a part of a force that the plant does not state.
@@ -245,8 +246,8 @@ impl ForceEntry {
 }
 
 impl ForceEntry {
-    /// The input of a thruster of a plant, in the unit of its curve; `supply_v` is for curves of
-    /// several voltages.
+    /// Returns the input of a thruster of a plant, in the unit of its curve; `supply_v` is for
+    /// curves of several voltages.
     ///
     /// # Errors
     /// [`seaplant::Error::Plant`] for a part of the thrust of a thruster that the plant lacks, or
@@ -277,7 +278,7 @@ impl ForceEntry {
     }
 }
 
-/// Rows of a prediction beyond which it is too long to be one.
+/// Maximum number of rows of a prediction.
 const MOST_ROWS: f64 = 1e6;
 
 impl Profile {
@@ -291,7 +292,7 @@ impl Profile {
         Ok(profile)
     }
 
-    /// Refuses times that are none; `path` is what messages call the profile.
+    /// Rejects invalid times; messages call the profile `path`.
     ///
     /// # Errors
     /// [`Error::Value`].
@@ -342,13 +343,13 @@ impl Profile {
         Ok(())
     }
 
-    /// The instants of the result, s.
+    /// Returns the instants of the result, s.
     pub fn time_s(&self) -> Vec<f64> {
         let rows = (self.duration_s / self.sample_s + 1e-9).floor() as usize;
         (0..=rows).map(|k| self.sample_s * k as f64).collect()
     }
 
-    /// The profile as a scenario of a plant.
+    /// Converts the profile to a scenario of a plant.
     ///
     /// # Errors
     /// As [`Profile::drive`].
@@ -364,7 +365,7 @@ impl Profile {
         })
     }
 
-    /// The inputs as series; thrusters that an entry does not name stand still.
+    /// Returns the inputs as series; thrusters that an entry does not name are at rest.
     ///
     /// # Errors
     /// [`seaplant::Error::NotFinite`] for an input that is no number; as [`ForceEntry::on`] and
@@ -406,12 +407,13 @@ impl Profile {
         Ok(drive)
     }
 
-    /// A value of each entry.
+    /// Returns a value of each entry.
     fn each(&self, of: impl Fn(&HoldEntry) -> Option<f64>) -> Vec<Option<f64>> {
         self.hold.iter().map(of).collect()
     }
 
-    /// A series of values by entry, or what stands where none is; nothing if no entry has one.
+    /// Returns a series of values by entry, with a default where an entry has none; `None` if no
+    /// entry has one.
     fn series(
         &self,
         by_entry: &[Option<f64>],
@@ -433,10 +435,10 @@ impl Profile {
     }
 }
 
-/// A surface takes so long from one angle to the next, s.
+/// Time in which a surface moves from one angle to the next, s.
 const STEP_S: f64 = 1e-3;
 
-/// A held series as one of straight lines with steps.
+/// Converts a held series to straight lines with steps.
 fn as_steps(held: &Timed) -> Result<Timed, seaplant::Error> {
     let (mut times, mut values) = (vec![held.first_s()], vec![held.values()[0]]);
     for (k, &t) in held.time_s().iter().enumerate().skip(1) {
@@ -446,11 +448,11 @@ fn as_steps(held: &Timed) -> Result<Timed, seaplant::Error> {
     Timed::new("angle", times, values)
 }
 
-/// The inputs of a table, if it has nothing else: columns `wrench.AXIS`,
+/// Reads the inputs of a table that has no other columns: `wrench.AXIS`,
 /// `thruster.NAME.speed|pwm|command|force`, `rudder.NAME.angle`, `fin.NAME.angle`,
-/// `wind.true|relative.speed` and `.direction`, and `supply.voltage` beside time, with units.
+/// `wind.true|relative.speed` and `.direction`, and `supply.voltage`, with time and units.
 ///
-/// `None` for a log that holds other columns, such as a measured motion.
+/// Returns `None` for a log that holds other columns, such as a measured motion.
 ///
 /// # Errors
 /// [`Error::Log`] for a file that cannot be read; [`Error::Value`] for a column of
@@ -499,7 +501,7 @@ pub fn input_table(path: &Path) -> Result<Option<(Drive, Vec<f64>)>, Error> {
     Ok(Some((drive, time_s)))
 }
 
-/// The wind of a table's columns.
+/// Returns the wind of a table's columns.
 ///
 /// # Errors
 /// [`Error::Value`] for a speed without direction, or the other way round.
@@ -544,7 +546,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_entry_does_not_name_does_not_push() {
+    fn inputs_that_an_entry_does_not_name_are_zero() {
         let profile = profile(
             "duration_s = 10.0\n[[hold]]\nfrom_s = 1.0\nforce.surge = 200.0\n[[hold]]\nfrom_s = 4.0\n",
         );
@@ -569,7 +571,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rudder_turns_at_its_stated_rate_or_as_solas_asks() {
+    fn a_rudder_turns_at_its_stated_rate_or_the_minimum_of_solas() {
         let entry = |text: &str| {
             let text = format!(
                 "duration_s = 60.0\n[manoeuvre]\nkind = \"zigzag\"\nrudder = \"r\"\nangle_deg = 10\nheading_deg = 10\n{text}"
@@ -646,7 +648,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_of_inputs_alone_is_told_from_a_log() {
+    fn a_table_of_inputs_alone_is_distinguished_from_a_log() {
         let folder = tempfile::tempdir().expect("a folder");
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);

@@ -1,7 +1,7 @@
-//! A starting vehicle.toml and campaign.toml, from what a log holds.
+//! Proposes an initial vehicle.toml and campaign.toml from a log.
 //!
-//! What the log cannot tell is left out, so that reading the files says what is missing; a
-//! placeholder that happens to be read would be a wrong number that looks right.
+//! Values that the log does not contain are left out, so that reading the files reports them; a
+//! placeholder read by accident would be a wrong number that looks right.
 
 use std::path::{Path, PathBuf};
 
@@ -29,16 +29,16 @@ pub struct Proposal {
     pub vehicle_toml: String,
     /// The text of campaign.toml.
     pub campaign_toml: String,
-    /// What a human must decide, a line each; the files say the same where it matters.
+    /// Decisions left to the user, a line each; the files say the same where it matters.
     pub open_questions: Vec<String>,
 }
 
 /// Proposes the files for a log.
 ///
-/// `files` are the log's files as the user named them, in the log's order; the campaign
-/// names them relative to `base`, the folder that it will be written to. `options` are what
-/// they were read with, so that the campaign reads them alike; `preset` is the vehicle, where
-/// the user says that it is a known one.
+/// `files` are the log's files as the user named them, in the log's order; the campaign names them
+/// relative to `base`, the folder that it will be written to. `options` are those with which they
+/// were read, so that the campaign reads them alike; `preset` is the vehicle, if the user states a
+/// known one.
 pub fn propose(
     log: &Log,
     files: &[PathBuf],
@@ -94,7 +94,7 @@ fn trials_of(
     windows.into_iter().enumerate().map(trial).collect()
 }
 
-/// A file's name without extension; of several files, their folder's.
+/// Returns a file's name without extension; for several files, their folder's.
 fn session_name(files: &[&PathBuf]) -> String {
     let of_folder = || files.first()?.parent()?.file_name();
     let of_file = || files.first()?.file_stem();
@@ -113,8 +113,8 @@ fn make_names_differ(trials: &mut [ProposedTrial]) {
     }
 }
 
-/// Of each degree of freedom with two trials or more, and of those that move several together, the
-/// last one judges the others; one of constant thrust only where there is no better.
+/// Holds out the last trial of each degree of freedom with two trials or more, and of the trials
+/// that move several axes together; one of constant thrust only if there is no better.
 fn hold_out_the_last(trials: &mut [ProposedTrial]) {
     for kind in Dof::ALL.into_iter().map(Some).chain([None]) {
         let of_kind = |k: &usize| trials[*k].alone() == kind;

@@ -1,4 +1,4 @@
-//! Plant files, and the published tables that come with the program.
+//! Reads plant files, and the published tables included in the program.
 
 use std::path::{Path, PathBuf};
 
@@ -22,16 +22,16 @@ const PUBLISHED: [(&str, &str); 8] = [
     ("wam-v-vrx", include_str!("../plants/wam-v-vrx.toml")),
 ];
 
-/// How a published table is asked for in place of a file.
+/// Prefix by which a published table is requested in place of a file.
 const PREFIX: &str = "published:";
 
-/// The names of the published tables.
+/// Returns the names of the published tables.
 pub fn published_names() -> Vec<&'static str> {
     PUBLISHED.iter().map(|(name, _)| *name).collect()
 }
 
-/// `published:NAME` of the table that a path without the prefix is near to: for messages about a file
-/// that is not there.
+/// Returns `published:NAME` of the table that a path without the prefix resembles, for messages
+/// about an absent file.
 ///
 /// ```
 /// use seaplant_campaign::nearest_published;
@@ -45,8 +45,8 @@ pub fn nearest_published(path: &Path) -> Option<String> {
     Some(format!("{PREFIX}{near}"))
 }
 
-/// Where the published table of a name is read, which may stand with or without `published:`;
-/// none of another name without it.
+/// Returns the path of a published table by its name, with or without `published:`; `None` for
+/// another name without it.
 pub(crate) fn published_path(name: &str) -> Option<PathBuf> {
     match name.starts_with(PREFIX) {
         true => Some(PathBuf::from(name)),
@@ -56,8 +56,8 @@ pub(crate) fn published_path(name: &str) -> Option<PathBuf> {
     }
 }
 
-/// A plant by a path: a plant file in TOML or JSON, or `published:NAME`; `None` for a JSON file
-/// of another schema, such as results.
+/// Reads a plant by a path: a plant file in TOML or JSON, or `published:NAME`; `None` for a JSON
+/// file of another schema, such as results.
 ///
 /// # Errors
 /// [`Error::Value`] for a table that is none; [`Error::Toml`] or [`Error::Io`] for a file that
@@ -73,7 +73,7 @@ pub fn read_plant_file(path: &Path) -> Result<Option<PlantFile>, Error> {
     let bytes = read_bounded(path, MOST_BYTES)?;
     let Ok(value) = serde_json::from_slice::<serde_json::Value>(&bytes) else { return Ok(None) };
     let schema = value.get("schema").and_then(|schema| schema.as_str()).unwrap_or_default();
-    // Another version of it, too, is for the file to refuse by name.
+    // Another version of the schema is also refused by name.
     let family = PLANT_SCHEMA.trim_end_matches(|c: char| c.is_ascii_digit());
     if !schema.starts_with(family) {
         return Ok(None);
@@ -132,7 +132,7 @@ mod tests {
             plant.resistance_with(&velocity, &Vector3::z(), &[rudder, 0.0])[5]
         };
         let ahead = |v: f64, r: f64| Vector6::new(1.5, v, 0.0, 0.0, 0.0, r);
-        // N_uuδ = −6.15, N_uv = −24.0; on the left of the equation signs are turned.
+        // N_uuδ = −6.15, N_uv = −24.0; on the left-hand side signs are reversed.
         let straight = moment(ahead(0.0, 0.0), 0.0);
         let by_rudder = (moment(ahead(0.0, 0.0), 1e-4) - straight) / 1e-4;
         assert!((by_rudder - 6.15 * 1.5 * 1.5).abs() < 0.02, "{by_rudder}");
@@ -165,7 +165,7 @@ mod tests {
             let turning = [m22 * v * r + m23 * r * r, -m11 * u * r, -m23 * u * r];
             for ((axis, force), turning) in [0, 1, 5].into_iter().zip(force).zip(turning) {
                 let off = found[axis] - force - turning;
-                // It takes angles of drift at propeller and rudder, and Seaplant their sines.
+                // It uses angles of drift at propeller and rudder, and Seaplant their sines.
                 assert!(off.abs() < 3e-3 * force.abs() + 0.25, "{axis}: {off} of {force}");
             }
         }

@@ -1,4 +1,4 @@
-//! One trial's logs, brought to quantities in SI units, and made a trial.
+//! Converts a trial's logs to quantities in SI units, and to a trial.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,13 +25,13 @@ pub struct SourcedTrial {
     pub trial: Trial,
     /// Its files.
     pub inputs: Vec<InputFile>,
-    /// The clocks that the data told.
+    /// Clock offsets estimated from the data.
     pub offsets: Vec<FileOffset>,
-    /// Where the trial's clock starts in that of its logs, s.
+    /// Time in the logs' clock at which the trial's clock starts, s.
     pub start_s: f64,
 }
 
-/// Reads the logs of a trial; `logs` are where the entry's logs are.
+/// Reads the logs of a trial; `logs` are their paths.
 pub(crate) fn read_trial(
     path: &Path,
     logs: &[PathBuf],
@@ -47,8 +47,8 @@ pub(crate) fn read_trial(
     trial_of(path, log, entry, channels, vehicle, plant_axes)
 }
 
-/// Makes a trial of a log: its mapped columns brought to SI units, on a clock that starts
-/// with the first sample of all of them.
+/// Makes a trial of a log: its mapped columns in SI units, on a clock that starts with the first
+/// sample of all of them.
 pub(crate) fn trial_of(
     path: &Path,
     mut log: Log,
@@ -94,11 +94,11 @@ pub(crate) fn trial_of(
     Ok(SourcedTrial { trial: trial.with_caveats(caveats), inputs, offsets, start_s })
 }
 
-/// The filter error method steps through a gap as it does through a log: after a day without a
-/// measurement nothing is left of what it knew, s.
+/// Longest gap, s: the filter error method predicts through a gap, and after a day without a
+/// measurement no information is left.
 const LONGEST_GAP_S: f64 = 86_400.0;
 
-/// Refuses a trial that holds two dives.
+/// Rejects a trial that holds two dives.
 fn check_gaps(path: &Path, entry: &TrialEntry, recording: &Recording) -> Result<(), Error> {
     let [from, to] =
         [entry.from_s.unwrap_or(f64::NEG_INFINITY), entry.to_s.unwrap_or(f64::INFINITY)];
@@ -116,7 +116,7 @@ fn check_gaps(path: &Path, entry: &TrialEntry, recording: &Recording) -> Result<
     Ok(())
 }
 
-/// Estimates the offsets that the campaign asks for, and moves these clocks.
+/// Estimates the offsets that the campaign requests, and shifts these clocks.
 fn align(
     log: &mut Log,
     path: &Path,
@@ -150,7 +150,8 @@ fn align(
     Ok(found.into_iter().map(named).collect())
 }
 
-/// What each file tells: the columns that the campaign maps, and those that name themselves.
+/// Returns the signals of each file: the columns that the campaign maps, and those recognised by
+/// name.
 fn recordings_of_files(
     log: &Log,
     entry: &TrialEntry,
@@ -161,7 +162,7 @@ fn recordings_of_files(
     let clock = Clock { start_s: 0.0, moved: Vec::new() };
     let mut conversion = Conversion { entry, vehicle, clock, caveats: &mut Vec::new() };
     for (quantity, mapped) in channels {
-        // What cannot be had is told where the trial's own recording is made.
+        // An error is reported where the trial's own recording is made.
         let Ok(channel) = log.channel(&mapped.column) else { continue };
         let series = conversion.convert(quantity, mapped, channel.clone())?;
         recordings[channel.source].insert(quantity.clone(), series);
@@ -169,9 +170,9 @@ fn recordings_of_files(
     Ok(recordings)
 }
 
-/// What is said of an offset that was estimated.
+/// Returns the caveat on an estimated offset.
 fn told(entry: &TrialEntry, FileOffset { file, clock }: &FileOffset) -> Caveat {
-    /// Clocks further off than this move mass and drag, s.
+    /// Larger offsets of clocks change mass and drag significantly, s.
     const CLOSE_S: f64 = 0.1;
     let message = format!(
         "trial `{}`: the clock of {file} is shifted by {}; state the offset if you know it",
@@ -185,8 +186,8 @@ fn told(entry: &TrialEntry, FileOffset { file, clock }: &FileOffset) -> Caveat {
     }
 }
 
-/// The mapped columns of a log in SI units; what is not mapped is freed first, and each
-/// column as soon as it is converted.
+/// Converts the mapped columns of a log to SI units; unmapped ones are freed first, and each column
+/// as soon as it is converted.
 fn recording(
     log: Log,
     entry: &TrialEntry,
@@ -235,7 +236,7 @@ struct Clock {
 }
 
 impl Clock {
-    /// Times on this clock, shared where they were.
+    /// Returns times on this clock, shared where they were shared.
     fn times(&mut self, time_s: Arc<[f64]>) -> Arc<[f64]> {
         if self.start_s == 0.0 {
             return time_s;
@@ -249,7 +250,7 @@ impl Clock {
     }
 }
 
-/// Whether a file is meant by its path or the end of it: `dvl.csv` of `surge-1/dvl.csv`.
+/// Returns whether a file is given by its path or the end of it: `dvl.csv` for `surge-1/dvl.csv`.
 fn is_named(entry: &TrialEntry, file: &Path, name: &str) -> bool {
     let is_whole = entry.log.files().iter().any(|file| file == Path::new(name));
     if is_whole { file == Path::new(name) } else { file.ends_with(name) }
@@ -293,11 +294,11 @@ fn read_options(
     Ok(logs.iter().cloned().zip(files.iter().map(options)).collect())
 }
 
-/// No vehicle is so fast, strong or far away, in SI units; the squares of squares of larger numbers
-/// would soon be none.
+/// Upper limit of plausible values in SI units; larger numbers would overflow when raised to the
+/// fourth power.
 const LARGEST: f64 = 1e12;
 
-/// What columns are converted with, and what is to be said of that.
+/// Context of converting columns, and the resulting caveats.
 struct Conversion<'a> {
     entry: &'a TrialEntry,
     vehicle: &'a Vehicle,
@@ -306,7 +307,7 @@ struct Conversion<'a> {
 }
 
 impl Conversion<'_> {
-    /// A column in SI units, on the trial's clock.
+    /// Converts a column to SI units, on the trial's clock.
     fn convert(
         &mut self,
         quantity: &Quantity,
@@ -320,7 +321,7 @@ impl Conversion<'_> {
         let (time_s, mut values) = without_codes(trial, quantity, channel, self.caveats);
         values.iter_mut().for_each(|x| *x = sign * unit.to_si(scale * *x + offset));
         self.caveats.extend(stop_without_pulse(trial, quantity, self.vehicle, &mut values));
-        // Of measured velocity, samples far off their neighbours are left out later, with a caveat.
+        // Outliers of measured velocity are removed later, with a caveat.
         let is_cleaned = matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_));
         if let Some(row) = values.iter().position(|x| x.abs() > LARGEST).filter(|_| !is_cleaned) {
             return Err(Error::Implausible {
@@ -340,11 +341,11 @@ impl Conversion<'_> {
     }
 }
 
-/// A straight line between samples is held over steps no longer than this, s: short beside
-/// the seconds in which a vehicle gathers speed.
+/// Longest step over which a linearly interpolated input is held, s: short compared with the
+/// seconds in which a vehicle gathers speed.
 const LONGEST_HELD_S: f64 = 0.05;
 
-/// The campaign's unit, else the header's; a header that says otherwise is noted.
+/// Returns the campaign's unit, else the header's; a different header is noted.
 fn unit_of(
     entry: &TrialEntry,
     quantity: &Quantity,

@@ -1,4 +1,4 @@
-//! What is odd about a channel's values, one detector each.
+//! Detects irregularities of a channel's values, one detector each.
 
 use seaplant_log::Channel;
 
@@ -18,16 +18,16 @@ use runs::{Run, distinct, quantile};
 use crate::missing_code::{MissingCode, missing_codes};
 use crate::words::words;
 
-/// Few samples show no habit that a channel could break.
+/// Minimum number of samples from which a pattern is inferred.
 const LEAST_SAMPLES: usize = 20;
 
-/// Everything odd about a channel.
+/// Returns all irregularities of a channel.
 pub(crate) fn remarks(channel: &Channel) -> Vec<Remark> {
     remarks_within(channel, f64::INFINITY)
 }
 
-/// Everything odd about a channel between pauses: intervals of `pause_s` and longer, over which
-/// nothing is concluded.
+/// Returns all irregularities of a channel between pauses: intervals of `pause_s` and longer,
+/// across which nothing is concluded.
 pub(crate) fn remarks_within(channel: &Channel, pause_s: f64) -> Vec<Remark> {
     let mut facts = Facts {
         channel,
@@ -62,7 +62,7 @@ fn constant(facts: &Facts<'_>) -> Option<Remark> {
     (count > 1 && facts.channel.is_constant()).then_some(Remark::Constant { value, count })
 }
 
-/// Values that mark the absence of one; they are taken out of `facts`.
+/// Detects codes for missing data, and removes them from `facts`.
 fn sentinels(facts: &mut Facts<'_>) -> Vec<Remark> {
     let codes = missing_codes(&facts.values);
     let keep = |x: f64| codes.iter().all(|code| code.value != x);
@@ -77,9 +77,9 @@ fn sentinels(facts: &mut Facts<'_>) -> Vec<Remark> {
     found
 }
 
-/// Exact zeros between values from which no ordinary step leads to zero.
+/// Detects exact zeros between values from which no ordinary step leads to zero.
 fn zero_filled(facts: &Facts<'_>) -> Option<Remark> {
-    /// So many of the largest ordinary steps (95 %) away from zero.
+    /// Minimum ratio of a step to zero to the largest ordinary steps (95 %).
     const JUMP: f64 = 5.0;
     let moving = facts.steps().filter(|step| *step > 0.0).count() * 2 > facts.values.len();
     if facts.is_input() || !moving {
@@ -101,15 +101,15 @@ fn zero_filled(facts: &Facts<'_>) -> Option<Remark> {
     })
 }
 
-/// Many samples exactly at an end of a range of many levels.
+/// Detects many samples exactly at an end of a range of many levels.
 fn saturated(facts: &Facts<'_>) -> Option<Remark> {
-    /// Fewer make a command of few levels.
+    /// Fewer levels are those of a command.
     const LEVELS: usize = 10;
-    /// At least so many samples, such a part of all, so many times a level's share.
+    /// Minimum number of samples, fraction of all, and multiple of a level's share.
     const SAMPLES: usize = 10;
     const PART: f64 = 0.02;
     const SHARES: f64 = 5.0;
-    /// So many times the next level's: the peak of a coarse sine has but one and a half.
+    /// Multiple of the next level's count: the peak of a coarse sine has only one and a half.
     const NEIGHBOURS: usize = 4;
     let (n, levels) = (facts.values.len(), distinct(&facts.values));
     if levels < LEVELS {
@@ -117,7 +117,7 @@ fn saturated(facts: &Facts<'_>) -> Option<Remark> {
     }
     let (min, max) = facts.min_max();
     let at = |end: f64| facts.values.iter().filter(|x| **x == end).count();
-    // Zero is where things rest.
+    // Zero is where signals rest.
     let ends = [("minimum", min), ("maximum", max)].into_iter().filter(|(_, end)| *end != 0.0);
     let (end, value, count) =
         ends.map(|(name, end)| (name, end, at(end))).max_by_key(|(_, _, count)| *count)?;
@@ -131,7 +131,7 @@ fn saturated(facts: &Facts<'_>) -> Option<Remark> {
     (many && count >= SAMPLES).then_some(Remark::Saturated { count, of: n, end, value })
 }
 
-/// Values whose long runs another remark explains.
+/// Returns values whose long runs another remark explains.
 fn explained(
     zero_filled: &Option<Remark>,
     saturated: &Option<Remark>,
@@ -142,15 +142,15 @@ fn explained(
     zero.chain(saturated.iter().flat_map(|_| [min, max])).collect()
 }
 
-/// One value for long in a channel that else changes at nearly every sample; of a coarse one, for
-/// much longer than it else ever stands.
+/// Detects a long constant value in a channel that otherwise changes at nearly every sample; in a
+/// coarse one, much longer than any other run.
 fn frozen(facts: &Facts<'_>, explained: &[f64]) -> Option<Remark> {
     const LONGER_THAN_S: f64 = 5.0;
     const MORE_THAN: usize = 20;
-    /// The part of all other steps that change the value; that of a coarse channel.
+    /// Fraction of all other steps that change the value; likewise of a coarse channel.
     const LIVELY: f64 = 0.9;
     const COARSE: f64 = 0.5;
-    /// So many times what a coarse channel else stands at the most.
+    /// Multiple of a coarse channel's longest other run.
     const MUCH: usize = 10;
     if facts.is_input() {
         return None;
@@ -178,13 +178,13 @@ fn frozen(facts: &Facts<'_>, explained: &[f64]) -> Option<Remark> {
     })
 }
 
-/// A slow instrument logged at a fast rate: each new value stands several times.
+/// Detects a slow instrument logged at a fast rate: each new value is repeated.
 fn held(facts: &Facts<'_>) -> Option<Remark> {
     const CHANGES: usize = 5;
     let all = facts.runs();
     let changes = all.len() - 1;
     let often = changes * 10 > facts.values.len() * 6;
-    // Levels that come back are those of a coarse resolution, as are equal steps.
+    // Levels that recur come from a coarse resolution, as do equal steps.
     let levels_return = distinct(&facts.values) * 5 < all.len() * 4;
     let steps = || facts.steps().filter(|step| *step > 0.0);
     let (least, usual) = (quantile(steps(), 0.0)?, quantile(steps(), 0.5)?);
@@ -199,7 +199,7 @@ fn held(facts: &Facts<'_>) -> Option<Remark> {
     regular.then_some(Remark::Held { every_s, logged_s })
 }
 
-/// Values that follow time to a thousandth of their span.
+/// Detects values that follow time to a thousandth of their span.
 fn clock(facts: &Facts<'_>) -> Option<Remark> {
     const PART: f64 = 1e-3;
     let rising = facts.values.windows(2).all(|w| w[0] < w[1]);

@@ -1,4 +1,4 @@
-//! TOML files, read strictly: an unknown key is an error, with the near one.
+//! Reads TOML files strictly: an unknown key is an error that suggests the nearest known one.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use crate::bounded::{MOST_BYTES, read_bounded, text_of};
 use crate::{Error, excerpt};
 
-/// Reads a TOML file strictly: unknown keys are errors, with the near one.
+/// Reads a TOML file strictly: unknown keys are errors that suggest the nearest known one.
 ///
 /// # Errors
 /// [`Error::Io`] or [`Error::Toml`].
@@ -17,7 +17,7 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Ok(read(path)?.0)
 }
 
-/// What a program says in place of a file, read as strictly; `path` is what messages call it.
+/// Reads values that a program gives in place of a file, as strictly; messages call them `path`.
 ///
 /// # Errors
 /// [`Error::Toml`].
@@ -29,7 +29,7 @@ pub fn of_json<T: DeserializeOwned>(path: &Path, value: serde_json::Value) -> Re
     })
 }
 
-/// Reads a TOML file, and what provenance says of it.
+/// Reads a TOML file, and its provenance.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, InputFile), Error> {
     let bytes = read_bounded(path, MOST_BYTES)?;
     let input = InputFile {
@@ -58,7 +58,7 @@ pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, E
     })
 }
 
-/// A message without the names that our types have: `expected struct TrialEntry` is a table.
+/// Removes the names of our types from a message: `expected struct TrialEntry` becomes a table.
 fn plainly(message: &str) -> String {
     const STRUCT: &str = "expected struct ";
     let Some(at) = message.find(STRUCT) else { return message.to_owned() };
@@ -67,17 +67,17 @@ fn plainly(message: &str) -> String {
     format!("{before}expected a table, as [name] or {{ key = value }}{}", &named[end..])
 }
 
-/// What is wrong where a key is missing that the file's form does not ask for, and what to do.
+/// Returns the error and advice for a missing key that the file's form does not require.
 pub(crate) fn missing(path: &Path, key: &str) -> String {
-    // A file that was read before and is gone now holds no comment to fill in.
+    // A file that was read before but no longer exists has no comment to fill in.
     let text = text_of(path);
     let message = format!("missing field `{key}`");
     let advice = suggestion(&message, &text);
     message + &advice
 }
 
-/// A path as a file names it: `~` and `${VARIABLE}` are filled in, and what is then
-/// relative is so to the folder of that file.
+/// Resolves a path in a file: `~` and `${VARIABLE}` are expanded, and relative paths start at the
+/// folder of that file.
 pub(crate) fn resolve(file: &Path, named: &Path) -> Result<PathBuf, Error> {
     let text = named.to_string_lossy();
     let full = shellexpand::full(&text).map_err(|error| {
@@ -90,11 +90,11 @@ pub(crate) fn resolve(file: &Path, named: &Path) -> Result<PathBuf, Error> {
     Ok(file.parent().unwrap_or(Path::new("")).join(full.as_ref()))
 }
 
-/// Keys that stand in double brackets.
+/// Keys that are written in double brackets.
 const LISTS: [&str; 3] = ["trial", "thruster", "plant"];
 
-/// What to do, read off a message such as
-/// ``unknown field `postion_m`, expected one of `name`, `position_m` ``.
+/// Derives advice from a message such as ``unknown field `postion_m`, expected one of `name`,
+/// `position_m` ``.
 fn suggestion(message: &str, text: &str) -> String {
     if message.ends_with("expected a sequence") {
         let is_table = message.starts_with("invalid type: map");
@@ -126,12 +126,12 @@ fn suggestion(message: &str, text: &str) -> String {
     nearest(found, known).map_or_else(String::new, |near| format!("\ndid you mean `{near}`?"))
 }
 
-/// Whether a line gives a value to a key.
+/// Returns whether a line gives a value to a key.
 fn names(line: &str, key: &str) -> bool {
     line.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with('='))
 }
 
-/// The known name that is most like the found one, if any is like it at all.
+/// Returns the known name that is most similar to the given one, if any is similar.
 pub(crate) fn nearest<'a>(
     found: &str,
     known: impl IntoIterator<Item = &'a str>,
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_where_a_table_belongs_is_told_in_words_of_the_file() {
+    fn a_value_where_a_table_belongs_is_reported_in_words_of_the_file() {
         let error = parse::<Holder>(Path::new("vehicle.toml"), "sample = 3\n").expect_err("3");
         let message = error.to_string();
         assert!(message.contains("expected a table, as [name] or { key = value }"), "{message}");

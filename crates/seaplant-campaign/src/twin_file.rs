@@ -1,4 +1,4 @@
-//! twin.toml: of a vehicle that moves one axis at a time, or several together.
+//! twin.toml: for a vehicle that moves one axis at a time, or several together.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,8 @@ use crate::published::published_path;
 use crate::toml_file::resolve;
 use crate::{Error, read_plant_file, read_toml};
 
-/// What a twin is and does: with `vehicle` it is a whole one, else each axis moves by itself.
+/// Specification of a twin: with `vehicle` it has several axes, otherwise each axis moves by
+/// itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum TwinFile {
@@ -52,7 +53,7 @@ impl TwinFile {
     }
 }
 
-/// What keeps a twin from being made: its vehicle's file, or what is asked of it.
+/// Reason why a twin cannot be made: its vehicle's file, or its specification.
 #[derive(Debug, thiserror::Error)]
 pub enum TwinError {
     /// The file of its vehicle.
@@ -63,7 +64,7 @@ pub enum TwinError {
     Twin(#[from] seaplant::Error),
 }
 
-/// The plant of a published table, with or without `published:`, or of a plant file.
+/// Returns the plant of a published table, with or without `published:`, or of a plant file.
 pub(crate) fn plant_named(name: &str) -> Result<PlantModel, TwinError> {
     let path = published_path(name).unwrap_or_else(|| PathBuf::from(name));
     match read_plant_file(&path)? {
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_published_vehicle_goes_by_its_bare_name() {
+    fn a_published_vehicle_is_found_by_its_bare_name() {
         assert_eq!(plant_named("rexrov").expect("published").name, "RexROV");
         let error = plant_named("published:rexrow").expect_err("unknown").to_string();
         assert!(error.contains("did you mean `rexrov`"), "{error}");

@@ -1,4 +1,4 @@
-//! A twin's logs as ordinary files, which go back in through the front door.
+//! Writes a twin's logs as ordinary files, which are read like any other logs.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -21,9 +21,9 @@ use crate::vehicle_file::{
 /// A file to write: its path, relative to the campaign's folder, and its content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextFile {
-    /// Where.
+    /// Path.
     pub path: String,
-    /// What.
+    /// Content.
     pub text: String,
 }
 
@@ -58,7 +58,7 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
         methods: None,
         velocity: None,
         fit: FitEntry::default(),
-        plant: twin.coupled.iter().map(PlantEntry::of).collect(),
+        plant: twin.coupled.iter().map(PlantEntry::from_plan).collect(),
         paper: Default::default(),
         equation_error: Default::default(),
         output_error: Default::default(),
@@ -98,7 +98,7 @@ fn trial_entry(trial: &TwinTrial, logs: Vec<PathBuf>) -> TrialEntry {
     }
 }
 
-/// How an instrument writes a quantity: file, column, factor from SI, decimals.
+/// Format in which an instrument writes a quantity: file, column, factor from SI, decimals.
 struct Format {
     sheet: &'static str,
     column: String,
@@ -132,7 +132,7 @@ fn format(quantity: &Quantity) -> Format {
     }
 }
 
-/// The log files of a trial, one for each instrument; its columns are added to `channels`.
+/// Returns the log files of a trial, one for each instrument, and adds their columns to `channels`.
 fn sheets(trial: &TwinTrial, channels: &mut BTreeMap<String, ChannelEntry>) -> Vec<TextFile> {
     let mut by_sheet: BTreeMap<&str, Vec<(Format, &Timed)>> = BTreeMap::new();
     for (quantity, series) in &trial.recording {
@@ -151,7 +151,7 @@ fn sheets(trial: &TwinTrial, channels: &mut BTreeMap<String, ChannelEntry>) -> V
         .collect()
 }
 
-/// Columns that share the times of the first.
+/// Formats columns that share the times of the first.
 fn csv(columns: &[(Format, &Timed)]) -> String {
     use std::fmt::Write;
     let mut text = "time [s]".to_owned();
@@ -201,7 +201,7 @@ fn vehicle_file(vehicle: &Vehicle) -> VehicleFile {
         dry_mass_kg: vehicle.dry_mass_kg,
         size_m: vehicle.size_m,
         draught_m: vehicle.draught_m,
-        rigid_body: vehicle.rigid_body.as_ref().map(RigidBodyEntry::of),
+        rigid_body: vehicle.rigid_body.as_ref().map(RigidBodyEntry::from_body),
         buoyancy: None,
         thruster_curve: None,
         thruster: vehicle.thrusters.iter().map(thruster_entry).collect(),

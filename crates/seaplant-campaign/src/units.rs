@@ -1,4 +1,4 @@
-//! From the mathematics' kinds of quantity to the logs' dimensions.
+//! Converts quantities of the core to dimensions of logs.
 
 use seaplant::ThrusterInput;
 use seaplant::quantity::Kind;

@@ -1,4 +1,4 @@
-//! Fitted plants on other trials.
+//! Scores fitted plants on other trials.
 
 use std::collections::BTreeMap;
 
@@ -18,22 +18,22 @@ use crate::recording::SourcedTrial;
 /// A plant's score on some trials.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Validation {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// The axes that are simulated together; `dof` alone of a plant of its own.
+    /// The axes that are simulated together; only `dof` for a plant of one axis.
     pub axes: Vec<Dof>,
-    /// Whose plant; absent of a published table.
+    /// The method of the plant; absent for a published table.
     pub method: Option<Method>,
     /// Its errors.
     pub score: Score,
-    /// Trials that the plant was fitted to: their scores flatter it.
+    /// Trials that the plant was fitted to: their scores are optimistic.
     pub fitted_to: Vec<String>,
 }
 
-/// A simulation beside its measurement.
+/// A simulation and its measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Simulation {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
     /// e = mean |v_model − v| on raw velocity.
     pub mean_abs_error: f64,
@@ -52,16 +52,16 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Drives a plant with the thrust of a trial.
+    /// Simulates a plant with the thrust of a trial.
     ///
     /// # Errors
     /// As [`evaluate`].
-    pub fn of(dof: Dof, plant: &PlantResult, trial: &Trial) -> Result<Self, Error> {
+    pub fn new(dof: Dof, plant: &PlantResult, trial: &Trial) -> Result<Self, Error> {
         Ok(evaluate(dof, &Model::of_result(plant), trial)?.into())
     }
 
-    /// Drives a plant of several axes with the thrust of a trial that was read for it: one for each
-    /// of its axes, which move together.
+    /// Simulates a plant of several axes with the thrust of a trial that was read for it: one
+    /// simulation for each of its axes, which move together.
     ///
     /// # Errors
     /// As [`compare_coupled`]; [`Error::Plant`] if the simulation runs away.
@@ -92,11 +92,11 @@ impl From<Comparison> for Simulation {
     }
 }
 
-/// Scores plants, each on the trials of its degree of freedom that are not steady runs;
-/// plants without such a trial are passed over.
+/// Scores plants, each on the trials of its degree of freedom that are not steady runs; plants
+/// without such a trial are skipped.
 ///
-/// `trials` come with the files that each was read from: those that the results were made
-/// from, too, are told.
+/// `trials` include the files that each was read from, so that those from which the results were
+/// made are marked.
 ///
 /// # Errors
 /// As [`score_plant`].
@@ -127,7 +127,7 @@ pub fn validate<'a>(
     Ok(validations)
 }
 
-/// Scores the axes of a plant of several axes, simulated together; none without a trial that was read for
+/// Scores the axes of a plant of several axes, simulated together; none if no trial was read for
 /// them.
 fn together(
     results: &Results,
@@ -147,14 +147,14 @@ fn together(
     Ok(by_axis(&score, &plant.axes, Some(plant.method), &known.collect::<Vec<_>>()))
 }
 
-/// The trials that were read for a plant of several axes and are not steady runs.
+/// Returns the trials that were read for a plant of several axes and are not steady runs.
 fn read_for<'a>(axes: &[Dof], trials: &'a [SourcedTrial]) -> Vec<&'a SourcedTrial> {
     let is_read =
         |of: &&SourcedTrial| of.trial.role() != Role::Steady && of.trial.coupled(axes).is_ok();
     trials.iter().filter(is_read).collect()
 }
 
-/// The score of axes that were simulated together, one by one.
+/// Returns the scores of axes that were simulated together, one by one.
 fn by_axis(
     score: &CoupledScore,
     axes: &[Dof],
@@ -211,13 +211,13 @@ pub fn validate_table(
     Ok(validations)
 }
 
-/// The trials of a degree of freedom that are not steady runs.
+/// Returns the trials of a degree of freedom that are not steady runs.
 fn moving(dof: Dof, trials: &[SourcedTrial]) -> Vec<&Trial> {
     let of_dof = trials.iter().map(|of| &of.trial).filter(|trial| trial.dofs().contains(&dof));
     of_dof.filter(|trial| trial.role() != Role::Steady).collect()
 }
 
-/// The hashes of the files that some fitted trials were read from.
+/// Returns the hashes of the files that some fitted trials were read from.
 fn fitted_files(results: &Results, is_wanted: impl Fn(&TrialResult) -> bool) -> Vec<&str> {
     let fitted = |trial: &&TrialResult| trial.role == Role::Fit && is_wanted(trial);
     let files = results.trials.iter().filter(fitted).flat_map(|trial| &trial.files);

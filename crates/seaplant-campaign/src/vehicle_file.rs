@@ -27,38 +27,38 @@ use crate::plant_file::{BuoyancyEntry, RigidBodyEntry};
 use crate::preset::VehiclePreset;
 use crate::{Error, toml_file};
 
-/// What a vehicle.toml says.
+/// The content of a vehicle.toml.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleFile {
-    /// A known vehicle, whose name and thrusters it takes; what stands here goes before.
+    /// A known vehicle, whose name and thrusters are used; the other keys override them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<VehiclePreset>,
-    /// What the vehicle is called; a known one has a name.
+    /// The vehicle's name; a known one has a name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Mass in air, kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dry_mass_kg: Option<f64>,
-    /// Length, width and height of the hull, m: to judge drag and added mass by, and to say
-    /// how far the vehicle goes for its size.
+    /// Length, width and height of the hull, m: to judge drag and added mass, and to state motion
+    /// relative to the vehicle's size.
     #[serde(
         default,
         deserialize_with = "exact::some_numbers",
         skip_serializing_if = "Option::is_none"
     )]
     pub size_m: Option<[f64; 3]>,
-    /// Mass, centre of gravity and inertia in air, for plants of several axes: what the water adds
-    /// is then told apart, and is never below zero.
+    /// Mass, centre of gravity and inertia in air, for plants of several axes: added mass is then
+    /// separate, and is never below zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid_body: Option<RigidBodyEntry>,
-    /// Displaced water and centre of buoyancy, to check restoring forces by.
+    /// Displaced water and centre of buoyancy, to check restoring forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub buoyancy: Option<BuoyancyEntry>,
     /// The curve of every thruster that states none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thruster_curve: Option<CurveEntry>,
-    /// The thrusters; one that is called as one of a known vehicle states what is otherwise.
+    /// The thrusters; one with the name of a known vehicle's thruster states only the differences.
     #[serde(default)]
     pub thruster: Vec<ThrusterEntry>,
     /// Rudders.
@@ -67,25 +67,25 @@ pub struct VehicleFile {
     /// Other fins: stern planes, bow planes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fin: Vec<FinEntry>,
-    /// What the wind meets, so that its coefficients have no dimension.
+    /// Areas exposed to wind, so that its coefficients have no dimension.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wind: Option<WindEntry>,
     /// Density of the water, kg/m³; 1025 if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub water_density_kg_m3: Option<f64>,
-    /// Draught, m: with it coefficients without dimension are by length times draught, as of
-    /// ships, else by length squared.
+    /// Draught, m: with it dimensionless coefficients use length times draught, as for ships, else
+    /// length squared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub draught_m: Option<f64>,
-    /// The instruments; one that is left out sits at the origin, aligned.
+    /// The instruments; one that is left out is at the origin, aligned.
     #[serde(default)]
     pub sensor: SensorEntries,
 }
 
-/// Densities that water has, kg/m³.
+/// Plausible densities of water, kg/m³.
 const WATER_KG_M3: std::ops::RangeInclusive<f64> = 950.0..=1100.0;
 
-/// Reads a vehicle.toml, and the curve tables that it names.
+/// Reads a vehicle.toml, and the curve tables that it refers to.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Toml`], and [`Error::Value`] for what is well-formed and wrong.
@@ -94,35 +94,35 @@ pub fn read_vehicle(path: &Path) -> Result<(Vehicle, Vec<InputFile>), Error> {
     Ok((vehicle, inputs))
 }
 
-/// A vehicle, and where it comes from.
+/// A vehicle and its provenance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourcedVehicle {
     /// The vehicle.
     pub vehicle: Vehicle,
-    /// Its file, and the curve tables that this names.
+    /// Its file, and the curve tables that it refers to.
     pub inputs: Vec<InputFile>,
-    /// What gives reason to doubt it.
+    /// Reason to doubt it.
     pub doubt: Option<Caveat>,
 }
 
 impl SourcedVehicle {
-    /// [`read_vehicle`], with what gives reason to doubt the vehicle.
+    /// Does the same as [`read_vehicle`], with the reason to doubt the vehicle.
     ///
     /// # Errors
     /// As [`read_vehicle`].
     pub fn open(path: &Path) -> Result<Self, Error> {
         let (file, input): (VehicleFile, _) = toml_file::read(path)?;
-        let mut sourced = Self::of(file, path)?;
+        let mut sourced = Self::from_file(file, path)?;
         sourced.inputs.insert(0, input);
         Ok(sourced)
     }
 
-    /// The vehicle of a file's content; `path` is where paths in it are relative to, and what
-    /// messages call it.
+    /// Returns the vehicle of a file's content; paths in it are relative to `path`, which messages
+    /// use.
     ///
     /// # Errors
     /// As [`read_vehicle`].
-    pub fn of(file: VehicleFile, path: &Path) -> Result<Self, Error> {
+    pub fn from_file(file: VehicleFile, path: &Path) -> Result<Self, Error> {
         let (mut inputs, doubt) = (Vec::new(), file.caveat());
         let vehicle = file.into_vehicle(path, &mut inputs)?;
         Ok(Self { vehicle, inputs, doubt })
@@ -179,7 +179,7 @@ impl VehicleFile {
         })
     }
 
-    /// Names and sizes that can be.
+    /// Checks names and sizes.
     fn check(&self, path: &Path) -> Result<(), Error> {
         let mut names = BTreeSet::new();
         if let Some(twice) = self.thruster.iter().find(|entry| !names.insert(&entry.name)) {
@@ -209,8 +209,8 @@ impl VehicleFile {
         self.sensor.check(path)
     }
 
-    /// The thrusters of the preset, as far as the file does not override them, and then those that
-    /// the file adds.
+    /// Returns the thrusters of the preset, as far as the file does not override them, and then
+    /// those that the file adds.
     ///
     /// ```
     /// # use seaplant_campaign::VehicleFile;
@@ -270,7 +270,7 @@ impl VehicleFile {
             .map_err(Error::model(path))
     }
 
-    /// Thrusters that nobody measured on this vehicle.
+    /// Returns the caveat on thrusters that were not measured on this vehicle.
     fn caveat(&self) -> Option<Caveat> {
         let preset = self.preset?;
         let measured = |name: &str| {
@@ -285,7 +285,7 @@ impl VehicleFile {
         (assumed > 0).then(|| Caveat::note(CaveatCode::PresetGeometry, message))
     }
 
-    /// Whether the curve of a thruster is that of open water.
+    /// Returns whether the curve of a thruster is that of open water.
     fn is_open_water(&self, name: Option<&String>) -> bool {
         let entries = self.thrusters();
         let thruster = name.and_then(|name| entries.iter().find(|known| known.name == *name));

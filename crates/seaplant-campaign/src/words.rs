@@ -1,4 +1,4 @@
-//! What the words in a column's name say.
+//! Interprets the words in a column's name.
 
 use seaplant_log::{Channel, Dimension, Unit};
 
@@ -6,7 +6,7 @@ pub(crate) const HEADING: &[&str] = &["heading", "hdg", "yaw", "psi", "compass",
 pub(crate) const ROLL: &[&str] = &["roll", "phi", "φ"];
 pub(crate) const PITCH: &[&str] = &["pitch", "theta", "θ"];
 
-/// Words of what drives a vehicle.
+/// Words of thrusters.
 const THRUSTER: &[&str] = &[
     "thruster",
     "thrusters",
@@ -27,7 +27,7 @@ const THRUSTER: &[&str] = &[
     "engine",
     "throttle",
 ];
-/// Words of what is asked for, not measured.
+/// Words of commands, as opposed to measurements.
 pub(crate) const COMMAND: &[&str] = &[
     "cmd",
     "command",
@@ -42,7 +42,7 @@ pub(crate) const COMMAND: &[&str] = &[
     "goal",
 ];
 
-/// The words of a name, in lower case: `psi_hat`, `GyroZ`, `DVLVelocity x` and `PWM1` have
+/// Splits a name into words, in lower case: `psi_hat`, `GyroZ`, `DVLVelocity x` and `PWM1` have
 /// two, two, three, and two (`pwm1` and `pwm`).
 pub(crate) fn words(name: &str) -> Vec<String> {
     let mut found = split(name);
@@ -72,13 +72,13 @@ fn split(name: &str) -> Vec<String> {
     found
 }
 
-/// `pwm1` without its number, if letters enough are left to mean something.
+/// Returns `pwm1` without its number, if enough letters remain.
 fn stem(word: &str) -> Option<String> {
     let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
     (stem.len() < word.len() && stem.chars().count() >= 2).then(|| stem.to_owned())
 }
 
-/// Whether a word numbers a thruster: `t1`, `m12`, `ch3`.
+/// Returns whether a word numbers a thruster: `t1`, `m12`, `ch3`.
 fn is_numbered(word: &str) -> bool {
     ["t", "m", "ch"].iter().any(|letter| {
         word.strip_prefix(letter).is_some_and(|number| {
@@ -87,17 +87,18 @@ fn is_numbered(word: &str) -> bool {
     })
 }
 
-/// Whether words tell of a thruster.
+/// Returns whether words refer to a thruster.
 pub(crate) fn tells_of_thruster(words: &[String]) -> bool {
     is_named_thruster(words) || words.iter().any(|word| is_numbered(word))
 }
 
-/// Whether words name a thruster or a part of one; `t1` alone may be something else.
+/// Returns whether words name a thruster or a part of one; `t1` alone may be something else.
 pub(crate) fn is_named_thruster(words: &[String]) -> bool {
     words.iter().any(|word| THRUSTER.contains(&word.as_str()))
 }
 
-/// Whether a unit counts turns, as those of propellers do and those of gyros do not.
+/// Returns whether a unit counts revolutions, as those of propellers do and those of gyroscopes do
+/// not.
 pub(crate) fn counts_turns(unit: &Unit) -> bool {
     const TURN: f64 = std::f64::consts::TAU;
     let factor = unit.factor();
@@ -105,7 +106,7 @@ pub(crate) fn counts_turns(unit: &Unit) -> bool {
         && [TURN, TURN / 60.0].iter().any(|turn| (factor - turn).abs() < 1e-12)
 }
 
-/// Whether a channel is something that somebody set, and so may rest, step and stop.
+/// Returns whether a channel is a command, which may rest, step and stop.
 pub(crate) fn is_input(channel: &Channel, words: &[String]) -> bool {
     let by_unit = channel.unit.as_ref().is_some_and(|unit| {
         let set = [
@@ -122,7 +123,7 @@ pub(crate) fn is_input(channel: &Channel, words: &[String]) -> bool {
     by_unit || tells_of_thruster(words) || words.iter().any(set)
 }
 
-/// A unit that ends a name without brackets, as in `heading_deg` or `u_m_s`.
+/// Returns a unit at the end of a name without brackets, as in `heading_deg` or `u_m_s`.
 pub(crate) fn unit_by_name(name: &str) -> Option<&'static str> {
     const UNITS: &[(&[&str], &str)] = &[
         (&["rad", "s"], "rad/s"),

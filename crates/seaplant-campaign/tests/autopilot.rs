@@ -1,4 +1,5 @@
-//! A published vehicle whose autopilot answers what nobody logs, or is not logged itself.
+//! A published vehicle whose autopilot responds to disturbances that are not logged, or at instants
+//! that are not.
 
 use std::path::Path;
 
@@ -8,10 +9,10 @@ use seaplant::twin::{Disturbance, TwinCampaign, WholeTwinSpec, make_whole};
 use seaplant::{CoupledRecord, Dof, Role, Timed, Trial};
 use seaplant_campaign::read_plant_file;
 
-/// Of two numbers whose errors are normal, chance puts one in two hundred further off.
+/// Bound on normalised errors: normal errors exceed it in one case of several hundred.
 const DEVIATIONS: f64 = 3.0;
 
-/// Trials of RexROV to fit a plant to, with its truth.
+/// Makes trials of RexROV to fit a plant to, with its truth.
 fn rexrov(spec: WholeTwinSpec) -> (TwinCampaign, Vec<CoupledRecord>) {
     let vehicle = "published:rexrov";
     let table = read_plant_file(Path::new(vehicle)).expect("a table").expect("a plant");
@@ -42,10 +43,10 @@ fn assert_near(twin: &TwinCampaign, fit: &CoupledFit, names: &[&str]) {
     }
 }
 
-/// A gyroscope of 50 Hz beside thrust of 10 Hz. With the sample that the autopilot acts on in a
-/// mean of three, inertias were 22 and 12 % too large, by 6 and 4 standard deviations.
+/// A gyroscope of 50 Hz with thrust of 10 Hz. With the sample that the autopilot acts on in a mean
+/// of three, inertias were 22 and 12 % too large, by 6 and 4 standard deviations.
 #[test]
-fn what_an_autopilot_answers_does_not_pass_for_inertia() {
+fn an_autopilots_response_is_not_attributed_to_inertia() {
     let disturbances = Disturbance::parse_list("tether").expect("known");
     let mut spec = WholeTwinSpec { disturbances, ..WholeTwinSpec::default() };
     spec.strength.tether_correlation_s = 3.0;
@@ -56,10 +57,10 @@ fn what_an_autopilot_answers_does_not_pass_for_inertia() {
     assert!(late >= 0.0, "thrust is logged as it acts, not {late} s later");
 }
 
-/// Thrust that is logged at every other command. Held from sample to sample, linear drag in roll and
-/// pitch was a quarter of what it is, by 10 and 12 standard deviations.
+/// Thrust that is logged at every other command. Held from sample to sample, linear drag in roll
+/// and pitch was a quarter of its true value, by 10 and 12 standard deviations.
 #[test]
-fn what_an_autopilot_does_between_samples_of_thrust_does_not_pass_for_drag() {
+fn an_autopilots_commands_between_samples_are_not_attributed_to_drag() {
     const KEPT: usize = 2;
     let (twin, mut records) = rexrov(WholeTwinSpec::default());
     let thinned = |series: &Timed| {
@@ -73,7 +74,7 @@ fn what_an_autopilot_does_between_samples_of_thrust_does_not_pass_for_drag() {
         record.force = record.force.each_ref().map(|force| force.as_ref().map(thinned));
     }
     let fit = fitted(&twin, &records);
-    // A lag draws commands out as what is between them does.
+    // A lag smooths commands as unlogged ones between them do.
     let late = fit.actuator.delay_s + fit.actuator.lag_s;
     assert!((-0.06..-0.04).contains(&late), "half of a command is 0.05 s, found {late} s");
     assert_near(&twin, &fit, &["roll: p", "pitch: q", "mass.pitch", "lever.z"]);

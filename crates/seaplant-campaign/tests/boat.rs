@@ -1,5 +1,4 @@
-//! A boat that logs where it is and where it heads, by a simulator of its own
-//! (`examples/boat/simulate.py`).
+//! A boat that logs position and heading, by a simulator of its own (`examples/boat/simulate.py`).
 
 use std::path::Path;
 
@@ -7,10 +6,10 @@ use seaplant::Dof;
 use seaplant::results::{CoupledPlant, Results};
 use seaplant_campaign::Campaign;
 
-/// Targets: within this part of the truth, or within the 95 % interval.
+/// Targets: within this fraction of the truth, or within the 95 % interval.
 const PART: f64 = 0.05;
 
-/// Of `simulate.py`.
+/// True values in `simulate.py`.
 const TRUTH: [(&str, f64); 6] = [
     ("mass.surge", 85.3),
     ("mass.sway", 162.5),
@@ -41,7 +40,7 @@ fn masses_come_out_of_fixes_and_heading_with_an_antenna_off_the_centre() {
         let off = (x.value / truth - 1.0).abs();
         assert!(is_in || off < PART, "{name}: {x:?}, not {truth}");
     }
-    // The moment of inertia is known, not only in a wide interval.
+    // The moment of inertia is determined, not merely within a wide interval.
     let yaw = &plant.parameters["mass.yaw"];
     assert!((yaw.value / 40.5 - 1.0).abs() < PART && yaw.std < 0.08 * yaw.value, "{yaw:?}");
     let held = plant.hold_out.as_ref().expect("a trial aside");

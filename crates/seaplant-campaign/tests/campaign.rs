@@ -1,4 +1,4 @@
-//! Campaigns and vehicles that are refused, each by its message.
+//! Campaigns and vehicles that are refused, each with its message.
 
 mod common;
 
@@ -25,8 +25,8 @@ dof = ["surge"]
 "velocity.surge" = { column = "speed" }
 "#;
 
-/// What is said of a sled whose files have each first text in place of the second; folders
-/// are left out.
+/// Returns the message for a sled whose files have each first text replaced by the second; folders
+/// are omitted.
 fn refusal(of_vehicle: [&str; 2], of_campaign: [&str; 2]) -> String {
     let folder = Folder::new();
     let columns: [(&str, &dyn Fn(f64) -> f64); 2] =
@@ -59,7 +59,7 @@ fn of_curve(curve: &str) -> String {
 const DOF: &str = "dof = [\"surge\"]";
 const PLANT: &str = "[[plant]]\naxes = [\"surge\"]\n[channels]";
 
-/// The results of a sled that obeys its equation of motion, of a campaign with other text.
+/// Returns the results of a simulated sled for a changed campaign.
 fn results(changes: &[[&str; 2]]) -> Results {
     let folder = Folder::new();
     let (mut speed, mut rows) = (0.0_f64, String::from("time [s],prop [rad/s],speed [m/s]\n"));
@@ -155,7 +155,7 @@ fn terms_must_make_a_plant() {
 }
 
 #[test]
-fn a_list_is_asked_for_where_one_is_due() {
+fn a_list_is_requested_where_one_is_due() {
     let dof = of_campaign(DOF, "dof = \"surge\"");
     assert!(dof.starts_with("campaign.toml: TOML parse error at line 5, column 7\n"), "{dof}");
     assert!(dof.ends_with("expected a sequence\nwrite a list: [...]"), "{dof}");
@@ -164,7 +164,7 @@ fn a_list_is_asked_for_where_one_is_due() {
 }
 
 #[test]
-fn a_campaign_without_trials_is_told_how_to_have_one() {
+fn a_campaign_without_trials_gets_advice() {
     let text = CAMPAIGN.split_once("[channels]").expect("it has channels").0;
     let message = of_campaign(text, "vehicle = \"vehicle.toml\"\n");
     let advice = "missing field `trial`\nadd [[trial]] with what belongs to it";
@@ -204,7 +204,7 @@ fn an_optional_channel_may_be_absent() {
 }
 
 #[test]
-fn a_thruster_stands_once_and_pushes_somewhere() {
+fn a_thruster_is_unique_and_has_a_direction() {
     let (_, thruster) = VEHICLE.split_once("[[thruster]]").expect("it has one");
     let twice = of_vehicle("[[thruster]]", &format!("[[thruster]]{thruster}[[thruster]]"));
     assert_eq!(

@@ -1,5 +1,5 @@
-//! Files of one trial whose clocks differ: what `inspect` says of them, and what a campaign makes
-//! of `offset_s = { "FILE" = "estimate" }`.
+//! Files of one trial whose clocks differ: the report of `inspect`, and the effect of `offset_s = {
+//! "FILE" = "estimate" }` in a campaign.
 
 mod common;
 
@@ -14,7 +14,7 @@ use seaplant_campaign::{
     read_toml, twin_files,
 };
 
-/// A yaw rate that never repeats, and the heading that it makes, deg/s and deg.
+/// Returns a yaw rate that never repeats, and the heading that it makes, deg/s and deg.
 fn rate(t: f64) -> f64 {
     const WAVES: [[f64; 3]; 6] = [
         [0.11, 3.0, 0.3],
@@ -34,8 +34,8 @@ fn heading(t: f64) -> f64 {
     100.0 + sum * STEP_S
 }
 
-/// An autopilot's gyro, and a DVL with a compass of its own, whose clock shows `dvl_s` where the
-/// autopilot's shows 30 s.
+/// Writes an autopilot's gyroscope, and a DVL with its own compass, whose clock reads `dvl_s` where
+/// the autopilot's reads 30 s.
 fn gyro_and_dvl(folder: &Folder, dvl_s: f64) -> [PathBuf; 2] {
     let jitter = |t: f64| noise((t * 100.0).round() as usize);
     let gyro = csv(20.0, 240.0, &[("yaw rate [deg/s]", &|t| rate(t) + 0.1 * jitter(t))]);
@@ -55,7 +55,7 @@ fn only_offset(files: &[PathBuf]) -> InspectedOffset {
 }
 
 #[test]
-fn clocks_of_other_epochs_are_told_with_the_line_to_write() {
+fn clocks_of_other_epochs_are_reported_with_the_line_to_write() {
     let folder = Folder::new();
     let files = gyro_and_dvl(&folder, 1_600_000_000.0);
     let found = inspect(&open(&files));
@@ -93,12 +93,12 @@ fn recordings_of_other_times_are_not_compared() {
 }
 
 #[test]
-fn what_data_cannot_tell_is_refused_with_the_reason() {
+fn offsets_that_data_cannot_determine_are_refused_with_the_reason() {
     let folder = Folder::new();
     let [gyro, _] = gyro_and_dvl(&folder, 0.0);
     let depth = csv(4.0, 100.0, &[("depth [m]", &|t| 5.0 + (0.1 * t).sin())]);
     let offset = only_offset(&[gyro.clone(), folder.write("depth.csv", &depth)]);
-    // A gyro and a depth sensor have nothing to compare.
+    // A gyroscope and a depth sensor have nothing to compare.
     assert_eq!((offset.clock, offset.refused, offset.campaign_line), (None, None, None));
     let another = |t: f64| 100.0 + 9.0 * (0.7 * t).sin() + 5.0 * (0.0041 * t * t).cos();
     let another = csv(8.0, 200.0, &[("heading [deg]", &another)]);
@@ -108,7 +108,7 @@ fn what_data_cannot_tell_is_refused_with_the_reason() {
     assert_eq!((offset.clock, offset.campaign_line), (None, None));
 }
 
-/// The twin's surge trials with the DVL's clock `behind_s` behind, written as files.
+/// Returns the twin's surge trials with the DVL's clock `behind_s` behind, written as files.
 fn twin(folder: &Folder, behind_s: f64) -> PathBuf {
     let spec = TwinSpec { duration_s: 180.0, dofs: [Dof::Surge].into(), ..TwinSpec::jason2() };
     let twin = make(&spec).expect("the twin can be made");
@@ -120,7 +120,7 @@ fn twin(folder: &Folder, behind_s: f64) -> PathBuf {
     folder.path().join("campaign.toml")
 }
 
-/// A table with its first column moved.
+/// Shifts the first column of a table.
 fn later(text: &str, by_s: f64) -> String {
     let moved = |line: &str| match line.split_once(',') {
         Some((time, rest)) => match time.parse::<f64>() {
@@ -132,7 +132,7 @@ fn later(text: &str, by_s: f64) -> String {
     text.lines().map(moved).collect()
 }
 
-/// The campaign with an offset for the DVL of every trial.
+/// Returns the campaign with an offset for the DVL of every trial.
 fn with_offset(path: &Path, offset: OffsetEntry) -> Results {
     let mut file: CampaignFile = read_toml(path).unwrap_or_else(|error| panic!("{error}"));
     for trial in &mut file.trial {
@@ -199,7 +199,7 @@ fn refusal(folder: &Folder, campaign: &str) -> String {
     said(&Campaign::open(&path).expect_err("it is refused"), folder)
 }
 
-/// An autopilot's table with the moment that it commanded.
+/// Writes an autopilot's table with the moment that it commanded.
 fn autopilot(folder: &Folder, turn: &dyn Fn(f64) -> f64) {
     let columns: [(&str, &dyn Fn(f64) -> f64); 2] =
         [("yaw rate [deg/s]", turn), ("moment [N m]", &|t| 100.0 * turn(t + 0.5))];
@@ -207,7 +207,7 @@ fn autopilot(folder: &Folder, turn: &dyn Fn(f64) -> f64) {
 }
 
 #[test]
-fn a_compass_that_the_campaign_does_not_map_tells_the_clock_too() {
+fn an_unmapped_compass_also_determines_the_clock() {
     let folder = Folder::new();
     gyro_and_dvl(&folder, 1_600_000_000.0);
     autopilot(&folder, &rate);

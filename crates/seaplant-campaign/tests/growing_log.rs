@@ -13,7 +13,7 @@ use seaplant::plant::{Structure, Symmetry};
 /// Mass in kg, linear and quadratic drag.
 const TRUTH: [f64; 3] = [100.0, 5.0, 20.0];
 
-/// Time in s, velocity in m/s, force in N from then on: two minutes at 10 Hz.
+/// Returns rows of time in s, velocity in m/s, force in N from then on: two minutes at 10 Hz.
 fn rows() -> Vec<String> {
     let (mut v, h) = (0.0_f64, 0.1);
     let row = |k: usize| {
@@ -41,7 +41,7 @@ fn sample(row: &str) -> Sample {
     Sample { time_s, velocity: Vector6::x() * v, force: Vector6::x() * force, ..Sample::default() }
 }
 
-/// Reads what was added since it was last asked, whole rows only.
+/// Reads the rows added since the last call, complete ones only.
 struct Tail {
     reader: BufReader<File>,
     row: String,
@@ -61,7 +61,7 @@ impl Tail {
     }
 }
 
-/// What is estimated of a log while it is written, in pieces that end within rows.
+/// Estimates from a log while it is written, in pieces that end within rows.
 fn followed(scheme: Scheme, folder: &Path) -> OnlineEstimate {
     let path = folder.join("growing.csv");
     File::create(&path).expect("a file");

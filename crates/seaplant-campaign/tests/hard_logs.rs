@@ -1,4 +1,4 @@
-//! Logs that would give wrong numbers: what a trial makes of them, and what it says.
+//! Logs that would give wrong numbers: how a trial treats them, and its caveats.
 
 mod common;
 
@@ -25,7 +25,7 @@ dof = ["surge"]
 "velocity.surge" = { column = "speed", unit = "m/s" }
 "#;
 
-/// The cells of a row: time in s, pulse, speed, depth.
+/// Cells of a row: time in s, pulse, speed, depth.
 type Row = (f64, String, String, String);
 
 const ROWS: usize = 400;
@@ -53,7 +53,7 @@ fn open(log: &str, campaign: &str) -> Result<Campaign, Box<(Error, String)>> {
     })
 }
 
-/// What surge is in a log, and the caveats that say why.
+/// Returns surge of a log, and its caveats.
 fn surge(log: &str) -> (AxisRecord, Vec<Caveat>) {
     let campaign = open(log, CAMPAIGN).unwrap_or_else(|refused| panic!("{}", refused.0));
     let trial = &campaign.trials[0];
@@ -67,7 +67,7 @@ fn warnings(caveats: &[Caveat]) -> Vec<&str> {
 }
 
 #[test]
-fn a_time_without_a_unit_in_milliseconds_is_asked_about() {
+fn a_time_without_a_unit_in_milliseconds_requires_the_unit() {
     let in_ms = (0..ROWS).map(row).map(|(t, p, s, d)| (1000.0 * t, p, s, d));
     let log = log("time", in_ms);
     let (_, message) = *open(&log, CAMPAIGN).expect_err("refused");
@@ -99,7 +99,7 @@ fn cells_of_a_used_channel_that_are_dropped_are_a_warning() {
     let [warning] = warnings(&caveats)[..] else { panic!("{caveats:?}") };
     assert!(warning.contains("column \"speed\" has 20 cells that are not a number"), "{warning}");
     assert!(warning.ends_with("(5 % of its rows); correct the log"), "{warning}");
-    // Few of them are a note.
+    // A few of them are a note.
     let caveats = dropped(200);
     assert_eq!(warnings(&caveats), [""; 0]);
 }

@@ -1,4 +1,4 @@
-//! What `inspect` says of a channel: each remark by its cause, and none without.
+//! Remarks of `inspect` on a channel: each with its cause, and none without.
 
 mod common;
 
@@ -17,7 +17,7 @@ fn only(log: &Log) -> String {
     found[0].clone()
 }
 
-/// A depth that a sensor measures while the vehicle goes up and down: 30 s at 10 Hz.
+/// Returns a depth that a sensor measures while the vehicle goes up and down: 30 s at 10 Hz.
 fn depth() -> Vec<f64> {
     (0..300).map(|k| 5.0 + (0.04 * k as f64).sin() + 0.01 * noise(k)).collect()
 }
@@ -166,7 +166,7 @@ fn a_coarse_sensor_is_frozen_where_it_stands_much_longer_than_ever() {
 }
 
 #[test]
-fn irregular_sampling_is_told_with_its_intervals() {
+fn irregular_sampling_is_reported_with_its_intervals() {
     let mut times = vec![0.0];
     for k in 0..300 {
         times.push(times[k] + if k % 10 == 0 { 0.5 } else { 0.1 });
@@ -219,9 +219,10 @@ fn a_summary_counts_samples_gaps_and_missing_values() {
 }
 
 #[test]
-fn what_a_survey_estimates_is_told_apart_from_what_it_knows() {
+fn estimates_of_a_survey_are_marked() {
     let folder = common::Folder::new();
-    // The vehicle turns from 10 to 345 degrees and back, the long way, while nobody looks.
+    // The vehicle turns from 10 to 345 degrees and back, the long way, in the part that is not
+    // read.
     let heading = |k: usize| 10.0 + 335.0 * (1.0 - (k as f64 / 10_000.0 - 1.0).abs()).powi(2);
     let row = |k: usize| format!("{}.{},{:.3},7\n", k / 10, k % 10, heading(k) + noise(k));
     let rows: String = (0..20_000).map(row).collect();

@@ -33,7 +33,7 @@ fn a_known_vehicle_needs_no_more_than_its_name_and_a_voltage() {
 }
 
 #[test]
-fn what_the_file_says_goes_before_the_preset() {
+fn the_file_overrides_the_preset() {
     let text = format!(
         "preset = \"bluerov2\"\nname = \"Nemo\"\n{CURVE}\
          [[thruster]]\nname = \"motor 1\"\nreversed = true\n\
@@ -55,7 +55,7 @@ fn what_the_file_says_goes_before_the_preset() {
 }
 
 #[test]
-fn what_no_preset_has_must_be_said() {
+fn values_that_no_preset_has_must_be_stated() {
     let refused = |text: &str| vehicle(text).unwrap_err();
     assert!(refused("preset = \"bluerov2\"").contains(
         "thruster `motor 1`: missing field `curve`\nadd it, or a thruster_curve for all thrusters"
@@ -74,7 +74,7 @@ fn what_no_preset_has_must_be_said() {
 
 #[test]
 fn the_law_of_the_t200_is_near_published_tables() {
-    // Parts of the largest thrust: the law is one for all voltages.
+    // Relative to the largest thrust: the law is the same for all voltages.
     for (volts, part) in [(12, 0.03), (16, 0.03), (20, 0.09)] {
         let Some(path) = data(&format!("t200-static/T200-Thrusters-{volts}V.csv")) else { return };
         let bench = read_bench(&path, &BenchColumns::default(), None).unwrap();

@@ -1,4 +1,5 @@
-//! What `init` proposes: files that read back, mapped right, open where a guess would be.
+//! Proposals of `init`: files that can be read back, mapped correctly, with open questions in place
+//! of guesses.
 
 mod common;
 
@@ -25,7 +26,7 @@ fn columns(campaign: &CampaignFile) -> BTreeMap<&str, &str> {
     campaign.channels.iter().map(|(k, v)| (k.as_str(), v.column.as_str())).collect()
 }
 
-/// The vehicle file with what a human adds at the least.
+/// Returns the vehicle file with the minimum that a user adds.
 fn filled(vehicle_toml: &str, direction: &str) -> String {
     let curve = "curve = { kind = \"quadratic\", input = \"pwm\", forward = 1e-4, reverse = 1e-4 }";
     let line = |line: &str| match line {
@@ -37,7 +38,8 @@ fn filled(vehicle_toml: &str, direction: &str) -> String {
     vehicle_toml.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// A vehicle that dives by two thrusters for 40 s, rests for a minute, and dives again.
+/// Returns a log of a vehicle that dives by two thrusters for 40 s, rests for a minute, and dives
+/// again.
 fn dive() -> String {
     let works = |t: f64| (20.0..60.0).contains(&t) || (120.0..150.0).contains(&t);
     let pulse = move |t: f64| if works(t) { 1500.0 + 80.0 * (0.8 * t).sin() } else { 1500.0 };
@@ -107,7 +109,7 @@ fn windows_count_from_the_logs_first_sample() {
 }
 
 #[test]
-fn what_the_log_cannot_tell_is_named_when_the_files_are_read() {
+fn values_that_the_log_lacks_are_named_when_the_files_are_read() {
     let folder = Folder::new();
     let log = folder.write("dive.csv", &dive());
     let (proposal, _) = propose_in(&folder, &[log]);
@@ -151,7 +153,7 @@ fn filled_in_the_files_are_a_campaign() {
 }
 
 #[test]
-fn every_open_question_stands_in_its_file() {
+fn every_open_question_is_in_its_file() {
     let folder = Folder::new();
     let log = folder.write("dive.csv", &dive());
     let (proposal, _) = propose_in(&folder, &[log]);
@@ -274,7 +276,7 @@ fn names_and_units_of_many_loggers_are_known() {
 }
 
 #[test]
-fn what_only_looks_like_a_quantity_is_left_out() {
+fn columns_that_only_resemble_a_quantity_are_left_out() {
     let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
     for column in [
         "depth setpoint [m]",
@@ -294,7 +296,7 @@ fn what_only_looks_like_a_quantity_is_left_out() {
 }
 
 #[test]
-fn a_unit_that_is_not_stated_is_asked_for() {
+fn a_unit_that_is_not_stated_is_requested() {
     let folder = Folder::new();
     let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
     let pulse = |t: f64| (1500.0 + 80.0 * (0.5 * t).sin()).round();
@@ -433,11 +435,11 @@ fn a_log_of_ardusub_is_known() {
 
     let (vehicle, _) = read_vehicle(&folder.path().join("vehicle.toml")).unwrap();
     assert_eq!((vehicle.name.as_str(), vehicle.thrusters.len()), ("BlueROV2", 6));
-    // Of the settings that the log holds, MOT_1_DIRECTION is -1 and MOT_3_DIRECTION is 1.
+    // In the settings of the log, MOT_1_DIRECTION is -1 and MOT_3_DIRECTION is 1.
     let forward = |k: usize| vehicle.thrusters[k].direction_body.x > 0.0;
     assert!(forward(0) && forward(2));
     assert!(proposal.vehicle_toml.contains("voltage_v = 17.5"), "{}", proposal.vehicle_toml);
-    // The files are whole: what is left to decide does not keep them from being read.
+    // The files are complete: open decisions do not prevent reading them.
     Campaign::open(&folder.path().join("campaign.toml")).unwrap_or_else(|error| panic!("{error}"));
 }
 
@@ -501,14 +503,14 @@ fn telemetry_of_ardusub_is_known() {
     Campaign::open(&folder.path().join("campaign.toml")).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// A recording of twelve ensembles, in every frame in turn.
+/// Returns a recording of twelve ensembles, in every frame in turn.
 fn every_frame() -> Vec<u8> {
     let seed =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../seaplant-log/fuzz/corpus/pd0/seed.pd0");
     std::fs::read(seed).expect("the corpus is there")
 }
 
-/// The same with all ensembles said to be in the ship's axes.
+/// Sets the frame of all ensembles to the ship's axes.
 fn in_ships_axes(mut bytes: Vec<u8>) -> Vec<u8> {
     let mut at = 0;
     while at + 2 < bytes.len() {
@@ -551,7 +553,7 @@ fn a_dvl_in_ship_coordinates_is_turned_to_the_vehicles_velocity() {
 }
 
 #[test]
-fn velocities_of_a_dvl_in_other_frames_are_told() {
+fn velocities_of_a_dvl_in_other_frames_are_reported() {
     let (proposal, campaign) = propose_pd0(every_frame());
     let text = &proposal.campaign_toml;
     assert!(campaign.channels.keys().all(|quantity| !quantity.contains("velocity")), "{text}");
@@ -567,7 +569,7 @@ fn velocities_of_a_dvl_in_other_frames_are_told() {
 }
 
 #[test]
-fn velocities_that_an_autopilot_has_along_north_are_told() {
+fn velocities_that_an_autopilot_has_along_north_are_reported() {
     let mut log = Flash::default();
     log.define(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
     log.define(1, 28, "NKF1", "QffffB", "TimeUS,VN,VE,VD,PN,C");
@@ -589,7 +591,7 @@ fn velocities_that_an_autopilot_has_along_north_are_told() {
     assert!(text.contains("\"VISO.PX\": how far the vehicle moved"), "{text}");
 }
 
-/// A DataFlash log in the making.
+/// A DataFlash log under construction.
 #[derive(Default)]
 struct Flash(Vec<u8>);
 
@@ -610,7 +612,7 @@ impl Flash {
     }
 }
 
-/// The [`dive`] as ArduSub logs it, by motors 5 and 6 of a vectored frame.
+/// Returns the [`dive`] as ArduSub logs it, by motors 5 and 6 of a vectored frame.
 fn dive_of_ardusub() -> Vec<u8> {
     let mut log = Flash::default();
     log.define(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
@@ -650,7 +652,7 @@ fn a_dive_of_ardusub_needs_nothing_but_its_log() {
     assert!(proposal.vehicle_toml.contains("voltage_v = 16.0 }"), "{}", proposal.vehicle_toml);
     let campaign = Campaign::open(&folder.path().join("campaign.toml"));
     let campaign = campaign.unwrap_or_else(|error| panic!("{error}"));
-    // Motor 6 is reversed, and so both push down at once.
+    // Motor 6 is reversed, so both act downwards at once.
     let down = |k: usize| campaign.vehicle.thrusters[k].direction_body.z;
     assert_eq!((down(4), down(5)), (1.0, -1.0));
     let found = campaign.identify("seaplant identify campaign.toml");
@@ -659,7 +661,7 @@ fn a_dive_of_ardusub_needs_nothing_but_its_log() {
     assert!(caveats.iter().any(|caveat| caveat.message.starts_with(assumed)), "{caveats:?}");
 }
 
-/// A boat with two throttles as ArduPilot logs it.
+/// Returns a log of a boat with two throttles by ArduPilot.
 fn boat_of_ardupilot() -> Vec<u8> {
     let mut log = Flash::default();
     log.define(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
@@ -710,7 +712,7 @@ fn a_boat_of_ardupilot_brings_its_throttles_its_way_over_ground_and_the_wind() {
     }
 }
 
-/// A table of pulse widths of so many motors, which nobody named after ArduSub's.
+/// Writes a table of pulse widths of several motors, not named after ArduSub's.
 fn pulses(folder: &Folder, motors: usize) -> PathBuf {
     let names: Vec<String> = (1..=motors).map(|k| format!("thruster {k} [us]")).collect();
     let pulse = |t: f64| 1500.0 + 80.0 * (0.8 * t).sin();
@@ -742,14 +744,14 @@ fn a_preset_that_is_stated_makes_the_vehicle() {
     let path = folder.write("vehicle.toml", &proposal.vehicle_toml);
     let (vehicle, _) = read_vehicle(&path).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(vehicle.thrusters.len(), 8);
-    // The columns have other names than the preset's motors: that is for a human to map.
+    // The columns have other names than the preset's motors, so the user must map them.
     let questions = proposal.open_questions.join("\n");
     assert!(questions.contains("map the column of each under [channels]"), "{questions}");
     assert!(!questions.contains("is it a"), "{questions}");
     assert!(proposal.vehicle_toml.contains("# as --preset says"));
 }
 
-/// What a vehicle measures that is driven freely in `moving`, at rest in the other axes.
+/// Returns a log of a vehicle that is driven freely in `moving`, at rest in the other axes.
 fn free_driving(moving: &[&str]) -> String {
     let wave = |column: &str, size: f64, period_s: f64| {
         let size = if moving.contains(&column) { size } else { 0.001 };

@@ -1,4 +1,4 @@
-//! What `init` proposes for bags of ROS: quantities in our frame, thrusters by their topics.
+//! Proposals of `init` for ROS bags: quantities in our frame, thrusters by their topics.
 
 mod common;
 #[allow(dead_code, reason = "each test program uses its own part")]
@@ -12,7 +12,7 @@ use mcap::McapFile;
 use seaplant_campaign::{CampaignFile, ChannelEntry, propose, read_toml};
 use seaplant_log::ReadOptions;
 
-/// The stamp and an empty name of the frame, and what aligns the numbers that follow.
+/// Encodes the stamp and an empty frame name, and the padding before the numbers that follow.
 fn header(t: f64) -> Vec<u8> {
     let (seconds, nanos) = (t as u32, (t.fract() * 1e9) as u32);
     let head = [seconds.to_le_bytes(), nanos.to_le_bytes(), 1_u32.to_le_bytes()].concat();
@@ -23,7 +23,7 @@ fn numbers(values: &[f64]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// Numbers that move, none of them like another.
+/// Returns distinct varying numbers.
 fn moving(t: f64, count: usize) -> Vec<f64> {
     (0..count)
         .map(|k| 0.3 * (0.4 * t + k as f64).sin() + 0.01 * noise((10.0 * t) as usize))
@@ -79,7 +79,8 @@ fn proposed(topics: Topics<'_>) -> (String, CampaignFile) {
     (proposal.campaign_toml, campaign)
 }
 
-/// Quantities and columns, `-` before those that are negated, the unit behind if one is stated.
+/// Returns quantities and columns, `-` before those that are negated, the unit after if one is
+/// stated.
 fn mapped(campaign: &CampaignFile) -> BTreeMap<String, String> {
     let entry = |(quantity, channel): (&String, &ChannelEntry)| {
         let ChannelEntry { column, unit, negate, .. } = channel;
@@ -189,7 +190,7 @@ fn each_thruster_may_have_a_topic() {
 }
 
 #[test]
-fn a_thruster_in_no_known_unit_is_asked_for() {
+fn a_thruster_in_no_known_unit_is_requested() {
     let works = |t: f64| numbers(&[80.0 * t.sin()]);
     let (text, campaign) = proposed(&[("/thruster_1/cmd", "std_msgs/msg/Float64", &works)]);
     expect(&campaign, &[]);

@@ -1,4 +1,4 @@
-//! What a user may write on the command line.
+//! Definition of the command line.
 
 mod completer;
 mod fits;
@@ -39,13 +39,13 @@ pub use twins::{Demo, MonteCarlo, Twin};
                   that it writes, then `seaplant identify campaign.toml`."
 )]
 pub struct Arguments {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
     /// Print the result as JSON, for other programs.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Print nothing but errors and what was asked for.
+    /// Print nothing but errors and the requested result.
     #[arg(long, short, global = true)]
     pub quiet: bool,
     /// Print the progress of fits on standard error, a line of JSON each, for other programs.
@@ -68,7 +68,7 @@ pub enum Color {
 }
 
 impl Color {
-    /// Makes the choice known to everything that prints.
+    /// Applies the choice to everything that prints.
     pub fn write_global(self) {
         match self {
             Self::Auto => anstream::ColorChoice::Auto,
@@ -79,12 +79,12 @@ impl Color {
     }
 }
 
-/// What to do.
+/// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Make the Jason 2 campaign with a digital twin, identify it and write the report.
     Demo(Demo),
-    /// Write a starting vehicle.toml and campaign.toml from what a log holds.
+    /// Write a starting vehicle.toml and campaign.toml from a log.
     Init(Init),
     /// Show a log's channels: units, rates, spans, gaps and suspicious values.
     Inspect(Inspect),
@@ -127,7 +127,7 @@ pub enum Command {
     Man(Man),
 }
 
-/// Help, completion and the hint at a near name need the names.
+/// Lists the names, which help, completion and suggestions use.
 fn method() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(Method::ALL.map(Method::name)).try_map(|name| name.parse::<Method>())
 }

@@ -31,7 +31,8 @@ pub mod vehicle;
 #[cfg(not(target_family = "wasm"))]
 pub mod watch;
 
-/// Whether a channel's column contains one of some words, whatever their case; any, without words.
+/// Returns whether a channel's column contains one of some words, ignoring case; true without
+/// words.
 fn is_wanted(channel: &Channel, only: &[String]) -> bool {
     contains_any(&channel.column, only)
 }
@@ -41,7 +42,7 @@ fn contains_any(column: &str, only: &[String]) -> bool {
     only.is_empty() || only.iter().any(|word| column.contains(&word.to_lowercase()))
 }
 
-/// How a user wants logs read.
+/// Converts the user's options of reading logs.
 fn read_options(reading: &Reading) -> ReadOptions {
     ReadOptions {
         time: reading.time.clone().map(|column| TimeColumn { column: Some(column), unit: None }),

@@ -33,8 +33,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Says what is wrong with the words of the command line, which a shell may have filled with names
-/// of files, or shows the help that they ask for.
+/// Prints the error of the command line, which a shell may have filled with names of files, or the
+/// requested help.
 fn misused(error: &clap::Error) -> ! {
     let words = std::env::args_os().map(|word| output::shown(&word.to_string_lossy()).into_owned());
     match Arguments::try_parse_from(words) {
@@ -43,8 +43,8 @@ fn misused(error: &clap::Error) -> ! {
     }
 }
 
-/// Panics of other crates' readers on damaged logs are told as errors, and need not be printed where
-/// they are caught.
+/// Suppresses the messages of panics of other crates' readers on damaged logs, which are caught and
+/// reported as errors.
 fn keep_readers_quiet() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

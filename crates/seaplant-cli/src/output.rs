@@ -1,4 +1,4 @@
-//! What is printed: nothing that files hold reaches the terminal but as text.
+//! Prints to the terminal; content of files never acts as control sequences.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -13,12 +13,12 @@ use terminal_size::{Width, terminal_size};
 
 use crate::wrap::wrapped;
 
-/// How much a command says, and in what form.
+/// Verbosity and format of a command's output.
 #[derive(Clone, Copy, Debug)]
 pub struct Output {
     /// As JSON.
     pub json: bool,
-    /// Nothing but errors and what was asked for.
+    /// Nothing but errors and the requested result.
     pub quiet: bool,
     /// Progress of fits as lines of JSON on standard error.
     pub progress: bool,
@@ -34,7 +34,7 @@ pub const STRONG: Style = Style::new().bold();
 pub const FAINT: Style = Style::new().dimmed();
 
 impl Output {
-    /// Says something that a person may want to know and a program does not.
+    /// Prints a message for users that programs do not need.
     pub fn say(self, text: &str) -> Result<()> {
         if self.json || self.quiet {
             return Ok(());
@@ -42,7 +42,7 @@ impl Output {
         print(&fitted(text, std::io::stdout()))
     }
 
-    /// Gives the result: as JSON if that was asked for, else in words.
+    /// Prints the result: as JSON if requested, else as text.
     pub fn give(self, value: &impl Serialize, words: impl FnOnce() -> String) -> Result<()> {
         if self.json {
             return print_json(&serde_json::to_string_pretty(value)?);
@@ -50,9 +50,9 @@ impl Output {
         if self.quiet { Ok(()) } else { print(&fitted(&words(), std::io::stdout())) }
     }
 
-    /// Says why nothing could be done.
+    /// Prints an error.
     pub fn error(self, error: &anyhow::Error) {
-        // An error that cannot be printed cannot be helped either.
+        // If printing fails there is nothing else to do.
         if self.json {
             let message = json!({ "error": reasons(error) });
             let _ = writeln!(anstream::stderr(), "{}", shown_json(&format!("{message:#}")));
@@ -64,7 +64,7 @@ impl Output {
     }
 }
 
-/// Words as wide as the terminal that they go to; as they are where they go to a file or a program.
+/// Wraps text to the width of its terminal; text for a file or a program is unchanged.
 fn fitted(words: &str, to: impl IsTerminal) -> Cow<'_, str> {
     match terminal_size().filter(|_| to.is_terminal()) {
         Some((Width(width), _)) if width > 0 => wrapped(words, usize::from(width)),
@@ -72,7 +72,7 @@ fn fitted(words: &str, to: impl IsTerminal) -> Cow<'_, str> {
     }
 }
 
-/// An error with its causes, but not those that its own words hold already.
+/// Formats an error with its causes, except those that its own message contains.
 fn reasons(error: &anyhow::Error) -> String {
     let mut text = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -85,12 +85,12 @@ fn reasons(error: &anyhow::Error) -> String {
     text
 }
 
-/// Prints to standard output; a reader that has gone away, such as `head`, is no error.
+/// Prints to standard output; a closed pipe, as from `head`, is no error.
 pub fn print(text: &str) -> Result<()> {
     print_raw(&shown(text))
 }
 
-/// [`print()`], of JSON.
+/// Prints JSON like [`print()`].
 pub fn print_json(text: &str) -> Result<()> {
     print_raw(&shown_json(text))
 }
@@ -104,16 +104,16 @@ fn print_raw(text: &str) -> Result<()> {
     }
 }
 
-/// A text as a terminal may have it: names of columns, files and trials come from whoever made
-/// them, and what would move the cursor, colour the screen or turn the direction of writing is
-/// shown by its number. Our own styles stay.
+/// Escapes a text for a terminal: names of columns, files and trials are untrusted, and characters
+/// that would move the cursor, colour the screen or change the direction of writing are shown by
+/// their code. Our own styles remain.
 pub fn shown(text: &str) -> Cow<'_, str> {
     escaped(text, |escape, c| _ = write!(escape, "{}", c.escape_unicode()), own_style)
 }
 
-/// The same of JSON, which stays JSON of the same value.
+/// Escapes JSON likewise; its value is unchanged.
 fn shown_json(text: &str) -> Cow<'_, str> {
-    // What commands has its place in the first plane.
+    // Control characters are in the basic plane.
     escaped(text, |escape, c| _ = write!(escape, "\\u{:04x}", u32::from(c)), |_| 0)
 }
 
@@ -140,7 +140,7 @@ fn escaped(
     Cow::Owned(safe)
 }
 
-/// The length of the style at the start of a text, if it is one of ours.
+/// Returns the length of the style at the start of a text, if it is one of ours.
 fn own_style(text: &str) -> usize {
     let styles = [SEVERE, WARNING, STRONG, FAINT];
     let written = styles.iter().flat_map(|style| [format!("{style}"), format!("{style:#}")]);
@@ -152,7 +152,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_terminal_obeys_is_shown_by_its_number() {
+    fn terminal_control_characters_are_shown_by_their_number() {
         assert_eq!(
             shown("a\u{1b}[2Jb\rc\u{9b}d\u{202e}e"),
             "a\\u{1b}[2Jb\\u{d}c\\u{9b}d\\u{202e}e"
@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(shown("surge\t1\nµ ±  日本"), "surge\t1\nµ ±  日本");
         let ours = format!("{SEVERE}severe:{SEVERE:#} {WARNING}x{WARNING:#} {FAINT}y{FAINT:#}");
         assert_eq!(shown(&ours), ours);
-        // Another style than ours, and one that is cut off.
+        // A foreign style, and a truncated one.
         assert_eq!(shown("\u{1b}[8mhidden\u{1b}"), "\\u{1b}[8mhidden\\u{1b}");
     }
 

@@ -1,5 +1,5 @@
-//! A bar for what takes a while: how much of the logs was read, how fast, how long it will take;
-//! which fit is made, how many there are, and how long they will take.
+//! Progress bars: for reading logs the amount, speed and remaining time; for fits the current one,
+//! their number and the remaining time.
 
 mod left;
 
@@ -18,23 +18,23 @@ use serde_json::json;
 
 use crate::output::Output;
 
-/// What is done sooner needs no bar.
+/// Duration below which no bar is shown.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// How often the bar moves.
+/// Interval of updates.
 const STEP: Duration = Duration::from_millis(100);
 
-/// Reads logs under the eye of the user: with a bar in a terminal, unless less was asked for.
+/// Reads logs with a bar in a terminal, unless `quiet`.
 pub fn watched<T>(output: Output, read: impl FnOnce() -> T) -> T {
     let before = progress();
     under_a_bar(output, read, |wait| show_reading(before, wait))
 }
 
-/// What may take longer than this, s, is said before.
+/// Expected duration from which it is announced, s.
 const WORTH_SAYING_S: f64 = 10.0;
 
-/// Makes the fits of a campaign under the eye of the user: says before what they may take, where
-/// that is long, and then how long they will.
+/// Makes the fits of a campaign with progress: first announces a long duration, then shows the
+/// remaining time.
 pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identification {
     if output.progress {
         return fitted_in_lines(campaign, command);
@@ -45,7 +45,7 @@ pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identificat
     let stages = campaign.stages();
     let expected = left::whole(&stages);
     if expected.1 > WORTH_SAYING_S {
-        // Standard error that is gone cannot be helped.
+        // If standard error is closed there is nothing else to do.
         let _ = writeln!(anstream::stderr(), "{}", announced(&stages, expected));
     }
     let now = Mutex::new(Pace { stage: None, before: Duration::ZERO, since: Instant::now() });
@@ -62,8 +62,8 @@ pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identificat
     )
 }
 
-/// Makes the fits of a campaign, and prints a line of JSON on standard error before each: its number,
-/// the number of all, its axes and method, and the least and most time left, s.
+/// Makes the fits of a campaign, and prints a line of JSON on standard error before each: its
+/// number, the total, its axes and method, and the least and most time left, s.
 fn fitted_in_lines(campaign: &Campaign, command: &str) -> Identification {
     let stages = campaign.stages();
     let start = Instant::now();
@@ -74,19 +74,22 @@ fn fitted_in_lines(campaign: &Campaign, command: &str) -> Identification {
         let line = json!({
             "done": done, "of": of, "axes": axes, "method": method, "left_s": [left_s.0, left_s.1],
         });
-        // Standard error that is gone cannot be helped.
+        // If standard error is closed there is nothing else to do.
         let _ = writeln!(anstream::stderr(), "{line}");
     })
 }
 
-/// `8 fits of up to 9602 samples each; expected to take 2 s to 1 min`.
+/// Formats `8 fits of up to 9602 samples each; expected to take 2 s to 1 min`.
 fn announced(stages: &[Stage], expected: (f64, f64)) -> String {
     let (fits, samples) = (stages.len(), stages.iter().map(|s| s.samples).max().unwrap_or(0));
     let fits = if fits == 1 { "1 fit".to_owned() } else { format!("{fits} fits") };
-    format!("{fits} of up to {samples} samples each; expected to take {}", left::spoken(expected))
+    format!(
+        "{fits} of up to {samples} samples each; expected to take {}",
+        left::formatted(expected)
+    )
 }
 
-/// Writes a report under the eye of the user.
+/// Writes a report with a bar.
 pub fn written<T>(output: Output, write: impl FnOnce() -> T) -> T {
     under_a_bar(output, write, |wait| {
         let bar = ProgressBar::new_spinner().with_elapsed(PATIENCE);
@@ -98,12 +101,12 @@ pub fn written<T>(output: Output, write: impl FnOnce() -> T) -> T {
     })
 }
 
-/// How far the fits have come.
+/// Progress of the fits.
 #[derive(Clone, Debug)]
 struct Pace {
-    /// The fit that was begun last.
+    /// The current fit.
     stage: Option<Stage>,
-    /// What those took that are done.
+    /// Time of the completed fits.
     before: Duration,
     since: Instant,
 }
@@ -118,7 +121,7 @@ fn is_silent(output: Output) -> bool {
     output.quiet || output.json || !stderr().is_terminal()
 }
 
-/// Works, and shows how it goes meanwhile, if that takes a while and is to be seen.
+/// Runs work and shows its progress if it takes long and output is visible.
 fn under_a_bar<T>(
     output: Output,
     work: impl FnOnce() -> T,
@@ -144,7 +147,7 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-/// Shows which fit is made, and how long all will take, until the other end of `wait` is gone.
+/// Shows the current fit and the remaining time until the other end of `wait` is dropped.
 fn show_fits(stages: &[Stage], pace: impl Fn() -> Pace, wait: &Receiver<()>) {
     let bar = ProgressBar::new(stages.len() as u64).with_elapsed(PATIENCE);
     bar.set_style(style("{bar:30} {pos} of {len} fits, {msg}"));
@@ -153,19 +156,19 @@ fn show_fits(stages: &[Stage], pace: impl Fn() -> Pace, wait: &Receiver<()>) {
         let Some(Stage { axes, method, done, .. }) = pace.stage else { continue };
         let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
         let (before, now) = (pace.before.as_secs_f64(), pace.since.elapsed().as_secs_f64());
-        let left = left::spoken(left::left(stages, done, before, now));
+        let left = left::formatted(left::left(stages, done, before, now));
         bar.set_position(done as u64);
         bar.set_message(format!("{} by {method}; {left} left", names.join(", ")));
     }
     bar.finish_and_clear();
 }
 
-/// Shows how much was read until the other end of `wait` is gone.
+/// Shows how much was read until the other end of `wait` is dropped.
 fn show_reading(before: Progress, wait: &Receiver<()>) {
     let reading = style("{bar:30} {bytes}/{total_bytes} read, {bytes_per_sec}, {eta} left");
     let done = style("{bar:30} {bytes} read; decoding");
     let bar = ProgressBar::new(0);
-    // Of what was read before the bar came, too.
+    // The bar also counts what was read before it appeared.
     let bar = bar.with_elapsed(PATIENCE);
     while wait.recv_timeout(STEP) == Err(RecvTimeoutError::Timeout) {
         let now = progress();

@@ -1,4 +1,4 @@
-//! Measured beside simulated velocity in two lines of text.
+//! Draws measured and simulated velocity as two lines of text.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,19 +9,19 @@ use seaplant_report::number::significant;
 
 use crate::output::FAINT;
 
-/// Characters of a line.
+/// Length of a line in characters.
 const COLUMNS: usize = 64;
-/// Characters of a period of the excitation: fewer hide its shape.
+/// Characters per period of the excitation: fewer hide its shape.
 const COLUMNS_A_PERIOD: f64 = 8.0;
 
 const LEVELS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// One sketch for each degree of freedom, from series that are seen one at a time.
+/// One sketch for each degree of freedom, from series that are processed one at a time.
 #[derive(Default)]
 pub struct Sketches(BTreeMap<Dof, (Role, String)>);
 
 impl Sketches {
-    /// Takes a series in, if it is of the recommended plant; a held-out trial is preferred.
+    /// Adds a series, if it is of the recommended plant; a held-out trial is preferred.
     pub fn see(&mut self, series: &Series, results: &Results) {
         let Series::Comparison(figure) = series else { return };
         let dof = figure.comparison.dof;
@@ -35,7 +35,7 @@ impl Sketches {
         }
     }
 
-    /// The lines of a degree of freedom; empty if there is nothing to show.
+    /// Returns the lines of a degree of freedom; empty if there is nothing to show.
     pub fn of(&self, dof: Dof) -> String {
         self.0.get(&dof).map(|(_, lines)| lines.clone()).unwrap_or_default()
     }
@@ -67,7 +67,7 @@ fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
     )
 }
 
-/// A series in one line.
+/// Draws a series in one line.
 pub fn bar(values: &[f64]) -> String {
     let line = means(values);
     let low = line.iter().copied().fold(0.0, f64::min);
@@ -75,7 +75,7 @@ pub fn bar(values: &[f64]) -> String {
     line.iter().map(|x| level(*x, low, high)).collect()
 }
 
-/// A series in one line over a span of time; columns without a sample are blank.
+/// Draws a series in one line over a span of time; columns without a sample are blank.
 pub fn over_time(time_s: &[f64], values: &[f64], from_s: f64, to_s: f64) -> String {
     let column = |k: usize| {
         let at = |k: usize| from_s + (to_s - from_s) * k as f64 / COLUMNS as f64;
@@ -92,7 +92,7 @@ pub fn over_time(time_s: &[f64], values: &[f64], from_s: f64, to_s: f64) -> Stri
     means.iter().map(|mean| mean.map_or(' ', |mean| level(mean, low, high))).collect()
 }
 
-/// The samples to show: some periods of the excitation around the greatest speed, or all.
+/// Returns the samples to show: some periods of the excitation around the greatest speed, or all.
 fn window(time_s: &[f64], measured: &[f64], excited_hz: Option<f64>) -> Range<usize> {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else { return 0..0 };
     let span_s = match excited_hz {
@@ -102,13 +102,13 @@ fn window(time_s: &[f64], measured: &[f64], excited_hz: Option<f64>) -> Range<us
     let fastest = (0..measured.len())
         .max_by(|a, b| measured[*a].abs().total_cmp(&measured[*b].abs()))
         .unwrap_or_default();
-    // Rounding may put the latest start before the first sample, which `clamp` would refuse.
+    // Rounding may move the latest start before the first sample, which `clamp` would refuse.
     let from_s = (time_s[fastest] - 0.5 * span_s).min(last - span_s).max(*first);
     let start = time_s.partition_point(|t| *t < from_s);
     start..time_s.partition_point(|t| *t <= from_s + span_s)
 }
 
-/// The mean of each column.
+/// Returns the mean of each column.
 fn means(values: &[f64]) -> Vec<f64> {
     let columns = COLUMNS.min(values.len());
     let part = |k: usize| k * values.len() / columns;
@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn levels_span_what_is_shown() {
+    fn levels_span_the_shown_range() {
         let shown: String =
             [-1.0, -0.6, 0.0, 0.6, 1.0].map(|x| level(x, -1.0, 1.0)).iter().collect();
         assert_eq!(shown, "▁▂▅▇█");

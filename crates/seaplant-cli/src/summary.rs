@@ -1,4 +1,4 @@
-//! What `identify` says in the terminal.
+//! The summary that `identify` prints in the terminal.
 
 mod several_axes;
 
@@ -16,7 +16,7 @@ use seaplant_report::number::{Rounded, decimals, signed_percent, significant, wi
 use crate::output::{FAINT, SEVERE, STRONG, WARNING};
 use crate::sketch::Sketches;
 
-/// The whole summary.
+/// Formats the complete summary.
 pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     let mut text = String::new();
     for model in &results.steering {
@@ -50,7 +50,7 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     text
 }
 
-/// The notes of the report's first screen: each once, wherever it was made.
+/// Counts the notes of the report's first screen: each once, wherever it was made.
 fn count_notes(results: &Results) -> usize {
     let plants = results.plants.values().flat_map(|plant| &plant.caveats);
     let several = results.coupled.values().flat_map(|plant| &plant.caveats);
@@ -66,7 +66,7 @@ fn count_notes(results: &Results) -> usize {
     notes.len()
 }
 
-/// How far a plant may be trusted, and why.
+/// Formats how far a plant may be trusted, and why.
 fn spoken_verdict(verdict: &Verdict) -> String {
     let style = match verdict.trust {
         Trust::DoNotUse => SEVERE,
@@ -161,7 +161,7 @@ fn parameter_row(name: &str, parameter: &Parameter, truth: Option<f64>) -> Vec<S
     row
 }
 
-/// The truth, and by how much a value is off; of a truth of zero there is no part.
+/// Formats the truth, and the error of a value; for a truth of zero there is no relative error.
 fn beside_truth(value: f64, truth: f64) -> String {
     if truth == 0.0 {
         return "truth 0".to_owned();
@@ -193,7 +193,7 @@ fn steady_block(dof: Dof, steady: &SteadyResult) -> String {
     text
 }
 
-/// Warnings and worse, one a line.
+/// Adds warnings and worse, one per line.
 pub fn push_caveats(text: &mut String, caveats: &[Caveat]) {
     for caveat in caveats.iter().filter(|caveat| caveat.severity > Severity::Note) {
         let (style, name) = match caveat.severity {
@@ -204,14 +204,14 @@ pub fn push_caveats(text: &mut String, caveats: &[Caveat]) {
     }
 }
 
-/// A table without lines.
+/// Creates a table without lines.
 pub fn plain_table() -> Table {
     let mut table = Table::new();
     table.load_style(NOTHING);
     table
 }
 
-/// Sets columns of numbers flush right.
+/// Aligns columns of numbers to the right.
 pub fn align(table: &mut Table, columns: std::ops::Range<usize>) {
     for column in columns {
         if let Some(column) = table.column_mut(column) {

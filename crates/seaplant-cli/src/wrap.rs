@@ -1,14 +1,14 @@
-//! Lines no wider than the terminal, broken between words.
+//! Wraps lines to the width of the terminal, between words.
 
 use std::borrow::Cow;
 
 use anstream::adapter::strip_str;
 use unicode_width::UnicodeWidthStr;
 
-/// Columns that lines after a break are set in by, beyond the line that they continue.
+/// Additional indent of continuation lines.
 const HANGING: usize = 2;
 
-/// Breaks lines wider than `width` columns between words; a word that is wider stays whole.
+/// Breaks lines wider than `width` columns between words; a wider word is not broken.
 pub(crate) fn wrapped(text: &str, width: usize) -> Cow<'_, str> {
     if text.lines().all(|line| columns(line) <= width) {
         return Cow::Borrowed(text);
@@ -17,7 +17,7 @@ pub(crate) fn wrapped(text: &str, width: usize) -> Cow<'_, str> {
     Cow::Owned(lines.collect::<Vec<String>>().join("\n"))
 }
 
-/// The columns that a text takes, styles aside.
+/// Returns the width of a text in columns, styles excluded.
 fn columns(text: &str) -> usize {
     strip_str(text.trim_end()).to_string().width()
 }
@@ -47,7 +47,7 @@ fn broken(line: &str, width: usize) -> String {
     text
 }
 
-/// Words, each with the blanks before it.
+/// Splits a line into words, each with the blanks before it.
 fn words(line: &str) -> Vec<&str> {
     let mut found = Vec::new();
     let mut start = 0;
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn styles_take_no_room_and_long_words_stay_whole() {
+    fn styles_have_no_width_and_long_words_are_not_broken() {
         let text = format!("{WARNING}note:{WARNING:#} abc");
         assert_eq!(wrapped(&text, 9), text);
         assert_eq!(wrapped("a /a/very/long/path b", 8), "a\n  /a/very/long/path\n  b");

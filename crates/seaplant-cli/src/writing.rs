@@ -1,11 +1,11 @@
-//! What is written: whole or not at all, never over what is read, nor over what is not ours.
+//! Writes files completely or not at all, never over inputs, nor over files of others.
 
-mod aside;
 mod exchange;
 #[cfg(all(test, unix))]
 mod forged_lists;
 mod listed_path;
 mod manifest;
+mod staging;
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -14,43 +14,43 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use seaplant_log::is_bag;
 
-pub use aside::{Aside, leave_nothing_behind};
 pub use manifest::{Made, is_complete};
+pub use staging::{StagedFiles, leave_nothing_behind};
 
-use aside::{Hidden, placing};
 use exchange::{Exchange, recover};
 use listed_path::first_link;
 use manifest::Manifest;
+use staging::{TemporaryFolder, placing};
 
 /// A file to write, its path relative to a folder.
 pub struct File {
-    /// Where.
+    /// Path.
     pub path: String,
-    /// What.
+    /// Content.
     pub bytes: Vec<u8>,
 }
 
-/// What may be written over.
+/// Files that may be overwritten.
 #[derive(Clone, Copy, Debug)]
 pub struct Permit<'a> {
-    /// What was read, which never is.
+    /// Input files, which are never overwritten.
     pub inputs: &'a [PathBuf],
-    /// Whether files that Seaplant did not write are, too.
+    /// True if files that Seaplant did not write may be, too.
     pub force: bool,
-    /// The flag that says so.
+    /// Name of the flag for that.
     pub flag: &'static str,
 }
 
 impl<'a> Permit<'a> {
-    /// With `--force`.
-    pub fn of(inputs: &'a [PathBuf], force: bool) -> Self {
+    /// Creates a permit with `--force`.
+    pub fn new(inputs: &'a [PathBuf], force: bool) -> Self {
         Self { inputs, force, flag: "--force" }
     }
 
-    /// Refuses to write over what was read.
+    /// Refuses to overwrite an input.
     fn check_input(self, target: &Path) -> Result<()> {
         let Ok(there) = target.canonicalize() else { return Ok(()) };
-        // What is in the folder of a bag was read, too.
+        // Files in the folder of a bag are inputs, too.
         let is_it = |input: &PathBuf| {
             input
                 .canonicalize()
@@ -69,25 +69,25 @@ impl<'a> Permit<'a> {
 /// A folder to write to.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
-    /// Which.
+    /// The folder.
     pub folder: &'a Path,
-    /// What the files are, where the folder keeps a list of them; without one, whoever calls
-    /// decides what may be written over.
+    /// Kind of files, where the folder keeps a list of them; without one, the caller decides what
+    /// may be overwritten.
     pub made: Option<Made>,
-    /// What may be written over.
+    /// Files that may be overwritten.
     pub permit: Permit<'a>,
 }
 
 impl Target<'_> {
-    /// [`fill_folder`](Self::fill), from files in memory.
+    /// Does the same as [`fill_folder`](Self::fill), with files in memory.
     pub fn write(&self, files: &[File]) -> Result<()> {
-        self.fill(|aside| {
-            let mut put = |file: &File| aside.write(&file.path, |out| out.write_all(&file.bytes));
+        self.fill(|staging| {
+            let mut put = |file: &File| staging.write(&file.path, |out| out.write_all(&file.bytes));
             files.iter().try_for_each(&mut put)
         })
     }
 
-    /// Refuses files that could not be written, before they are made at some cost.
+    /// Checks that files can be written, before they are made at some cost.
     pub fn check(&self, paths: &[&str]) -> Result<()> {
         let check = || {
             let _alone = lock(self.folder);
@@ -98,13 +98,13 @@ impl Target<'_> {
         check().with_context(|| self.cannot())
     }
 
-    /// Writes files into the folder, all or none: they are written aside first and moved into
-    /// place when every one is complete. If one cannot be moved, all that were are moved back; if
-    /// the program is killed, the next run that writes there moves them back.
+    /// Writes files into the folder, all or none: they are written to a temporary folder first and
+    /// moved into place when all are complete. If one cannot be moved, those already moved are
+    /// moved back; if the program is killed, the next run that writes there moves them back.
     ///
     /// Files of the same kind that an earlier run made, and this one does not, are removed. Others
-    /// stay as they are. While files are moved, the folder's list says so.
-    pub fn fill(&self, fill: impl FnOnce(&mut Aside) -> Result<()>) -> Result<()> {
+    /// remain. While files are moved, the folder's list records it.
+    pub fn fill(&self, fill: impl FnOnce(&mut StagedFiles) -> Result<()>) -> Result<()> {
         let mut made = Vec::new();
         let written = self.fill_into(fill, &mut made);
         if written.is_err() {
@@ -120,35 +120,36 @@ impl Target<'_> {
 
     fn fill_into(
         &self,
-        fill: impl FnOnce(&mut Aside) -> Result<()>,
+        fill: impl FnOnce(&mut StagedFiles) -> Result<()>,
         made: &mut Vec<PathBuf>,
     ) -> Result<()> {
         make_folder(self.folder, made)?;
-        let mut aside = Aside::new(Hidden::in_folder(self.folder, made)?);
-        fill(&mut aside)?;
-        // From here to the end another run that writes here waits.
+        let mut staging = StagedFiles::new(TemporaryFolder::in_folder(self.folder, made)?);
+        fill(&mut staging)?;
+        // From here to the end another run that writes to the folder waits.
         let _alone = lock(self.folder);
         recover(self.folder, self.permit)?;
         let before = Manifest::read(self.folder)?;
-        aside.paths().try_for_each(|path| self.check_file(path, &before))?;
-        let after = self.made.map(|kind| before.with(kind, aside.hashes()));
+        staging.paths().try_for_each(|path| self.check_file(path, &before))?;
+        let after = self.made.map(|kind| before.with(kind, staging.hashes()));
         let stale = after.as_ref().zip(self.made);
         let stale = stale.map_or(Vec::new(), |(after, kind)| self.stale(kind, &before, after));
-        let exchange = Exchange::new(self.made.map(|_| before), stale, &aside);
-        // Comparing files with the list can take long; from here to the end an interrupt waits.
+        let exchange = Exchange::new(self.made.map(|_| before), stale, &staging);
+        // Comparing files with the list can take long; from here to the end interrupts are
+        // deferred.
         let _placing = placing();
-        exchange.make(self.folder, &mut aside, after.as_ref(), made)
+        exchange.make(self.folder, &mut staging, after.as_ref(), made)
     }
 
-    /// Files of an earlier run that this one does not replace; no input is among them, whatever
-    /// the list says.
+    /// Returns files of an earlier run that this one does not replace; never an input, whatever the
+    /// list names.
     fn stale(&self, kind: Made, before: &Manifest, after: &Manifest) -> Vec<String> {
         let mut stale = before.stale(kind, after, self.folder);
         stale.retain(|path| self.permit.check_input(&self.folder.join(path)).is_ok());
         stale
     }
 
-    /// Refuses to write over an input, or what is not ours, or through a link.
+    /// Refuses to overwrite an input or a foreign file, or to write through a link.
     fn check_file(&self, path: &str, manifest: &Manifest) -> Result<()> {
         let target = self.folder.join(path);
         let inner = Path::new(path).parent().unwrap_or(Path::new(""));
@@ -172,7 +173,7 @@ impl Target<'_> {
     }
 }
 
-/// Makes a folder and those that it lies in; the new ones are added to `made`.
+/// Creates a folder and its parents; the new ones are added to `made`.
 fn make_folder(folder: &Path, made: &mut Vec<PathBuf>) -> Result<()> {
     let missing = folder.ancestors().take_while(|path| *path != Path::new("") && !path.exists());
     let missing: Vec<PathBuf> = missing.map(Path::to_owned).collect();
@@ -185,20 +186,20 @@ fn make_folder(folder: &Path, made: &mut Vec<PathBuf>) -> Result<()> {
     result.with_context(|| format!("cannot make the folder {}", folder.display()))
 }
 
-/// Keeps other runs from writing to a folder until it is dropped, where the system can.
+/// Locks a folder against other runs until dropped, where the system can.
 fn lock(folder: &Path) -> Option<fs::File> {
     let file = fs::File::open(folder).ok()?;
     file.lock().ok().map(|()| file)
 }
 
-/// Makes what was moved in a folder last through a loss of power, where the system can.
+/// Flushes a folder to disk, where the system can, so that moves survive a loss of power.
 fn sync_folder(folder: &Path) {
     let _ = fs::File::open(folder).and_then(|folder| folder.sync_all());
 }
 
-/// Writes one file, whole or not at all; a device or a pipe is written to as it is.
+/// Writes one file, completely or not at all; a device or a pipe is written to directly.
 ///
-/// One that is there already is written over if `is_ours` knows it by its first bytes.
+/// An existing one is overwritten if `is_ours` recognises its first bytes.
 pub fn write_file(
     path: &Path,
     bytes: &[u8],
@@ -219,9 +220,9 @@ pub fn write_file(
         let alone = lock(folder);
         recover(folder, permit)?;
         drop(alone);
-        // In a folder of its own, a file gets the permissions that files get here.
-        let aside = Hidden::in_folder(folder, &[])?;
-        let new = aside.path().join("new");
+        // In a folder of its own, a file gets the default permissions of this place.
+        let staging = TemporaryFolder::in_folder(folder, &[])?;
+        let new = staging.path().join("new");
         write_whole(&new, |out| out.write_all(bytes))?.sync_all()?;
         fs::rename(new, path)?;
         sync_folder(folder);
@@ -230,7 +231,7 @@ pub fn write_file(
     write().with_context(cannot)
 }
 
-/// Refuses one file that may not be written over, before it is made at some cost.
+/// Checks that one file may be overwritten, before it is made at some cost.
 pub fn check_single(
     path: &Path,
     permit: Permit<'_>,
@@ -249,7 +250,7 @@ pub fn check_single(
     Ok(())
 }
 
-/// Enough to know a file by; none of one that cannot be read.
+/// Reads enough bytes to recognise a file; empty if it cannot be read.
 fn first_bytes(path: &Path) -> Vec<u8> {
     const ENOUGH: u64 = 4096;
     let mut bytes = Vec::new();

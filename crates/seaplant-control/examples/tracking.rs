@@ -1,5 +1,5 @@
-//! How controllers track on the Jason 2 twin, as a page in Markdown:
-//! `cargo run -p seaplant-control --example tracking > docs/src/control-on-the-twin.md`.
+//! Tracking errors of controllers on the Jason 2 twin, as a page in Markdown: `cargo run -p
+//! seaplant-control --example tracking > docs/src/control-on-the-twin.md`.
 #![allow(clippy::print_stdout, reason = "the program prints; that is what it is for")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,28 +17,28 @@ use seaplant_control::{
 
 const DOFS: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];
 
-/// What disturbs the twin while it is identified and while it is controlled.
+/// Disturbances of the twin during identification and during control.
 const SEAS: [(&str, &str); 2] =
     [("Calm", "none"), ("Tether, current, lag, delay", "tether,current,lag,delay")];
 
-/// Natural frequency of every loop, Hz, its damping, and how often it acts, Hz.
+/// Natural frequency of every loop, Hz, its damping, and its sample rate, Hz.
 const BANDWIDTH_HZ: f64 = 0.06;
 const DAMPING: f64 = 1.0;
 const SAMPLE_HZ: f64 = 10.0;
 
-/// Each run, s; errors are those of its second half, 180 s.
+/// Duration of each run, s; errors are those of its second half, 180 s.
 const RUN_S: f64 = 360.0;
 
 /// Seeds over which errors are averaged.
 const SEEDS: [u64; 5] = [11, 12, 13, 14, 15];
 
-/// Steps go there and back every so many seconds.
+/// Interval between steps in either direction, s.
 const STEP_EVERY_S: f64 = 45.0;
 
 /// The sine of [Jason2, table 4] in heave.
 const SINE_RAD_S: f64 = 0.3925;
 
-/// What is followed.
+/// Reference motion.
 #[derive(Clone, Copy)]
 enum Task {
     Sine,
@@ -57,7 +57,7 @@ impl Task {
         }
     }
 
-    /// Displacement and its two rates.
+    /// Returns displacement and its first and second derivative.
     fn at(self, dof: Dof, t: f64) -> [f64; 3] {
         let size = if dof.is_rotation() { 0.3 } else { 0.5 };
         match self {
@@ -91,7 +91,7 @@ fn plant(dof: Dof, of: &PhysicalParameters) -> Result<Plant, seaplant::Error> {
     Plant::new(structure, coefficients)
 }
 
-/// What is believed of the vehicle: its name and the plant of each axis.
+/// Models of the vehicle: their names and the plant of each axis.
 type Beliefs = Vec<(&'static str, BTreeMap<Dof, Plant>)>;
 
 fn beliefs(spec: &TwinSpec) -> Result<Beliefs, Box<dyn Error>> {
@@ -121,7 +121,7 @@ fn beliefs(spec: &TwinSpec) -> Result<Beliefs, Box<dyn Error>> {
     ])
 }
 
-/// One axis as a pose of the vehicle.
+/// Converts one axis to a pose of the vehicle.
 fn state(dof: Dof, at: &Measured) -> State {
     let mut position_ned = Vector3::zeros();
     let mut attitude = UnitQuaternion::identity();
@@ -145,17 +145,17 @@ fn reference(dof: Dof, [x, v, a]: [f64; 3]) -> Reference {
     to
 }
 
-/// How a loop is closed on the twin.
+/// A closed loop on the twin.
 struct Loop<'a> {
     spec: &'a TwinSpec,
     dof: Dof,
-    /// The plant that gains are made for.
+    /// Plant for which gains are designed.
     gains_for: &'a Plant,
 }
 
 impl Loop<'_> {
-    /// A controller that believes in a plant, with the feedback forces that the identified mass
-    /// asks for: ω and ζ are those that make K_p and K_d of its own mass the same.
+    /// Creates a controller with a model plant and the feedback gains for the identified mass: ω
+    /// and ζ are those that give the same K_p and K_d with its own mass.
     fn controller(
         &self,
         law: Law,
@@ -178,7 +178,7 @@ impl Loop<'_> {
         Ok(Controller::new(plant.clone(), gains, &asked.speed))
     }
 
-    /// The error of the second half, RMS over seeds, mm or mrad.
+    /// Returns the error of the second half, RMS over seeds, mm or mrad.
     fn error(&self, task: Task, controller: &Controller) -> Result<f64, Box<dyn Error>> {
         let (mut square, mut count) = (0.0, 0_usize);
         let dof = self.dof;
@@ -191,8 +191,8 @@ impl Loop<'_> {
             };
             let run = close_loop(&spec, dof, RUN_S, &mut act)?;
             let half = run.time_s.len() / 2;
-            // Position is dead reckoned: the controller keeps what it is told, so that drift of
-            // the sum of velocities is no error of the law.
+            // Position is dead reckoned: the controller tracks its own estimate, so that drift of
+            // integrated velocity does not count as an error of the law.
             for k in half..run.time_s.len() {
                 square += (run.measured[k].position - task.at(dof, run.time_s[k])[0]).powi(2);
                 count += 1;
@@ -202,7 +202,7 @@ impl Loop<'_> {
     }
 }
 
-/// The errors of one axis and task: PD, PID, then fixed and adaptive of each belief.
+/// Errors of one axis and task: PD, PID, then fixed and adaptive control with each model.
 struct Row {
     dof: Dof,
     task: Task,
@@ -242,7 +242,7 @@ fn print_table(beliefs: &Beliefs, rows: &[Row]) {
     }
 }
 
-/// The geometric mean over axes of one error over another.
+/// Returns the geometric mean over axes of the ratio of two errors.
 fn ratio(rows: &[Row], task: Task, of: impl Fn(&Row) -> [f64; 2]) -> f64 {
     let own = rows.iter().filter(|row| row.task.name() == task.name());
     let logs: Vec<f64> = own.map(|row| (of(row)[0] / of(row)[1]).ln()).collect();
@@ -284,7 +284,7 @@ This command regenerates the page, in about a minute:
 cargo run -p seaplant-control --example tracking > docs/src/control-on-the-twin.md
 ```";
 
-/// `2.0 in surge, 1.1 in sway …`.
+/// Formats `2.0 in surge, 1.1 in sway …`.
 fn biases(spec: &TwinSpec, beliefs: &Beliefs) -> String {
     let of = |dof: &Dof| {
         let bias = beliefs[1].1[dof].mass_matrix()[(0, 0)] / spec.plants[dof].mass;
@@ -302,7 +302,7 @@ error over the last third of 300 s. \"Wrong\" is a plant with twice the masses a
 constant of adaptation is 20 s.
 ";
 
-/// The same vehicle with other masses and damping, and its own weight and righting moment.
+/// Returns the vehicle with other masses and damping, and its own weight and righting moment.
 fn heavier(plant: &Plant, by: f64) -> Result<Plant, seaplant::Error> {
     let terms = plant.structure().terms().iter().zip(plant.coefficients());
     let moved = terms.map(|(term, x)| match term {
@@ -312,7 +312,8 @@ fn heavier(plant: &Plant, by: f64) -> Result<Plant, seaplant::Error> {
     Plant::new(plant.structure().clone(), moved.collect())
 }
 
-/// The error of each driven axis in the last third, mm and mrad; none of what runs away.
+/// Returns the error of each driven axis in the last third, mm and mrad; `None` if the loop
+/// diverges.
 fn six_axes_error(
     truth: &Plant,
     believed: &Plant,

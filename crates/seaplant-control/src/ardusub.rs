@@ -1,17 +1,17 @@
-//! ArduSub parameters, as far as they mean the same.
+//! Converts gains to ArduSub parameters with the same meaning.
 
 use seaplant::Dof;
 
 use crate::Gains;
 
-/// Position loop, velocity loop and the divisor of metres in each, by axis.
+/// Parameters of position and velocity loop by axis, with the divisor of metres.
 ///
-/// ArduSub's outputs are parts of full thrust, so that a force limit is needed to convert.
+/// ArduSub's outputs are fractions of full thrust, so that conversion needs a force limit.
 struct Same {
     dof: Dof,
     position: &'static str,
     rate: &'static str,
-    /// What ArduSub's velocity loop counts in for each m/s or rad/s.
+    /// Unit of ArduSub's velocity loop per m/s or rad/s.
     scale: f64,
 }
 
@@ -23,12 +23,12 @@ const SAME: [Same; 3] = [
     Same { dof: Dof::Yaw, position: "ATC_ANG_YAW_P", rate: "ATC_RAT_YAW_P", scale: 1.0 },
 ];
 
-/// The parameter file's lines, and what has no parameter that means the same.
+/// Returns the parameter file's lines, and the gains without an equivalent parameter.
 ///
-/// Of roll, pitch and yaw the outer loop is K_p/K_d in 1/s, and the rate loop K_d over the greatest
-/// moment: both mean the same. Heave's velocity loop counts in throttle beside hover, surge's and
-/// sway's act through lean angles of a copter: they do not. Feed-forward, integral and model have no
-/// place.
+/// For roll, pitch and yaw the outer loop is K_p/K_d in 1/s, and the rate loop K_d over the
+/// greatest moment: both are equivalent. Heave's velocity loop is in throttle relative to hover,
+/// surge's and sway's act through lean angles of a copter: they are not. Feed-forward, integral and
+/// model have no parameters.
 ///
 /// # Source
 /// ArduPilot, `AC_AttitudeControl`: angle P gives a rate, rate PID gives a part of full torque.

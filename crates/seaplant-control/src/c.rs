@@ -1,4 +1,4 @@
-//! The controller as a C header beside the exported plant.
+//! Writes the controller as a C header for the exported plant.
 
 use seaplant::Dof;
 
@@ -6,10 +6,10 @@ use crate::{AxisGains, Error, Gains, Law};
 
 const TEMPLATE: &str = include_str!("../templates/control.h");
 
-/// Laws that the header has.
+/// Laws that the header supports.
 const KNOWN: &str = "pd, pid, exact or non-exact, not adaptive";
 
-/// The model's part: nothing, or `M a + n(nu)` on the controlled axes.
+/// Returns the model's part: zero, or `M a + n(nu)` on the controlled axes.
 fn model(law: Law) -> String {
     let (velocity, acceleration) = match law {
         Law::Exact => (
@@ -33,10 +33,10 @@ fn model(law: Law) -> String {
     )
 }
 
-/// The controller as a C header, `seaplant_control.h`.
+/// Returns the controller as a C header, `seaplant_control.h`.
 ///
-/// It stands beside `seaplant_plant.h` of `seaplant export --to c` and gives what
-/// [`crate::Controller`] gives.
+/// It includes `seaplant_plant.h` from `seaplant export --to c` and computes the same forces as
+/// [`crate::Controller`].
 ///
 /// # Errors
 /// [`Error::Unsuitable`] for the law of Slotine and Li and for adaptive models.
@@ -76,7 +76,7 @@ pub fn c_header(name: &str, gains: &Gains) -> Result<String, Error> {
         .fold(TEMPLATE.to_owned(), |text, (place, value)| text.replace(place, &value)))
 }
 
-/// A text that ends no comment and opens no place.
+/// Escapes a text so that it ends no comment and contains no placeholder.
 fn harmless(text: &str) -> String {
     text.replace("*/", "* /").replace(['@', '\n', '\r'], " ")
 }

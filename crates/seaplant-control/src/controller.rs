@@ -1,4 +1,4 @@
-//! The laws, step by step.
+//! Runs the control laws step by step.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, UnitQuaternion, Vector3, Vector6};
 use seaplant::estimate::online::Possible;
@@ -6,36 +6,36 @@ use seaplant::plant::{Basis, Instant, Plant, Product};
 
 use crate::{Gains, Law};
 
-/// Where the vehicle is and how it moves.
+/// Pose and velocity of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     /// Position north, east and down, m.
     pub position_ned: Vector3<f64>,
-    /// From body to world.
+    /// Rotation from body to world.
     pub attitude: UnitQuaternion<f64>,
     /// Velocity in body axes, m/s and rad/s, shape (6,).
     pub velocity: Vector6<f64>,
 }
 
-/// Where it shall be.
+/// Desired pose and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
     /// Position north, east and down, m.
     pub position_ned: Vector3<f64>,
-    /// Its rate, m/s.
+    /// Desired velocity, m/s.
     pub velocity_ned: Vector3<f64>,
-    /// Its second rate, m/s².
+    /// Desired acceleration, m/s².
     pub acceleration_ned: Vector3<f64>,
-    /// From the desired body to the world.
+    /// Rotation from the desired body axes to the world.
     pub attitude: UnitQuaternion<f64>,
-    /// Rate of turn in desired body axes, rad/s.
+    /// Desired angular velocity in desired body axes, rad/s.
     pub turning: Vector3<f64>,
-    /// Its rate, rad/s².
+    /// Its derivative, rad/s².
     pub turning_rate: Vector3<f64>,
 }
 
 impl Reference {
-    /// To keep a place and an attitude.
+    /// Creates a reference at rest at a position and an attitude.
     pub fn at(position_ned: Vector3<f64>, attitude: UnitQuaternion<f64>) -> Self {
         let zero = Vector3::zeros();
         Self {
@@ -49,7 +49,7 @@ impl Reference {
     }
 }
 
-/// Errors and what is wanted, in body axes.
+/// Errors and desired accelerations, in body axes.
 struct Wanted {
     error: Vector6<f64>,
     rate: Vector6<f64>,
@@ -57,39 +57,39 @@ struct Wanted {
     acceleration: Vector6<f64>,
 }
 
-/// What an adaptive model knows besides its coefficients.
+/// State of an adaptive model in addition to its coefficients.
 #[derive(Clone, Debug)]
 pub struct Adaptation {
-    /// The inverse of Γ, factored.
+    /// Inverse of Γ, factored.
     gain: Cholesky<f64, Dyn>,
     adaptation_s: f64,
-    /// Mean of `Yᵀ K⁻¹ Y` over typical motion, and over what was done so far.
+    /// Mean of `Yᵀ K⁻¹ Y` over typical motion, and over the motion so far.
     typical: DMatrix<f64>,
     power: DMatrix<f64>,
     time_s: f64,
     next_s: f64,
     possible: Possible,
-    /// The coefficients that are not below zero: an axis's own damping.
+    /// Coefficients that must not be negative: an axis's own damping.
     not_negative: Vec<usize>,
     theta: Vec<f64>,
 }
 
-/// Instants over which typical motion is taken.
+/// Number of instants of typical motion.
 const INSTANTS: usize = 200;
 
-/// Typical motion counts as this part beside what was done.
+/// Weight of typical motion relative to the motion so far.
 const TYPICAL_PART: f64 = 0.05;
 
-/// Power has this added, as a part of its diagonal.
+/// Ridge added to the excitation matrix, relative to its diagonal.
 const RIDGE: f64 = 1e-2;
 
-/// Γ is taken anew after so long, then after twice as long, and so on, s.
+/// Time after which Γ is updated, and then after twice as long, and so on, s.
 const FIRST_GAIN_S: f64 = 10.0;
 
 impl Adaptation {
-    /// Γ = (T S)⁻¹ with S the mean of `Yᵀ K⁻¹ Y`: what is excited follows with the time constant
-    /// T.
-    fn of(plant: &Plant, gains: &Gains, speed: &[f64; 6]) -> Option<Self> {
+    /// Computes Γ = (T S)⁻¹ with S the mean of `Yᵀ K⁻¹ Y`: excited coefficients adapt with the time
+    /// constant T.
+    fn new(plant: &Plant, gains: &Gains, speed: &[f64; 6]) -> Option<Self> {
         let p = plant.coefficients().len();
         let mut typical = DMatrix::zeros(p, p);
         for k in 0..INSTANTS {
@@ -112,7 +112,7 @@ impl Adaptation {
         })
     }
 
-    /// θ̂̇ = −Γ Yᵀ s over a period.
+    /// Integrates θ̂̇ = −Γ Yᵀ s over a period.
     fn follow(
         &mut self,
         columns: &[Vector6<f64>],
@@ -142,8 +142,8 @@ impl Adaptation {
         self.possible.project(&mut self.theta);
     }
 
-    /// Moves a coefficient from below zero to zero by the way that is shortest by Γ⁻¹, so that
-    /// those that it trades with do not drift.
+    /// Moves a negative coefficient to zero along the shortest path in the norm of Γ⁻¹, so that
+    /// correlated coefficients do not drift.
     fn lift(&mut self, k: usize) {
         let below = self.theta[k];
         if below >= 0.0 {
@@ -182,7 +182,7 @@ fn add_power(power: &mut DMatrix<f64>, columns: &[Vector6<f64>], gains: &Gains, 
     }
 }
 
-/// The inverse of Γ; what no motion excites stays.
+/// Factors the inverse of Γ; coefficients without excitation do not adapt.
 fn factored(power: &DMatrix<f64>, adaptation_s: f64) -> Option<Cholesky<f64, Dyn>> {
     let mut power = power * adaptation_s;
     for k in 0..power.nrows() {
@@ -192,7 +192,7 @@ fn factored(power: &DMatrix<f64>, adaptation_s: f64) -> Option<Cholesky<f64, Dyn
     power.cholesky()
 }
 
-/// A typical motion: every axis by a sine of its own, at its bandwidth or nearly.
+/// Returns a typical motion: a sine on every axis, at its bandwidth or close to it.
 fn typical_motion(plant: &Plant, gains: &Gains, speed: &[f64; 6], k: f64) -> Instant {
     let mut at = Instant {
         acceleration: Vector6::zeros(),
@@ -211,13 +211,13 @@ fn typical_motion(plant: &Plant, gains: &Gains, speed: &[f64; 6], k: f64) -> Ins
 }
 
 impl crate::AxisGains {
-    /// K of the law of Slotine and Li: what s is multiplied with.
+    /// Returns K of the law of Slotine and Li, the gain of s.
     pub(crate) fn slide(&self) -> f64 {
         self.kd - self.mass * self.lambda
     }
 }
 
-/// A control law at work.
+/// A running controller.
 ///
 /// ```
 /// use nalgebra::{UnitQuaternion, Vector3, Vector6};
@@ -243,14 +243,14 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller of a plant; `speed` is typical of each axis, m/s and rad/s.
+    /// Creates a controller for a plant; `speed` is typical of each axis, m/s and rad/s.
     pub fn new(plant: Plant, gains: Gains, speed: &[f64; 6]) -> Self {
         let adapts = gains.adapts && gains.law.is_model_based();
-        let adaptation = if adapts { Adaptation::of(&plant, &gains, speed) } else { None };
+        let adaptation = if adapts { Adaptation::new(&plant, &gains, speed) } else { None };
         Self { plant, gains, integral: Vector6::zeros(), adaptation }
     }
 
-    /// The coefficients in use, shape (p,).
+    /// Returns the current coefficients, shape (p,).
     pub fn coefficients(&self) -> &[f64] {
         match &self.adaptation {
             Some(adaptation) => &adaptation.theta,
@@ -258,15 +258,16 @@ impl Controller {
         }
     }
 
-    /// The gains in use.
+    /// Returns the gains in use.
     pub fn gains(&self) -> &Gains {
         &self.gains
     }
 
-    /// The force for the next period, within the limits, N and N m, shape (6,).
+    /// Computes the force for the next period, within the limits, N and N m, shape (6,).
     ///
-    /// While an axis is at its limit neither its integral nor the model moves on. Where a number of
-    /// state or reference is none, the force on the axes that need it is zero, and neither moves on.
+    /// While an axis is at its limit neither its integral nor the model is updated. If a number of
+    /// state or reference is not finite, the force on the affected axes is zero, and neither is
+    /// updated.
     pub fn command(&mut self, state: &State, reference: &Reference) -> Vector6<f64> {
         let wanted = wanted(state, reference);
         let period_s = 1.0 / self.gains.sample_hz;
@@ -297,14 +298,14 @@ impl Controller {
         limited
     }
 
-    /// The part that holds no model.
+    /// Computes the part without model.
     fn feedback(&self, wanted: &Wanted) -> Vector6<f64> {
         let mut force = Vector6::zeros();
         for (&dof, axis) in &self.gains.axes {
             let i = dof.index();
             let (e, rate) = (wanted.error[i], wanted.rate[i]);
             force[i] = match self.gains.law {
-                // The mass is that of the model, and stands in its regressors.
+                // The model's mass is already in its regressors.
                 Law::Exact => 0.0,
                 Law::SlotineLi => {
                     let slide = axis.slide();
@@ -319,7 +320,7 @@ impl Controller {
         force
     }
 
-    /// Y of the model's part on the controlled axes, and s; nothing of laws without a model.
+    /// Returns Y of the model's part on the controlled axes, and s; empty for laws without a model.
     fn regressors(
         &self,
         state: &State,
@@ -348,7 +349,7 @@ impl Controller {
                 Law::Pd | Law::Pid | Law::NonExact => {}
             }
         }
-        // What nothing controls moves as it does.
+        // Axes without control move freely.
         let measured = |i: usize| if own[i] > 0.0 { velocity[i] } else { state.velocity[i] };
         let reference = Vector6::from_fn(|i, _| measured(i));
         let acceleration = acceleration.component_mul(&own);
@@ -369,8 +370,8 @@ fn joined(a: Vector3<f64>, b: Vector3<f64>) -> Vector6<f64> {
     Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
 }
 
-/// Errors in body axes: `Rᵀ (p − p_d)`, twice the vector part of the quaternion from the desired
-/// attitude, and `ν − ν_d`.
+/// Computes errors in body axes: `Rᵀ (p − p_d)`, twice the vector part of the quaternion from the
+/// desired attitude, and `ν − ν_d`.
 ///
 /// # Source
 /// [Fossen2021, ch. 15].
@@ -386,7 +387,7 @@ fn wanted(state: &State, reference: &Reference) -> Wanted {
     let from_desired = off.inverse();
     let turning = from_desired * reference.turning;
     let velocity = to_body * reference.velocity_ned;
-    // In body axes what is wanted turns against the body.
+    // In body axes the desired velocity rotates relative to the body.
     let acceleration = to_body * reference.acceleration_ned - omega.cross(&velocity);
     let turning_rate = from_desired * reference.turning_rate - (omega - turning).cross(&turning);
     Wanted {

@@ -1,4 +1,4 @@
-//! Gains from what is wanted, checked against lag, delay and what the plant could be.
+//! Gains from bandwidth and damping, checked against lag, delay and plant uncertainty.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -13,17 +13,17 @@ use crate::linear::{LinearGains, growth, righting, slope};
 use crate::margins::{Loop, Margins};
 use crate::{Error, Law, limits};
 
-/// The name and version of the file of gains.
+/// Name and version of the file of gains.
 pub const GAINS_SCHEMA: &str = "seaplant/control/1";
 
-/// What stands between a command and its force, by axis in SNAME order.
+/// Dynamics between command and force, by axis in SNAME order.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Actuators {
     /// First-order lag of force, s.
     pub lag_s: [f64; 6],
     /// Delay, s.
     pub delay_s: [f64; 6],
-    /// The most that is given either way, N and N m; none is without limit.
+    /// Greatest force either way, N and N m; none means unlimited.
     pub limit: [Option<f64>; 6],
 }
 
@@ -33,7 +33,7 @@ impl Default for Actuators {
     }
 }
 
-/// How one axis shall behave.
+/// Desired behaviour of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tuning {
@@ -41,13 +41,13 @@ pub struct Tuning {
     pub bandwidth_hz: f64,
     /// Its damping ratio.
     pub damping: f64,
-    /// Integral time K_p/K_i, s; 10/ω of PID if not given.
+    /// Integral time K_p/K_i, s; 10/ω for PID if not given.
     #[serde(default)]
     pub integral_s: Option<f64>,
 }
 
 impl Tuning {
-    /// A natural frequency, Hz, and a damping ratio.
+    /// Creates a tuning from a natural frequency, Hz, and a damping ratio.
     pub fn new(bandwidth_hz: f64, damping: f64) -> Self {
         Self { bandwidth_hz, damping, integral_s: None }
     }
@@ -57,17 +57,17 @@ impl Tuning {
     }
 }
 
-/// What error and what force count alike, for the linear quadratic regulator of an axis.
+/// Weights of the linear quadratic regulator of an axis: an error and a force of equal cost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LqrWeights {
-    /// An error that is worth the force below, m or rad.
+    /// The error, m or rad.
     pub error: f64,
-    /// A force that is worth the error above, N or N m.
+    /// The force of equal cost, N or N m.
     pub force: f64,
 }
 
 impl LqrWeights {
-    /// The natural frequency and damping that minimise `∫ (e/error)² + (τ/force)² dt`.
+    /// Returns the natural frequency and damping that minimise `∫ (e/error)² + (τ/force)² dt`.
     ///
     /// With `m ë + d ė = τ` the optimum is K_p = force/error and
     /// `K_d = −d + √(d² + 2 m K_p)`.
@@ -92,22 +92,23 @@ impl LqrWeights {
     }
 }
 
-/// What a controller shall be.
+/// Specification of a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// The law.
     pub law: Law,
-    /// Whether its model adapts.
+    /// True if its model adapts.
     pub adapts: bool,
-    /// How each controlled axis shall behave; others are left alone.
+    /// Tuning of each controlled axis; others are not controlled.
     pub tuning: BTreeMap<Dof, Tuning>,
-    /// How often it acts, Hz.
+    /// Sample rate, Hz.
     pub sample_hz: f64,
-    /// In what time an adaptive model follows, s.
+    /// Time constant of the adaptation, s.
     pub adaptation_s: f64,
-    /// A typical speed of each axis, m/s and rad/s: where margins are taken besides rest.
+    /// Typical speed of each axis, m/s and rad/s, at which margins are computed in addition to
+    /// rest.
     pub speed: [f64; 6],
-    /// Whether a loop with too small a margin is made all the same.
+    /// True to accept a loop with too small a margin.
     pub anyway: bool,
 }
 
@@ -133,33 +134,33 @@ pub struct AxisGains {
     pub kp: f64,
     /// K_d, N/(m/s) or N m/(rad/s).
     pub kd: f64,
-    /// K_i, N/(m s) or N m/(rad s); zero but of PID.
+    /// K_i, N/(m s) or N m/(rad s); zero except for PID.
     pub ki: f64,
     /// Λ of s = ė + Λ e, 1/s.
     pub lambda: f64,
-    /// The mass that the gains are for, kg or kg m².
+    /// Mass for which the gains are designed, kg or kg m².
     pub mass: f64,
     /// Natural frequency, Hz.
     pub bandwidth_hz: f64,
     /// Damping ratio.
     pub damping: f64,
-    /// First-order lag that was counted with, s.
+    /// First-order lag in the design, s.
     pub lag_s: f64,
-    /// Delay that was counted with, s.
+    /// Delay in the design, s.
     pub delay_s: f64,
-    /// The most force either way, N or N m; absent if it is not known.
+    /// Greatest force either way, N or N m; absent if unknown.
     #[serde(default)]
     pub limit: Option<f64>,
-    /// The error at which the proportional part alone reaches that, m or rad.
+    /// Error at which the proportional part alone reaches the limit, m or rad.
     #[serde(default)]
     pub saturates_at: Option<f64>,
-    /// Margins with the plant as estimated: the worse of rest and typical speed.
+    /// Margins with the estimated plant: the worse of rest and typical speed.
     pub margins: Margins,
-    /// The least margins of plants drawn from its uncertainty.
+    /// Smallest margins over plants drawn from its uncertainty.
     pub worst: Margins,
 }
 
-/// Gains with what they are worth.
+/// Gains with their margins.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gains {
@@ -167,34 +168,34 @@ pub struct Gains {
     pub schema: String,
     /// The law.
     pub law: Law,
-    /// Whether its model adapts.
+    /// True if its model adapts.
     pub adapts: bool,
-    /// How often it acts, Hz.
+    /// Sample rate, Hz.
     pub sample_hz: f64,
-    /// In what time an adaptive model follows, s.
+    /// Time constant of the adaptation, s.
     pub adaptation_s: f64,
-    /// How many draws of the plant the worst is of; 0 if its uncertainty is not known.
+    /// Number of draws behind the worst case; 0 if the uncertainty is unknown.
     pub draws: usize,
-    /// The part of them with which the loop is unstable.
+    /// Fraction of them with an unstable loop.
     pub probability_unstable: f64,
-    /// What is doubtful.
+    /// Warnings.
     pub notes: Vec<String>,
     /// The gains by axis.
     pub axes: BTreeMap<Dof, AxisGains>,
 }
 
-/// The integral time of PID where none is given, times ω.
+/// Default integral time of PID, times ω.
 const INTEGRAL_TIMES: f64 = 10.0;
 
-/// The least phase margin that is taken, degrees.
+/// Smallest accepted phase margin, degrees.
 const LEAST_PHASE_DEG: f64 = 30.0;
 
-/// Phase margins below this over draws are told, degrees.
+/// Phase margin over draws below which a warning is given, degrees.
 const TOLD_PHASE_DEG: f64 = 20.0;
 
-/// Gains of a design, checked.
+/// Computes and checks the gains of a design.
 ///
-/// `draws` are plants that the vehicle could have as well.
+/// `draws` are plants drawn from the uncertainty.
 ///
 /// # Errors
 /// [`Error::Setting`] and [`Error::NoAxis`] for what cannot be, or would take hours to simulate: a
@@ -215,7 +216,7 @@ pub fn design(
     checked(plant, draws, actuators, asked)
 }
 
-/// [`design`] of settings that were checked.
+/// Does the same as [`design`] for settings that were checked.
 fn checked(
     plant: &Plant,
     draws: &[Plant],
@@ -290,7 +291,7 @@ fn check(plant: &Plant, actuators: &Actuators, asked: &Design) -> Result<(), Err
     Ok(())
 }
 
-/// The gains of an axis with its margins.
+/// Computes the gains of an axis with its margins.
 fn axis(
     plant: &Plant,
     draws: &[Plant],
@@ -338,13 +339,14 @@ fn lesser(a: Margins, b: Margins) -> Margins {
     Margins { gain: a.gain.min(b.gain), delay_s: a.delay_s.min(b.delay_s), ..least }
 }
 
-/// Own damping of an axis at a speed: the slope of its force.
+/// Returns the own damping of an axis at a speed: the slope of its force.
 fn own_slope(plant: &Plant, dof: Dof, speed: f64) -> f64 {
     let value = |product| plant.coefficient(&Basis::Product(dof, product)).unwrap_or(0.0);
     value(Product::linear(dof)) + 2.0 * value(Product::quadratic(dof)) * speed.abs()
 }
 
-/// Margins of an axis of a vehicle with a controller for a plant: the worse of rest and speed.
+/// Computes the margins of an axis of a vehicle with a controller for a plant: the worse of rest
+/// and speed.
 fn margins_with(
     plant: &Plant,
     truth: &Plant,
@@ -356,7 +358,7 @@ fn margins_with(
     lesser(at(0.0), at(asked.speed[dof.index()]))
 }
 
-/// The loop of an axis of a vehicle with a controller for a plant, about a speed.
+/// Returns the loop of an axis of a vehicle with a controller for a plant, linearised at a speed.
 pub(crate) fn loop_of(
     plant: &Plant,
     truth: &Plant,
@@ -370,7 +372,7 @@ pub(crate) fn loop_of(
     let lever = |plant: &Plant| plant.coefficient(&Basis::Lever(2)).unwrap_or(0.0);
     let taken = if asked.law.is_model_based() { lever(plant) } else { 0.0 };
     let left = lever(truth) - taken;
-    // What exact linearisation takes away acts through lag and delay, too.
+    // The force that exact linearisation cancels also acts through lag and delay.
     let slope = if asked.law == Law::Exact { own_slope(plant, dof, speed) } else { 0.0 };
     Loop {
         mass: free.map_or(gains.mass, |(inverse, k)| 1.0 / inverse[(k, k)]),
@@ -416,7 +418,8 @@ fn refuse_slim(
     Err(Error::Bandwidth { dof, asked_hz, phase_deg, least_deg, late, reachable_hz })
 }
 
-/// The number nearest to `bad` that is good, on a logarithmic scale; `good` if none nearer is.
+/// Returns the number nearest to `bad` that is good, on a logarithmic scale; `good` if there is
+/// none nearer.
 fn bisected(bad: f64, good: f64, is_good: impl Fn(f64) -> bool) -> f64 {
     let (mut bad, mut good) = (bad.ln(), good.ln());
     for _ in 0..40 {
@@ -426,12 +429,13 @@ fn bisected(bad: f64, good: f64, is_good: impl Fn(f64) -> bool) -> f64 {
     good.exp()
 }
 
-/// Numbers that are tried in a decade below one that is bad, and how many decades.
+/// Number of trials per decade below a bad number, and number of decades.
 const TRIED: (i32, i32) = (12, 4);
 
-/// The greatest number below `bad` that is good; `None` if none is within four decades.
+/// Returns the greatest number below `bad` that is good; `None` if there is none within four
+/// decades.
 ///
-/// What is good need not be so further down: a slow integral on a damped axis has little phase, too.
+/// Being good is not monotonic: a slow integral on a damped axis also has little phase margin.
 fn greatest_below(bad: f64, is_good: impl Fn(f64) -> bool) -> Option<f64> {
     let (in_a_decade, decades) = TRIED;
     let at = |k: i32| bad * 10_f64.powf(-f64::from(k) / f64::from(in_a_decade));
@@ -439,7 +443,7 @@ fn greatest_below(bad: f64, is_good: impl Fn(f64) -> bool) -> Option<f64> {
     Some(bisected(at(first - 1), at(first), is_good))
 }
 
-/// By how much a disturbance of a vehicle grows in a step under a controller for a plant: the
+/// Returns the growth per step of a vehicle's disturbance under a controller for a plant: the
 /// greater of rest and typical speed.
 fn grows(
     plant: &Plant,
@@ -468,7 +472,7 @@ fn grows(
         let linear = LinearGains { kp: of(&|axis| axis.kp), kd, ki: of(&|axis| axis.ki) };
         let mut left = righting(truth);
         if asked.law.is_model_based() {
-            // The model takes away what it takes for the righting moment of controlled axes.
+            // The model cancels its own righting moment of controlled axes.
             let taken = righting(plant);
             for (i, dof) in plant.axes().iter().enumerate() {
                 if gains.axes.contains_key(dof) {
@@ -482,11 +486,11 @@ fn grows(
     Some(worst)
 }
 
-/// Beyond this a disturbance grows: an integral that nothing uses, and the place of an axis that
-/// nothing controls, stay as they are.
+/// Growth above which the loop counts as unstable: unused integrals, and positions of uncontrolled
+/// axes, remain constant.
 const STABLE: f64 = 1.0 + 1e-6;
 
-/// The greatest part of the bandwidths with which the loop is stable, if there is one.
+/// Returns the greatest fraction of the bandwidths with which the loop is stable, if there is one.
 fn stable_part(plant: &Plant, actuators: &Actuators, asked: &Design) -> Option<f64> {
     let is_good = |part: f64| {
         let mut less = asked.clone();
@@ -556,7 +560,7 @@ fn notes(plant: &Plant, gains: &Gains, own: f64) -> Vec<String> {
     notes
 }
 
-/// Gains from a file that [`Gains`] was written to as TOML.
+/// Reads gains from a file in which [`Gains`] were written as TOML.
 ///
 /// # Errors
 /// [`Error::Gains`] with the key that is wrong.

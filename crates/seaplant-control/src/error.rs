@@ -1,38 +1,38 @@
 use seaplant::Dof;
 
-/// Three significant digits, rounded down: what would do does as it is written.
+/// Formats three significant digits, rounded down, so that the written value is still valid.
 fn three_digits(x: f64) -> String {
     let decimals = (2.0 - x.abs().log10().floor()).clamp(0.0, 12.0);
     let scale = 10_f64.powf(decimals);
     format!("{}", (x * scale).floor() / scale)
 }
 
-/// What can be wrong with a controller.
+/// Errors of designing a controller.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A law that is none.
+    /// An unknown law.
     #[error("`{found}` is no control law; use {known}")]
     UnknownLaw {
-        /// What was given.
+        /// The given name.
         found: String,
         /// All laws.
         known: String,
     },
-    /// A setting that cannot be.
+    /// An invalid setting.
     #[error("{name} is {found}; it must be {expected}")]
     Setting {
-        /// Which.
+        /// Its name.
         name: String,
-        /// What was given.
+        /// The given value.
         found: String,
-        /// What it must be.
+        /// The accepted values.
         expected: String,
     },
     /// An axis that the plant does not have.
     #[error("the plant has no {dof}; it has {known}")]
     NoAxis {
-        /// Which.
+        /// The axis.
         dof: Dof,
         /// The axes that it has.
         known: String,
@@ -43,55 +43,55 @@ pub enum Error {
         reachable_hz.map_or("no lower bandwidth has more; ".to_owned(), |hz| format!("{} Hz would do, and ", three_digits(hz)))
     )]
     Bandwidth {
-        /// Of which axis.
+        /// The axis.
         dof: Dof,
-        /// What was asked for, Hz.
+        /// The requested bandwidth, Hz.
         asked_hz: f64,
-        /// The phase margin that it has, degrees.
+        /// Its phase margin, degrees.
         phase_deg: f64,
-        /// The least that is taken, degrees.
+        /// The smallest accepted one, degrees.
         least_deg: f64,
-        /// What makes thrust late.
+        /// Causes of delay.
         late: String,
-        /// The greatest bandwidth below that has that margin, Hz; absent if none has.
+        /// The greatest bandwidth below with that margin, Hz; absent if there is none.
         reachable_hz: Option<f64>,
     },
-    /// A closed loop that runs away.
+    /// An unstable closed loop.
     #[error(
         "the closed loop is unstable: disturbances grow by {growth:.3} in each step of {period_s} s; {}",
         part.map_or("no lower bandwidth is stable: shorten lag or delay, or sample faster".to_owned(), |part| format!("{} times the bandwidths would be stable", three_digits(part)))
     )]
     Unstable {
-        /// By how much in a step.
+        /// Growth per step.
         growth: f64,
         /// The controller's period, s.
         period_s: f64,
-        /// The greatest part of the bandwidths that is stable; absent if none is.
+        /// The greatest stable fraction of the bandwidths; absent if there is none.
         part: Option<f64>,
     },
-    /// A vehicle under control whose speed grows without end.
+    /// A controlled vehicle whose speed diverges.
     #[error("the controlled vehicle diverges: the loop is unstable; lower the bandwidth")]
     RunsAway,
-    /// An integral that acts too fast.
+    /// An integral time that is too short.
     #[error(
         "a {dof} integral time of {asked_s:.1} s makes the loop unstable; it must be more than {least_s:.1} s"
     )]
     Integral {
-        /// Of which axis.
+        /// The axis.
         dof: Dof,
-        /// What was asked for, s.
+        /// The requested value, s.
         asked_s: f64,
-        /// The least, s.
+        /// The smallest valid value, s.
         least_s: f64,
     },
-    /// A law that a format has no place for.
+    /// A law that a format cannot represent.
     #[error("{format} has no place for the law {law}; use {known}")]
     Unsuitable {
-        /// Which format.
+        /// The format.
         format: &'static str,
-        /// Which law.
+        /// The law.
         law: &'static str,
-        /// Laws that it has a place for.
+        /// The laws that it supports.
         known: &'static str,
     },
     /// A plant that should not be used.
@@ -99,16 +99,16 @@ pub enum Error {
         "the plant should not be used: {reasons}; identify it better, or make a controller for it with --anyway"
     )]
     DoNotUse {
-        /// Why.
+        /// The reasons.
         reasons: String,
     },
-    /// A file of gains that cannot be read.
+    /// An unreadable file of gains.
     #[error("the gains {reason}")]
     Gains {
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
-    /// What the plant itself has to say.
+    /// An error of the plant itself.
     #[error(transparent)]
     Plant(#[from] seaplant::Error),
 }

@@ -8,9 +8,9 @@
 //! ```
 //!
 //! each with the plant as it was identified or adapting to the vehicle, on one to six axes.
-//! [`design()`] makes gains from bandwidth and damping, or from the errors and forces that are
-//! allowed, checks them against lag, delay and sampling, and gives margins over what the
-//! coefficients could be; [`Controller`] runs them.
+//! [`design()`] computes gains from bandwidth and damping, or from LQR weights, checks them against
+//! lag, delay and sampling, and returns margins over the uncertainty of the coefficients;
+//! [`Controller`] runs them.
 //!
 //! ```
 //! use seaplant::Dof;
@@ -63,7 +63,7 @@ pub enum Law {
     Pid,
     /// Model-based, linearising exactly: the plant's forces at the measured velocity.
     Exact,
-    /// Model-based, linearising at the desired velocity only.
+    /// Model-based, linearising only at the desired velocity.
     #[default]
     NonExact,
     /// Model-based, of Slotine and Li.
@@ -74,7 +74,7 @@ impl Law {
     /// All laws.
     pub const ALL: [Self; 5] = [Self::Pd, Self::Pid, Self::Exact, Self::NonExact, Self::SlotineLi];
 
-    /// As files and flags write it.
+    /// Returns the name in files and flags.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pd => "pd",
@@ -85,7 +85,7 @@ impl Law {
         }
     }
 
-    /// Whether it holds a model of the plant.
+    /// Returns whether the law contains a model of the plant.
     pub const fn is_model_based(self) -> bool {
         matches!(self, Self::Exact | Self::NonExact | Self::SlotineLi)
     }

@@ -1,4 +1,5 @@
-//! Limits on rates, bandwidths and delays, so that a loop is designed and simulated in seconds.
+//! Limits on rates, bandwidths and delays, which bound the time of design and simulation to
+//! seconds.
 
 use seaplant::Dof;
 use seaplant::plant::Plant;
@@ -7,14 +8,15 @@ use crate::response::duration_s;
 use crate::track::steps;
 use crate::{Actuators, Design, Error};
 
-/// The slowest and the fastest controller, samples a second.
+/// Slowest and fastest controller, samples per second.
 const SAMPLE_HZ: (f64, f64) = (0.1, 1000.0);
 
-/// Steps of the integration of one run, at most: a design simulates some forty runs for each axis.
+/// Maximum number of integration steps of one run: a design simulates some forty runs for each
+/// axis.
 const MOST_STEPS: f64 = 2e5;
 
-/// States of the closed loop, at most: four for each axis, and one for each command that waits for
-/// the delay. Stability takes the third power of this, for each draw of the plant.
+/// Maximum number of states of the closed loop: four for each axis, and one for each command within
+/// the delay. The stability check is cubic in this, for each draw of the plant.
 const MOST_STATES: usize = 250;
 
 /// Checks that a design takes bounded time and memory.
@@ -24,7 +26,7 @@ const MOST_STATES: usize = 250;
 pub(crate) fn check(plant: &Plant, asked: &Design, actuators: &Actuators) -> Result<(), Error> {
     check_rates(plant, asked.sample_hz, actuators)?;
     for (dof, tuning) in &asked.tuning {
-        // The duration of a step response goes as 1/bandwidth.
+        // The duration of a step response is proportional to 1/bandwidth.
         let least_hz = steps(duration_s(1.0), asked.sample_hz) / MOST_STEPS;
         if tuning.bandwidth_hz < least_hz {
             let name = format!("the {dof} bandwidth, Hz,");

@@ -1,11 +1,11 @@
-//! The closed loop at a speed, as a linear system in steps of the controller.
+//! Closed loop at a speed, as a discrete-time linear system with the controller's period.
 
 use nalgebra::{DMatrix, Vector3, Vector6};
 use seaplant::plant::{Basis, Plant};
 
 use crate::Actuators;
 
-/// Gains that act at a working point, N/m, N/(m/s), N/(m s) by place of the plant's axes.
+/// Gains at a working point, N/m, N/(m/s), N/(m s) by index of the plant's axes.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearGains {
     pub(crate) kp: DMatrix<f64>,
@@ -13,10 +13,10 @@ pub(crate) struct LinearGains {
     pub(crate) ki: DMatrix<f64>,
 }
 
-/// Velocities are moved by this to find slopes, m/s and rad/s.
+/// Step of velocity for numerical slopes, m/s and rad/s.
 const STEP: f64 = 1e-5;
 
-/// ∂n/∂ν of the plant's axes at a velocity, shape (n, n): damping and Coriolis.
+/// Returns ∂n/∂ν of the plant's axes at a velocity, shape (n, n): damping and Coriolis.
 pub(crate) fn slope(plant: &Plant, velocity: &Vector6<f64>) -> DMatrix<f64> {
     let axes = plant.axes();
     let mut slope = DMatrix::zeros(axes.len(), axes.len());
@@ -34,7 +34,7 @@ pub(crate) fn slope(plant: &Plant, velocity: &Vector6<f64>) -> DMatrix<f64> {
     slope
 }
 
-/// What rights a level vehicle, N m/rad, on the diagonal of the plant's axes.
+/// Returns the righting stiffness of a level vehicle, N m/rad, on the diagonal of the plant's axes.
 pub(crate) fn righting(plant: &Plant) -> DMatrix<f64> {
     let lever = plant.coefficient(&Basis::Lever(2)).unwrap_or(0.0);
     let of = |dof: &seaplant::Dof| match dof {
@@ -47,12 +47,11 @@ pub(crate) fn righting(plant: &Plant) -> DMatrix<f64> {
     ))
 }
 
-/// By how much the slowest disturbance grows in one step of the controller: below 1 if the loop
-/// is stable.
+/// Returns the growth of the slowest-decaying disturbance in one step of the controller: below 1 if
+/// the loop is stable.
 ///
-/// States are displacement, velocity, force behind the lag, the integral and commands that are on
-/// their way; between steps the plant moves freely under the held command. A delay counts as
-/// whole steps, rounded up.
+/// States are displacement, velocity, force after the lag, the integral and delayed commands;
+/// between steps the plant moves under the held command. A delay is rounded up to complete steps.
 pub(crate) fn growth(
     plant: &Plant,
     (damping, righting): (&DMatrix<f64>, &DMatrix<f64>),
@@ -83,7 +82,7 @@ pub(crate) fn growth(
         }
     }
     let moved = (a * period_s).exp();
-    // x, v, f, ∫x, u on their way, the oldest first.
+    // x, v, f, ∫x, delayed u, the oldest first.
     let (size, first) = (4 * n + late * n, 4 * n);
     let mut step = DMatrix::zeros(size, size);
     step.view_mut((0, 0), (3 * n, 3 * n)).copy_from(&moved.view((0, 0), (3 * n, 3 * n)));
@@ -109,10 +108,11 @@ pub(crate) fn growth(
     Some(spectral_radius(step))
 }
 
-/// Squarings that tell a spectral radius to a millionth.
+/// Number of squarings for a spectral radius accurate to a millionth.
 const SQUARINGS: i32 = 26;
 
-/// `lim ‖Aᵏ‖^(1/k)` by squaring: unlike an iteration for eigenvalues it always ends.
+/// Computes `lim ‖Aᵏ‖^(1/k)` by squaring, which, unlike an iteration for eigenvalues, always
+/// terminates.
 fn spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
     let mut logarithm = 0.0;
     for k in 0..SQUARINGS {
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_spectral_radius_is_that_of_the_eigenvalues() {
-        // A rotation by 1 rad that shrinks to 0.9, beside a nilpotent block.
+        // A rotation by 1 rad that shrinks to 0.9, with a nilpotent block.
         let (sin, cos) = 1.0_f64.sin_cos();
         let mut matrix = DMatrix::zeros(4, 4);
         matrix.view_mut((0, 0), (2, 2)).copy_from_slice(&[

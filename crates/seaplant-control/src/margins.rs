@@ -1,23 +1,23 @@
-//! Margins of one axis in the frequency domain.
+//! Stability margins of one axis in the frequency domain.
 
 use nalgebra::{Complex, Matrix3, SMatrix, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How far a loop is from instability.
+/// Stability margins of a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Margins {
-    /// Phase margin, degrees: the least over all crossings of one.
+    /// Phase margin, degrees: the smallest over all gain crossovers.
     pub phase_deg: f64,
-    /// By what the gain may rise.
+    /// Gain margin.
     pub gain: f64,
-    /// How much later thrust may act, s.
+    /// Delay margin, s.
     pub delay_s: f64,
     /// The frequency of the crossing, Hz.
     pub crossover_hz: f64,
 }
 
-/// One axis by itself with its controller, in steps of the controller's period.
+/// One axis by itself with its controller, in discrete time.
 ///
 /// `m ẍ + d ẋ + g x = f`, `T ḟ = u − f`; `u = −K_p x − K_d ẋ − K_i Σ x h` is measured, computed and
 /// held once a period h, and acts after the delay.
@@ -30,37 +30,38 @@ pub(crate) struct Loop {
     pub(crate) kd: f64,
     pub(crate) ki: f64,
     pub(crate) lag_s: f64,
-    /// From a command to its force, s.
+    /// Delay from command to force, s.
     pub(crate) delay_s: f64,
     /// h, s.
     pub(crate) period_s: f64,
 }
 
-/// An integrator or two begin near −180°, which rounding may make +180°.
+/// Returns the phase of the first point, where an integrator or two begin near −180°, which
+/// rounding may make +180°.
 fn first_phase(at: Complex<f64>) -> f64 {
     let phase = at.arg();
     if phase > std::f64::consts::FRAC_PI_2 { phase - std::f64::consts::TAU } else { phase }
 }
 
-/// Frequencies in a decade.
+/// Number of frequencies per decade.
 const IN_A_DECADE: usize = 200;
 
-/// The frequencies below that of the gains at which margins are looked for, as a part of it.
+/// Lowest frequency at which margins are evaluated, as a fraction of the gains' natural frequency.
 const LOWEST: f64 = 1e-3;
 
-/// The exact response of a loop in discrete time.
+/// Exact discrete-time response of a loop.
 struct Discrete {
     of: Loop,
-    /// e^{Ah} − 1, without the cancellation.
+    /// e^{Ah} − 1, computed without cancellation.
     moved: Matrix3<f64>,
-    /// What a command does in the period in which it begins to act, and in the next.
+    /// Response to a command in the period in which it begins to act, and in the next.
     by: [Vector3<f64>; 2],
-    /// Whole periods before it acts.
+    /// Number of complete periods before it acts.
     periods: f64,
 }
 
 impl Discrete {
-    fn of(of: Loop) -> Self {
+    fn new(of: Loop) -> Self {
         let (a, b) = of.continuous();
         let periods = (of.delay_s / of.period_s + 1e-9).floor();
         let rest_s = (of.delay_s - periods * of.period_s).max(0.0);
@@ -70,11 +71,11 @@ impl Discrete {
         Self { of, moved: a * integral(&a, of.period_s), by: [first * b, second], periods }
     }
 
-    /// L at an angular frequency, `z = e^{jωh}`.
+    /// Evaluates L at an angular frequency, `z = e^{jωh}`.
     fn at(&self, omega: f64) -> Complex<f64> {
         let of = &self.of;
         let angle = omega * of.period_s;
-        // z − 1 keeps its digits where ωh is small.
+        // z − 1 keeps its precision where ωh is small.
         let half = 0.5 * angle;
         let less = Complex::new(-2.0 * half.sin().powi(2), angle.sin());
         let late = Complex::from_polar(1.0, -angle);
@@ -86,7 +87,7 @@ impl Discrete {
     }
 }
 
-/// (w − D)⁻¹ b.
+/// Computes (w − D)⁻¹ b.
 fn resolved(
     moved: &Matrix3<f64>,
     w: Complex<f64>,
@@ -96,7 +97,7 @@ fn resolved(
     matrix.lu().solve(input)
 }
 
-/// `∫₀ᵗ e^{As} ds`.
+/// Computes `∫₀ᵗ e^{As} ds`.
 fn integral(a: &Matrix3<f64>, t: f64) -> Matrix3<f64> {
     let mut both = SMatrix::<f64, 6, 6>::zeros();
     both.fixed_view_mut::<3, 3>(0, 0).copy_from(&(a * t));
@@ -105,7 +106,7 @@ fn integral(a: &Matrix3<f64>, t: f64) -> Matrix3<f64> {
 }
 
 impl Loop {
-    /// A and b of displacement, velocity and force; without a lag the force is the command.
+    /// Returns A and b of displacement, velocity and force; without a lag the force is the command.
     fn continuous(&self) -> (Matrix3<f64>, Vector3<f64>) {
         let (m, lag) = (self.mass, self.lag_s);
         let mut a = Matrix3::zeros();
@@ -119,16 +120,17 @@ impl Loop {
         }
     }
 
-    /// The highest frequency that samples tell from others, rad/s.
+    /// Returns the Nyquist frequency, rad/s.
     fn nyquist(&self) -> f64 {
         std::f64::consts::PI / self.period_s
     }
 
-    /// |L| and its phase in degrees at frequencies, which ascend to at most half of the sampling rate.
+    /// Returns |L| and its phase in degrees at frequencies, which ascend to at most half of the
+    /// sampling rate.
     ///
-    /// Phase goes on from one frequency to the next, and begins between −270° and 90°.
+    /// Phase is continuous over frequency, and begins between −270° and 90°.
     pub(crate) fn bode(&self, frequency_hz: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let discrete = Discrete::of(*self);
+        let discrete = Discrete::new(*self);
         let mut before: Option<(Complex<f64>, f64)> = None;
         let at = |hz: &f64| {
             let now = discrete.at(std::f64::consts::TAU * hz);
@@ -142,11 +144,11 @@ impl Loop {
         frequency_hz.iter().map(at).unzip()
     }
 
-    /// Margins over all frequencies up to half of the sampling rate.
+    /// Computes the margins over all frequencies up to half of the sampling rate.
     ///
-    /// A loop whose gain is below one throughout has all the margin that there is: 180°.
+    /// A loop whose gain is always below one has the maximum margin of 180°.
     pub(crate) fn margins(&self) -> Margins {
-        let discrete = Discrete::of(*self);
+        let discrete = Discrete::new(*self);
         let last = self.nyquist();
         let lowest = LOWEST * (self.kp / self.mass).max(1e-12).sqrt().min(last);
         let steps = ((last / lowest).log10() * IN_A_DECADE as f64).ceil();
@@ -176,7 +178,8 @@ impl Loop {
 }
 
 impl Margins {
-    /// Takes in what lies between two frequencies; `phase` is that of the first, and the change.
+    /// Evaluates the interval between two frequencies; `phase` is that of the first, and the
+    /// change.
     fn pass(
         &mut self,
         (from, before): (f64, Complex<f64>),
@@ -185,7 +188,7 @@ impl Margins {
     ) {
         let pi = std::f64::consts::PI;
         if (before.norm() - 1.0) * (now.norm() - 1.0) <= 0.0 {
-            // Where it crosses, as a part of the step: margins move smoothly with gains.
+            // Crossover as a fraction of the step: margins vary smoothly with gains.
             let (above, below) = (before.norm().ln(), now.norm().ln());
             let part = if above == below { 1.0 } else { above / (above - below) };
             let at = from * (to / from).powf(part);
@@ -202,7 +205,7 @@ impl Margins {
         }
     }
 
-    /// Takes in a gain at −180°.
+    /// Evaluates a gain at −180°.
     fn rise(&mut self, gain: f64) {
         if gain < 1.0 {
             self.gain = self.gain.min(1.0 / gain);
@@ -210,7 +213,7 @@ impl Margins {
     }
 }
 
-/// Margins beyond this are this, so that files can hold them.
+/// Greatest reported margin, which files can represent.
 const GREATEST_GAIN: f64 = 1e6;
 
 #[cfg(test)]

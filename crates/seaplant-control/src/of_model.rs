@@ -1,4 +1,4 @@
-//! What an identified plant says of its thrusters.
+//! Thruster properties of an identified plant.
 
 use seaplant::exchange::PlantModel;
 use seaplant::plant::Basis;
@@ -8,15 +8,16 @@ use seaplant::{Dof, Thruster};
 use crate::{Actuators, Error, Gains};
 
 impl Actuators {
-    /// Lag and delay as they were fitted, and the most that thrusters give each axis the weaker way,
-    /// by [`PlantModel::thrust_limits`].
+    /// Returns the fitted lag and delay, and the greatest force on each axis in the weaker
+    /// direction, by [`PlantModel::thrust_limits`].
     pub fn of_model(model: &PlantModel) -> Self {
         let mut found = Self::default();
         for dof in Dof::ALL {
             let i = dof.index();
             if let Some(actuation) = model.actuation.get(&dof) {
                 let value = |x: Option<&Parameter>| x.map_or(0.0, |x| x.value.max(0.0));
-                // A plant of one axis lags in propeller speed, one of several in force.
+                // A plant of one axis has a lag of propeller speed, one of several axes a lag of
+                // force.
                 found.lag_s[i] = value(actuation.lag.as_ref().or(actuation.force_lag.as_ref()));
                 found.delay_s[i] = value(actuation.delay.as_ref());
             }
@@ -26,8 +27,8 @@ impl Actuators {
     }
 }
 
-/// The most of all thrusters that push along an axis, each the weaker way; none if one of them states
-/// no greatest thrust.
+/// Returns the greatest force of all thrusters along an axis, each in the weaker direction; `None`
+/// if one of them states no greatest thrust.
 fn limit(model: &PlantModel, axis: usize) -> Option<f64> {
     let lever = |thruster: &Thruster| thruster.unit_wrench()[axis].abs();
     let of = |thruster: &Thruster| {
@@ -39,7 +40,7 @@ fn limit(model: &PlantModel, axis: usize) -> Option<f64> {
     (total > 0.0).then_some(total)
 }
 
-/// Refuses a plant that should not be used.
+/// Rejects a plant that should not be used.
 ///
 /// # Errors
 /// [`Error::DoNotUse`] with the reasons.
@@ -48,11 +49,11 @@ pub fn check_usable(model: &PlantModel) -> Result<(), Error> {
     if reasons.is_empty() { Ok(()) } else { Err(Error::DoNotUse { reasons: reasons.join("; ") }) }
 }
 
-/// Masses that are known no better than this part are told, 95 %.
+/// Relative 95 % uncertainty of mass from which a note is made.
 const TOLD_PART: f64 = 0.25;
 
-/// What gains inherit from their plant: verdicts that speak against it or doubt it, and
-/// controlled axes whose mass the trials hardly told.
+/// Returns notes on the plant's weaknesses: verdicts against it or in doubt, and controlled axes
+/// whose mass is poorly determined.
 ///
 /// ```
 /// use seaplant::Dof;
@@ -80,7 +81,7 @@ pub fn doubts_of_model(model: &PlantModel, gains: &Gains) -> Vec<String> {
     judged.chain(gains.axes.keys().filter_map(|dof| hardly_told(model, *dof))).collect()
 }
 
-/// What to say of an axis whose mass could be another.
+/// Returns the note on an axis with uncertain mass.
 fn hardly_told(model: &PlantModel, dof: Dof) -> Option<String> {
     let k = model.plant.structure().index_of(&Basis::Mass(dof, dof))?;
     let ([low, high], mass) = (model.interval(k)?, model.plant.coefficients()[k]);

@@ -1,4 +1,4 @@
-//! What a closed loop does, as curves with bands.
+//! Responses of a closed loop, as curves with bands.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 use crate::design::loop_of;
 use crate::{Actuators, Controller, Design, Error, Gains, Path, Sea, track};
 
-/// A curve with the band of what the plant could be.
+/// A curve with a band for the plant's uncertainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Curve {
-    /// With the plant as estimated.
+    /// With the estimated plant.
     pub estimate: Vec<f64>,
     /// The lower end of 95 % of the draws; empty without draws.
     pub low: Vec<f64>,
@@ -21,7 +21,7 @@ pub struct Curve {
     pub high: Vec<f64>,
 }
 
-/// What the loop of one axis does.
+/// Responses of the loop of one axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Response {
     /// Frequencies, Hz.
@@ -32,33 +32,32 @@ pub struct Response {
     pub phase_deg: Curve,
     /// Instants, s.
     pub time_s: Vec<f64>,
-    /// The step that is asked for, m or rad.
+    /// The reference step, m or rad.
     pub asked: Vec<f64>,
-    /// The step that comes of it, with lag, delay and limits; none if the loop runs away.
+    /// The step response, with lag, delay and limits; none if the loop diverges.
     pub step: Option<Curve>,
 }
 
-/// Draws that steps are simulated with: a band of 95 % lies within the greatest of forty.
+/// Number of draws for simulated steps: a band of 95 % is defined by forty.
 const STEPS: usize = 40;
 
-/// Frequencies of a chart, from this part of the bandwidth to that many times it, or to half of the
-/// sampling rate.
+/// Range of frequencies of a chart, relative to the bandwidth, up to half of the sampling rate.
 const SPAN: (f64, f64) = (0.05, 20.0);
 const FREQUENCIES: usize = 160;
 
-/// Steps are shown for so many times 1/ω.
+/// Duration of a step response, as a multiple of 1/ω.
 const TIMES: f64 = 14.0;
 
 /// The size of a step, m and rad …
 const SIZE: (f64, f64) = (0.5, 0.2);
-/// … and how fast it comes, as a multiple of ω.
+/// … and the rate of the reference, as a multiple of ω.
 const SUDDEN: f64 = 4.0;
 
-/// The parts of draws below and above which the band ends.
+/// Quantiles of draws at the ends of the band.
 const BAND: (f64, f64) = (0.025, 0.975);
 
-/// The open loop over frequency, and a step in closed loop, of each controlled axis; bands are
-/// those over `draws`.
+/// Computes the open loop over frequency, and a step in closed loop, of each controlled axis; bands
+/// are those over `draws`.
 ///
 /// # Errors
 /// Those of [`track`] for the plant as estimated, other than a loop that runs away.
@@ -108,27 +107,27 @@ fn response(
     let step = |truth: &Plant| step(plant, truth, actuators, asked, gains, dof);
     let (time_s, wanted, stepped) = match step(plant) {
         Ok(found) => found,
-        // It runs away: the chart shows what was asked for, and the notes tell.
+        // A diverging loop: the chart shows the reference, and the notes explain.
         Err(Error::RunsAway) => (Vec::new(), Vec::new(), Vec::new()),
         Err(error) => return Err(error),
     };
     let others = draws.iter().take(STEPS).filter_map(|draw| Some(step(draw).ok()?.2)).collect();
     Ok(Response {
         frequency_hz,
-        gain: Curve::of(own.0, gain),
-        phase_deg: Curve::of(own.1, phase),
-        step: (!time_s.is_empty()).then(|| Curve::of(stepped, others)),
+        gain: Curve::new(own.0, gain),
+        phase_deg: Curve::new(own.1, phase),
+        step: (!time_s.is_empty()).then(|| Curve::new(stepped, others)),
         time_s,
         asked: wanted,
     })
 }
 
-/// The duration of a step response, s.
+/// Returns the duration of a step response, s.
 pub(crate) fn duration_s(bandwidth_hz: f64) -> f64 {
     TIMES / (std::f64::consts::TAU * bandwidth_hz)
 }
 
-/// Times, what is asked for and what comes of it.
+/// Times, reference and response.
 type Stepped = (Vec<f64>, Vec<f64>, Vec<f64>);
 
 fn step(
@@ -152,7 +151,7 @@ fn step(
 }
 
 impl Curve {
-    fn of(estimate: Vec<f64>, others: Vec<Vec<f64>>) -> Self {
+    fn new(estimate: Vec<f64>, others: Vec<Vec<f64>>) -> Self {
         let (mut low, mut high) = (Vec::new(), Vec::new());
         if !others.is_empty() {
             for k in 0..estimate.len() {

@@ -1,4 +1,4 @@
-//! The closed loop in time: a vehicle, its thrusters, its water and its instruments.
+//! Simulates the closed loop: a vehicle, its thrusters, its water and its instruments.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -12,12 +12,12 @@ use seaplant::plant::Plant;
 use crate::limits::check_rates;
 use crate::{Actuators, Controller, Error, Reference, State};
 
-/// What a controlled vehicle shall do: along each axis by itself from where it starts, level.
+/// Reference path along each axis by itself, relative to the start, level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Path {
-    /// Stay.
+    /// Station keeping.
     Hold,
-    /// `amplitude · sin(ω t)`, begun softly.
+    /// `amplitude · sin(ω t)`, with a soft start.
     Sine {
         /// m or rad.
         amplitude: f64,
@@ -33,11 +33,11 @@ pub enum Path {
     },
 }
 
-/// A sine begins over so many seconds.
+/// Duration of the soft start of a sine, s.
 const SOFT_S: f64 = 10.0;
 
 impl Path {
-    /// Displacement and its two rates.
+    /// Returns displacement and its first and second derivative.
     pub fn at(&self, t: f64) -> [f64; 3] {
         match *self {
             Self::Hold => [0.0; 3],
@@ -72,7 +72,7 @@ impl Path {
     }
 }
 
-/// What disturbs and what errs.
+/// Disturbances and measurement errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sea {
     /// Velocity of the water north, east and down, m/s.
@@ -85,14 +85,14 @@ pub struct Sea {
     pub seed: u64,
 }
 
-/// How a vehicle followed.
+/// Result of tracking.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tracked {
     /// Root mean square of the true error by axis, after the first tenth of the run, m and rad.
     pub rms: BTreeMap<Dof, f64>,
-    /// The greatest error by axis in the same time.
+    /// Greatest error by axis in the same time.
     pub greatest: BTreeMap<Dof, f64>,
-    /// The part of the time in which some axis was at its limit.
+    /// Fraction of the time in which some axis was at its limit.
     pub saturated: f64,
     /// Instants, s.
     pub time_s: Vec<f64>,
@@ -103,12 +103,12 @@ pub struct Tracked {
 /// The longest step of the integration, s.
 const STEP_S: f64 = 0.02;
 
-/// How many steps a run is integrated in, about.
+/// Returns the approximate number of integration steps of a run.
 pub(crate) fn steps(duration_s: f64, sample_hz: f64) -> f64 {
     duration_s * sample_hz.max(1.0 / STEP_S)
 }
 
-/// Beyond this a vehicle runs away, m/s and rad/s.
+/// Speed at which a vehicle counts as diverging, m/s and rad/s.
 const RUNAWAY: f64 = 100.0;
 
 struct Vehicle<'a> {
@@ -120,8 +120,8 @@ struct Vehicle<'a> {
 
 /// Follows paths with a controller on a vehicle that may differ from the controller's plant.
 ///
-/// `truth` moves by RK4 in steps of at most 0.02 s; commands wait out the delay in whole periods,
-/// rounded up, and pass the lag.
+/// `truth` is integrated by RK4 in steps of at most 0.02 s; commands are delayed by complete
+/// periods, rounded up, and pass the lag.
 ///
 /// # Errors
 /// [`Error::Plant`] if the true plant cannot move; [`Error::RunsAway`] if its speed grows without
@@ -179,13 +179,13 @@ pub fn track(
     Ok(tracked)
 }
 
-/// All paths at a time: translations in the world, then heading, roll and pitch.
+/// Evaluates all paths at a time: translations in the world, then heading, roll and pitch.
 fn reference(paths: &BTreeMap<Dof, Path>, t: f64) -> Reference {
     let of = |dof: Dof| paths.get(&dof).map_or([0.0; 3], |path| path.at(t));
     let [n, e, d] = [Dof::Surge, Dof::Sway, Dof::Heave].map(of);
     let [roll, pitch, yaw] = [Dof::Roll, Dof::Pitch, Dof::Yaw].map(of);
     let part = |k: usize| Vector3::new(n[k], e[k], d[k]);
-    // Rates of turn of small roll and pitch.
+    // Angular velocity for small roll and pitch.
     let turning = |k: usize| Vector3::new(roll[k], pitch[k], yaw[k]);
     Reference {
         position_ned: part(0),

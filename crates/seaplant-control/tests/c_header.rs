@@ -1,4 +1,4 @@
-//! The C controller on the exported C plant, beside the controller here on the plant here.
+//! The C controller on the exported C plant agrees with the controller here on the plant here.
 
 #![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
@@ -115,7 +115,7 @@ fn line(state: &State, to: &Reference) -> String {
     all.iter().map(|x| format!("{x:?} ")).collect::<String>() + "\n"
 }
 
-/// Builds a program beside the exported plant.
+/// Builds a program with the exported plant.
 fn build(folder: &Path, model: &PlantModel, main: &str) {
     let plant = export(exporter("c").expect("known"), model, Permission::Checked);
     for file in plant.expect("exported").files {
@@ -162,7 +162,7 @@ int main(void)
 }
 "#;
 
-/// Where the exported plant is after a minute under a controller, by axis.
+/// Returns the state of the exported plant after a minute under a controller, by axis.
 fn settled(program: &Path, controller: &mut Controller, to: &Reference) -> State {
     let mut plant = Command::new(program)
         .stdin(Stdio::piped())
@@ -212,7 +212,7 @@ fn every_law_settles_on_the_exported_plant_fixed_and_adaptive() {
         let end = settled(&folder.path().join("main"), &mut controller, &to);
         let mut error = end.position_ned - to.position_ned;
         if law == Law::Pd {
-            // 1 N of weight, which it does not know.
+            // The controller does not know 1 N of weight.
             error.z -= 9.80665 * 0.1 / controller.gains().axes[&Dof::Heave].kp;
         }
         let turned = end.attitude.angle_to(&to.attitude);

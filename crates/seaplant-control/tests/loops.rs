@@ -10,7 +10,7 @@ use seaplant_control::{
     c_header, design, gains_of_toml, track,
 };
 
-/// A small six-axis vehicle, near the published BlueROV2 Heavy.
+/// Returns a small six-axis vehicle, similar to the published BlueROV2 Heavy.
 fn six_axes() -> Plant {
     let structure = Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six axes");
     let own = [19.86, 20.62, 32.18, 0.45, 0.37, 0.59];
@@ -36,7 +36,7 @@ fn scaled(plant: &Plant, by: f64) -> Plant {
     Plant::new(plant.structure().clone(), coefficients).expect("possible")
 }
 
-/// The same vehicle with other masses and damping, and its own weight and righting moment.
+/// Returns the vehicle with other masses and damping, and its own weight and righting moment.
 fn heavier(plant: &Plant, by: f64) -> Plant {
     let terms = plant.structure().terms().iter().zip(plant.coefficients());
     let moved = terms.map(|(term, x)| match term {
@@ -91,7 +91,7 @@ fn an_adaptive_model_repairs_a_wrong_one() {
     for law in [Law::NonExact, Law::SlotineLi] {
         let fixed = followed(law, false, &wrong, 300.0);
         let adaptive = followed(law, true, &wrong, 300.0);
-        // Of the last third: the model needs minutes.
+        // Errors of the last third: adaptation needs minutes.
         let late = |tracked: &Tracked, dof: Dof| {
             let from = 2 * tracked.error.len() / 3;
             let errors = tracked.error[from..].iter().map(|e| e[dof.index()].powi(2));
@@ -150,7 +150,7 @@ fn an_integral_that_acts_too_fast_is_refused_with_the_time_that_would_do() {
 }
 
 #[test]
-fn draws_tell_the_worst_case() {
+fn draws_determine_the_worst_case() {
     let truth = six_axes();
     let draws: Vec<Plant> = [0.5, 1.0, 2.0].map(|by| scaled(&truth, by)).into();
     let late = Actuators { lag_s: [0.3; 6], ..Actuators::default() };
@@ -171,7 +171,7 @@ fn gains_come_back_from_their_file() {
 }
 
 #[test]
-fn what_the_header_has_no_place_for_is_told() {
+fn laws_that_the_header_does_not_support_are_reported() {
     let gains = design(&six_axes(), &[], &Actuators::default(), &asked(Law::SlotineLi, false, 0.1));
     let error = c_header("x", &gains.expect("sound")).expect_err("no place").to_string();
     assert!(error.contains("non-exact"), "{error}");

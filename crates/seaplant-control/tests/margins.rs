@@ -4,7 +4,7 @@ use seaplant::Dof;
 use seaplant::plant::{Plant, Structure, Symmetry};
 use seaplant_control::{Actuators, Design, Error, Gains, Law, LqrWeights, Tuning, design};
 
-/// An axis, what is asked of it, and what the reference finds.
+/// An axis, its specification, and the reference's result.
 struct Case {
     /// Mass, linear and quadratic drag.
     plant: [f64; 3],
@@ -52,8 +52,8 @@ const CASES: [Case; 8] = [
         law: Law::Pid,
         margins: [36.1063, 5.44645, 0.255141, 0.393097],
     },
-    // Heave of a BlueROV2 Heavy: its phase margin at rest is 117.5°, and at 0.5 m/s, where drag takes
-    // the crossover down to the corner of the plant, 99.8°; the lesser of both counts.
+    // Heave of a BlueROV2 Heavy: its phase margin at rest is 117.5°, and at 0.5 m/s, where drag
+    // lowers the crossover to the corner of the plant, 99.8°; the smaller one counts.
     Case {
         plant: [32.18, 33.0, 190.0],
         speed: 0.0,
@@ -77,7 +77,7 @@ const CASES: [Case; 8] = [
     },
 ];
 
-/// Both read margins between frequencies that are a hundredth of a decade apart: as a part of each.
+/// Relative tolerance: both evaluate margins on grids of a hundredth of a decade.
 const READING: f64 = 0.01;
 
 fn surge([mass, linear, quadratic]: [f64; 3]) -> Plant {
@@ -112,8 +112,8 @@ fn margins_are_those_of_python_control() {
     }
 }
 
-/// Masses of a vehicle over that of the model, and how fast a disturbance grows in a step of the
-/// loop of the fourth case and of the fifth.
+/// Ratio of the vehicle's masses to the model's, and the growth per step of the loop of the fourth
+/// case and of the fifth.
 const GROWTH: [(f64, [f64; 2]); 5] = [
     (0.1, [1.112958, 1.067954]),
     (0.2, [0.993775, 0.984049]),

@@ -1,5 +1,5 @@
-//! Writes plants in every format, and how they move by Seaplant itself: what the round trips of
-//! `scripts/round-trips` compare engines with. The only argument is the folder.
+//! Writes plants in every format, and their motion by Seaplant itself, with which the round trips
+//! of `scripts/round-trips` compare other engines. The only argument is the folder.
 
 use std::error::Error;
 use std::path::Path;
@@ -71,7 +71,7 @@ fn reference(model: &PlantModel) -> Result<Value, Failed> {
     }))
 }
 
-/// A state with the rate that the plant has there.
+/// Returns a state with the plant's rate there.
 fn state(model: &PlantModel, random: &mut ChaCha8Rng) -> Result<Value, Failed> {
     let mut draw = |scale: f64| scale * random.random_range(-1.0..1.0);
     let angles = [draw(1.5), draw(1.2), draw(3.0)];
@@ -97,7 +97,7 @@ fn state(model: &PlantModel, random: &mut ChaCha8Rng) -> Result<Value, Failed> {
     }))
 }
 
-/// A minute under forces that jump every five seconds, in a current.
+/// Simulates a minute under forces that change every five seconds, in a current.
 fn trajectory(model: &PlantModel) -> Result<Value, Failed> {
     let mut random = ChaCha8Rng::seed_from_u64(SEED + 1);
     let changes: Vec<f64> = (0..12).map(|k| 5.0 * f64::from(k)).collect();
@@ -129,7 +129,7 @@ fn trajectory(model: &PlantModel) -> Result<Value, Failed> {
     }))
 }
 
-/// Inputs that change every half second, and the wrench that they make through lag, delay and
+/// Returns inputs that change every half second, and the resulting wrench with lag, delay and
 /// reverse ratio, in steps of 0.02 s.
 fn actuated(model: &PlantModel) -> Result<Value, Failed> {
     const STEP_S: f64 = 0.02;
@@ -139,7 +139,7 @@ fn actuated(model: &PlantModel) -> Result<Value, Failed> {
     }
     let mut random = ChaCha8Rng::seed_from_u64(SEED + 3);
     let times: Vec<f64> = (0..20).map(|k| 0.5 * f64::from(k)).collect();
-    // As the exports begin: with the first inputs.
+    // As in the exports, propellers start with the first inputs.
     let mut drive = Drive { already_turning: true, ..Drive::default() };
     let mut inputs = Vec::new();
     for thruster in &model.thrusters {
@@ -163,7 +163,7 @@ fn actuated(model: &PlantModel) -> Result<Value, Failed> {
     }))
 }
 
-/// What a thruster may be told.
+/// Draws an input of a thruster.
 fn input(kind: ThrusterInput, random: &mut ChaCha8Rng) -> f64 {
     random.random_range(match kind {
         ThrusterInput::Speed => -150.0..150.0,
@@ -173,7 +173,7 @@ fn input(kind: ThrusterInput, random: &mut ChaCha8Rng) -> f64 {
     })
 }
 
-/// Inputs of all thrusters with the wrench that they make.
+/// Returns inputs of all thrusters and the resulting wrench.
 fn thrust(model: &PlantModel) -> Value {
     let mut random = ChaCha8Rng::seed_from_u64(SEED + 2);
     let inputs: Vec<Vec<f64>> = (0..50)

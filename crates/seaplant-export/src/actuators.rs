@@ -1,4 +1,4 @@
-//! Thrusters as lines of code: what templates of several languages share.
+//! Code for thrusters, shared by the templates of several languages.
 
 use seaplant::exchange::{Actuation, PlantModel};
 use seaplant::results::Parameter;
@@ -6,7 +6,7 @@ use seaplant::{Dof, ThrustCurve, ThrustTable};
 
 use crate::code::{number, numbers};
 
-/// What was fitted of the actuators, by axis; 0, 0, 0 and 1 where nothing was.
+/// Fitted parameters of the actuators, by axis; defaults 0, 0, 0 and 1.
 pub(crate) struct Fitted {
     pub(crate) lag_s: [f64; 6],
     pub(crate) force_lag_s: [f64; 6],
@@ -15,7 +15,7 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
-    pub(crate) fn of(model: &PlantModel) -> Self {
+    pub(crate) fn from_model(model: &PlantModel) -> Self {
         let axes = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
             Dof::ALL.map(|dof| {
                 let found = model.actuation.get(&dof).and_then(|actuation| of(actuation).as_ref());
@@ -30,7 +30,7 @@ impl Fitted {
         }
     }
 
-    /// The places of a template that stand for these numbers.
+    /// Returns the template's placeholders with these numbers.
     pub(crate) fn places(&self) -> [(&'static str, String); 4] {
         [
             ("LAG", numbers(self.lag_s)),
@@ -41,12 +41,12 @@ impl Fitted {
     }
 }
 
-/// Inputs with which propellers stand still.
+/// Returns the inputs at which propellers are at rest.
 pub(crate) fn neutral(model: &PlantModel) -> String {
     numbers(model.thrusters.iter().map(|thruster| thruster.curve.neutral()))
 }
 
-/// How a language writes a thrust curve.
+/// Syntax of a thrust curve in a language.
 pub(crate) struct CurveSyntax {
     /// The name of the thruster's input.
     pub(crate) input: &'static str,
@@ -54,12 +54,13 @@ pub(crate) struct CurveSyntax {
     pub(crate) supply_v: &'static str,
     /// A list of expressions.
     pub(crate) list: fn(&str) -> String,
-    /// The function of `x`, points and values that interpolates linearly and holds its ends.
+    /// Name of the function of `x`, points and values that interpolates linearly and holds its
+    /// ends.
     pub(crate) interpolated: &'static str,
 }
 
 impl CurveSyntax {
-    /// The thrust of an input as an expression: `quadratic(…)` or an interpolation.
+    /// Returns the thrust of an input as an expression: `quadratic(…)` or an interpolation.
     pub(crate) fn thrust(&self, curve: &ThrustCurve) -> String {
         match curve {
             ThrustCurve::Quadratic { law, .. } => {

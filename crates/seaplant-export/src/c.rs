@@ -1,4 +1,4 @@
-//! One header in C, with no dependency but math.h: the reference of every other format.
+//! Writes one header in C, with no dependency but math.h: the reference for every other format.
 
 use seaplant::exchange::PlantModel;
 use seaplant::{ThrustCurve, ThrustTable};
@@ -38,12 +38,12 @@ impl Exporter for C {
 }
 
 pub(crate) fn remarks<'a>(model: &'a PlantModel, format: &'a str) -> Remarks<'a> {
-    // Without thrusters there is nothing that lags inside.
+    // Without thrusters the header contains no lag.
     let limits = if model.thrusters.is_empty() { without_actuation(model) } else { None };
     Remarks { model, format, frame: Frame::Frd, limits: limits.into_iter().collect() }
 }
 
-/// The header as text.
+/// Returns the header as text.
 pub(crate) fn header(model: &PlantModel, remarks: &Remarks<'_>) -> String {
     let places = [
         ("REMARKS", commented(&remarks.lines(), " *").trim_end().to_owned()),
@@ -82,7 +82,7 @@ fn std(model: &PlantModel) -> String {
     )
 }
 
-/// Thrust curves and allocation; nothing of a plant without thrusters.
+/// Returns thrust curves and allocation; empty for a plant without thrusters.
 fn actuators(model: &PlantModel) -> String {
     if model.thrusters.is_empty() {
         return String::new();
@@ -101,7 +101,7 @@ fn actuators(model: &PlantModel) -> String {
         .map(|k| format!("    case {k}: return seaplant_thrust_{k}(input, supply_v);\n"))
         .collect();
     let mut places = vec![("CASES", cases)];
-    places.extend(Fitted::of(model).places());
+    places.extend(Fitted::from_model(model).places());
     text + &fill(WRENCH, &places)
 }
 

@@ -1,4 +1,4 @@
-//! A module for CasADi, ready for acados.
+//! Writes a module for CasADi, ready for acados.
 
 use seaplant::Thruster;
 use seaplant::exchange::PlantModel;
@@ -56,7 +56,7 @@ impl Exporter for Casadi {
     }
 }
 
-/// Thrust curves and what stands behind them as expressions; nothing of a plant without thrusters.
+/// Returns thrust curves and their dynamics as expressions; empty for a plant without thrusters.
 fn actuators(model: &PlantModel) -> String {
     if model.thrusters.is_empty() {
         return String::new();
@@ -75,6 +75,6 @@ fn actuators(model: &PlantModel) -> String {
         ("NEUTRAL", neutral(model)),
         ("CURVES", of(&law)),
     ];
-    places.extend(Fitted::of(model).places());
+    places.extend(Fitted::from_model(model).places());
     fill(include_str!("templates/casadi_actuators.py"), &places)
 }

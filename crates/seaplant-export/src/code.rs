@@ -1,4 +1,4 @@
-//! The equation of motion as lines of code, in any language with products and moduli.
+//! Writes the equation of motion as code, in any language with products and moduli.
 
 use seaplant::exchange::PlantModel;
 use seaplant::plant::{Basis, NO_WAY, Product};
@@ -6,19 +6,19 @@ use seaplant::{Dof, ThrustCurve};
 
 use crate::remarks::knows;
 
-/// How a language writes what the equation needs.
+/// Syntax of a language.
 pub(crate) struct Syntax {
-    /// An element of a vector, counted from 0: `nu`, 3 → `nu[3]`.
+    /// Returns an element of a vector, counted from 0: `nu`, 3 → `nu[3]`.
     pub(crate) element: fn(&str, usize) -> String,
-    /// The modulus of an expression.
+    /// Returns the modulus of an expression.
     pub(crate) modulus: fn(&str) -> String,
-    /// The square root of an expression.
+    /// Returns the square root of an expression.
     pub(crate) root: fn(&str) -> String,
-    /// An element of a matrix, counted from 0.
+    /// Returns an element of a matrix, counted from 0.
     pub(crate) entry: fn(&str, usize, usize) -> String,
-    /// Adds an expression to a place.
+    /// Adds an expression to a variable.
     pub(crate) add: fn(&str, &str) -> String,
-    /// Sets a place to an expression.
+    /// Sets a variable to an expression.
     pub(crate) set: fn(&str, &str) -> String,
 }
 
@@ -26,22 +26,22 @@ pub(crate) fn bracket(name: &str, k: usize) -> String {
     format!("{name}[{k}]")
 }
 
-/// A number that every language here reads back as the same.
+/// Formats a number so that every language here reads the same value.
 pub(crate) fn number(x: f64) -> String {
     format!("{x:?}")
 }
 
-/// Numbers separated by commas.
+/// Formats numbers separated by commas.
 pub(crate) fn numbers(values: impl IntoIterator<Item = f64>) -> String {
     values.into_iter().map(number).collect::<Vec<_>>().join(", ")
 }
 
-/// Lines of a block, each with an indent.
+/// Formats lines of a block, each with an indent.
 pub(crate) fn block(lines: &[String], indent: &str) -> String {
     lines.iter().map(|line| format!("{indent}{line}\n")).collect()
 }
 
-/// The name of a coefficient in code: `yaw: |v|r` is `yaw_absv_r`.
+/// Returns the name of a coefficient in code: `yaw: |v|r` becomes `yaw_absv_r`.
 pub(crate) fn identifier(name: &str) -> String {
     let mut text = String::new();
     let (mut is_open, mut is_apart) = (false, false);
@@ -70,7 +70,7 @@ pub(crate) fn identifier(name: &str) -> String {
     if text.starts_with(|c: char| c.is_ascii_digit()) { format!("n{text}") } else { text }
 }
 
-/// Identifiers of names, each unique.
+/// Returns a unique identifier for each name.
 pub(crate) fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let mut taken: Vec<String> = Vec::new();
     for name in names {
@@ -89,23 +89,23 @@ pub(crate) fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<S
     taken
 }
 
-/// The names of all coefficients, as results have them.
+/// Returns the names of all coefficients, as in results.
 pub(crate) fn names(model: &PlantModel) -> Vec<String> {
     model.plant.structure().names()
 }
 
-/// The indices of the plant's axes.
+/// Returns the indices of the plant's axes.
 pub(crate) fn axes(model: &PlantModel) -> Vec<usize> {
     model.plant.axes().iter().map(|dof| dof.index()).collect()
 }
 
-/// Ones at the plant's axes.
+/// Returns ones at the plant's axes.
 pub(crate) fn own(model: &PlantModel) -> [u8; 6] {
     Dof::ALL.map(|dof| u8::from(model.plant.axes().contains(&dof)))
 }
 
 impl Syntax {
-    /// M of all six axes out of `theta`, set entry by entry.
+    /// Returns M of all six axes from `theta`, set entry by entry.
     pub(crate) fn mass(&self, model: &PlantModel, target: &str) -> Vec<String> {
         let mut lines = Vec::new();
         for (k, term) in model.plant.structure().terms().iter().enumerate() {
@@ -130,7 +130,7 @@ impl Syntax {
         factors.chain(speeds).collect::<Vec<_>>().join(" * ")
     }
 
-    /// U, or what stands for 1/U.
+    /// Returns U, or the regularised 1/U.
     fn speed(&self, divides: bool) -> String {
         let nu = |k: usize| (self.element)("nu", k);
         let squares = (0..3).map(|k| format!("{0} * {0}", nu(k))).collect::<Vec<_>>().join(" + ");
@@ -138,8 +138,8 @@ impl Syntax {
         if divides { format!("({speed} / ({squares} + {}))", number(NO_WAY)) } else { speed }
     }
 
-    /// Sets p, q and r in `nu` of rotations that the plant does not have to those that hold their
-    /// angles, by `down`: [`seaplant::plant::Plant::with_held_angles`] in code.
+    /// Sets p, q and r in `nu` of rotations that the plant does not have to the rates that hold
+    /// their angles, by `down`: [`seaplant::plant::Plant::with_held_angles`] in code.
     pub(crate) fn held(&self, model: &PlantModel) -> Vec<String> {
         let [roll, pitch, yaw] = [Dof::Roll, Dof::Pitch, Dof::Yaw].map(|dof| knows(model, dof));
         let nu = |k: usize| (self.element)("nu", k);
@@ -176,7 +176,7 @@ impl Syntax {
         lines
     }
 
-    /// Damping, restoring and constant forces of `theta`, `nu` and `down`, added to `n`.
+    /// Returns damping, restoring and constant forces of `theta`, `nu` and `down`, added to `n`.
     pub(crate) fn forces(&self, model: &PlantModel) -> Vec<String> {
         let mut lines = Vec::new();
         for (k, term) in model.plant.structure().terms().iter().enumerate() {
@@ -184,7 +184,7 @@ impl Syntax {
             let n = |row: usize| (self.element)("n", row);
             let down = |row: usize| (self.element)("down", row);
             match *term {
-                // What effects push with comes in with tau.
+                // Forces of effects are part of tau.
                 Basis::Mass(..) | Basis::Effect(_) => {}
                 Basis::Product(on, product) => {
                     let value = format!("{theta} * {}", self.product(&product));
@@ -194,7 +194,7 @@ impl Syntax {
                 Basis::WeightExcess => lines
                     .extend((0..3).map(|i| (self.add)(&n(i), &format!("-{theta} * {}", down(i))))),
                 Basis::Lever(axis) => {
-                    // −e × k: rows after the axis and after that, in turn.
+                    // −e × k: the rows of the next two axes in cyclic order.
                     let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
                     let plus = format!("{theta} * {}", down(c));
                     let minus = format!("-{theta} * {}", down(b));
@@ -207,7 +207,7 @@ impl Syntax {
     }
 }
 
-/// What the curve of a thruster reads, and in which unit.
+/// Describes the input of a thruster's curve, and its unit.
 pub(crate) fn input_of(curve: &ThrustCurve) -> String {
     format!("{} [{}]", curve.input().name(), curve.input().unit())
 }

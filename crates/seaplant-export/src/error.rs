@@ -1,13 +1,13 @@
-/// Why a plant could not be exported.
+/// Reason why a plant could not be exported.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A name that is no format.
+    /// An unknown format.
     #[error("unknown export format `{found}`; expected {known}")]
     UnknownFormat {
-        /// What was asked for.
+        /// The requested name.
         found: String,
-        /// What there is.
+        /// The known names.
         known: String,
     },
     /// A plant that should not be used.
@@ -15,21 +15,21 @@ pub enum Error {
         "this plant should not be used: {reasons}; identify a better one, or export it all the same with --anyway"
     )]
     DoNotUse {
-        /// Why.
+        /// The reasons.
         reasons: String,
     },
-    /// A plant that the format has no place for.
+    /// A plant that the format cannot represent.
     #[error("{format} cannot hold this plant: {reason}")]
     Unsuitable {
-        /// Which format.
+        /// The format.
         format: &'static str,
-        /// What is wrong, and what to do.
+        /// The problem, with advice.
         reason: String,
     },
     /// An archive that could not be made.
     #[error("the archive could not be made: {reason}")]
     Write {
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }

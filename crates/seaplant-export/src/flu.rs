@@ -1,10 +1,10 @@
-//! From x forward, y starboard, z down to x forward, y port, z up.
+//! Converts from x forward, y starboard, z down to x forward, y port, z up.
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use seaplant::Dof;
 use seaplant::plant::Product;
 
-/// The sign that an axis's force or velocity takes: T = diag(1, −1, −1, 1, −1, −1).
+/// Returns the sign of an axis's force or velocity: T = diag(1, −1, −1, 1, −1, −1).
 pub(crate) const fn sign(dof: Dof) -> f64 {
     match dof {
         Dof::Surge | Dof::Roll => 1.0,
@@ -12,23 +12,23 @@ pub(crate) const fn sign(dof: Dof) -> f64 {
     }
 }
 
-/// `T M T`.
+/// Computes `T M T`.
 pub(crate) fn matrix(m: &Matrix6<f64>) -> Matrix6<f64> {
     Matrix6::from_fn(|i, j| sign(Dof::ALL[i]) * sign(Dof::ALL[j]) * m[(i, j)])
 }
 
-/// A vector of the body.
+/// Converts a vector in body axes.
 pub(crate) fn vector(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(v.x, -v.y, -v.z)
 }
 
-/// An inertia.
+/// Converts an inertia.
 pub(crate) fn inertia(m: &Matrix3<f64>) -> Matrix3<f64> {
     let t = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
     t * m * t
 }
 
-/// The sign that the coefficient of a product takes: of its row and of each factor but moduli.
+/// Returns the sign of a product's coefficient: of its row and of each factor except moduli.
 pub(crate) fn of_product(on: Dof, product: &Product) -> f64 {
     let plain = product.factors().filter(|factor| !factor.modulus);
     sign(on) * plain.map(|factor| sign(factor.of)).product::<f64>()

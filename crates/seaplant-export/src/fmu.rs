@@ -1,4 +1,5 @@
-//! A co-simulation FMU of FMI 3.0: sources inside, and a binary where there is a C compiler.
+//! Writes a co-simulation FMU of FMI 3.0: with sources, and with a binary where there is a C
+//! compiler.
 
 mod description;
 mod variables;
@@ -17,7 +18,7 @@ use variables::Variables;
 
 pub(crate) struct Fmu;
 
-/// What the model is called inside.
+/// Model identifier.
 const IDENTIFIER: &str = "seaplant_plant";
 
 impl Exporter for Fmu {
@@ -31,7 +32,7 @@ impl Exporter for Fmu {
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
         let mut remarks = c::remarks(model, "fmu");
-        let variables = Variables::of(model);
+        let variables = Variables::from_model(model);
         let header = c::header(model, &remarks);
         let binary = compiled(&source(&variables, "0"), &header);
         match &binary {
@@ -48,8 +49,7 @@ impl Exporter for Fmu {
     }
 }
 
-/// The FMU as a zip archive, the same bytes whenever it is made of the same plant but for what
-/// the compiler makes.
+/// Returns the FMU as a zip archive, which is reproducible except for the compiler's output.
 fn archive(
     model: &PlantModel,
     remarks: &Remarks<'_>,
@@ -121,7 +121,7 @@ fn thrusters(variables: &Variables) -> String {
     )
 }
 
-/// FMI's name of this system, if it has one for it.
+/// Returns FMI's name of this platform, if it has one.
 fn platform() -> Option<String> {
     let system = match std::env::consts::OS {
         "linux" => "linux",
@@ -146,8 +146,8 @@ const fn ending() -> &'static str {
     }
 }
 
-/// The platform and the binary, by the C compiler that `CC` names, or `cc`; else why there is
-/// none.
+/// Compiles with the C compiler in `CC`, or `cc`, and returns the platform and the binary, or else
+/// the reason for their absence.
 fn compiled(source: &str, header: &str) -> Result<(String, Vec<u8>), String> {
     let platform = platform().ok_or("FMI has no name for this system")?;
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;

@@ -1,4 +1,4 @@
-//! A model for gz-sim, with added mass in the physics engine.
+//! Writes a model for gz-sim, with added mass in the physics engine.
 
 use std::fmt::Write;
 
@@ -25,7 +25,7 @@ impl Exporter for Gazebo {
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
-        let link = Link::of(model, "gazebo")?;
+        let link = Link::from_model(model, "gazebo")?;
         let mut limits = link.notes.clone();
         limits.extend(missing(model));
         limits.extend(without_actuation(model));
@@ -44,13 +44,13 @@ impl Exporter for Gazebo {
     }
 }
 
-/// A name that files and topics take.
+/// Returns a name that is valid for files and topics.
 pub(crate) fn model_name(model: &PlantModel) -> String {
     let name = identifier(&model.name);
     if name.is_empty() { "vehicle".to_owned() } else { name }
 }
 
-/// Lines as one comment of XML.
+/// Formats lines as one XML comment.
 pub(crate) fn xml_comment(lines: &[String]) -> String {
     // Two hyphens end a comment.
     let safe = |line: &String| format!("  {}", line.replace("--", "- -"));
@@ -58,7 +58,7 @@ pub(crate) fn xml_comment(lines: &[String]) -> String {
     format!("<!--\n{inner}-->\n")
 }
 
-/// Text between tags.
+/// Escapes text between tags.
 pub(crate) fn escaped(text: &str) -> String {
     harmless(text)
         .replace('&', "&amp;")
@@ -70,7 +70,7 @@ pub(crate) fn escaped(text: &str) -> String {
 const ROWS: [char; 6] = ['x', 'y', 'z', 'k', 'm', 'n'];
 const COLUMNS: [char; 6] = ['U', 'V', 'W', 'P', 'Q', 'R'];
 
-/// The tag of a product: `xU`, `xUabsU`, `nUV`; none of three velocities or two moduli.
+/// Returns the tag of a product: `xU`, `xUabsU`, `nUV`; `None` for three velocities or two moduli.
 fn tag(on: Dof, product: &Product) -> Option<String> {
     let row = ROWS[on.index()];
     let factors: Vec<Factor> = product.factors().collect();
@@ -78,14 +78,14 @@ fn tag(on: Dof, product: &Product) -> Option<String> {
     match factors.as_slice() {
         _ if product.speed() != 0 => None,
         [one] if !one.modulus => Some(format!("{row}{}", letter(one))),
-        // Moduli stand first.
+        // Moduli come first.
         [a, b] if a.modulus && !b.modulus => Some(format!("{row}{}abs{}", letter(b), letter(a))),
         [a, b] if !a.modulus && !b.modulus => Some(format!("{row}{}{}", letter(a), letter(b))),
         _ => None,
     }
 }
 
-/// What the plugins have no place for.
+/// Lists what the plugins cannot represent.
 fn missing(model: &PlantModel) -> Vec<String> {
     let mut notes = Vec::new();
     for (term, value) in model.plant.structure().terms().iter().zip(model.plant.coefficients()) {
@@ -114,7 +114,7 @@ fn missing(model: &PlantModel) -> Vec<String> {
     notes
 }
 
-/// Thrusters whose greatest thrust nothing states.
+/// Notes thrusters whose greatest thrust is unknown.
 pub(crate) fn unlimited(model: &PlantModel) -> Option<String> {
     let is_open = |thruster: &&Thruster| model.thrust_limits(thruster).is_none();
     let names: Vec<&str> =
@@ -186,7 +186,7 @@ fn added_mass(added: &Matrix6<f64>) -> String {
     for i in 0..6 {
         for j in i..6 {
             let tag = format!("{}{}", LETTERS[i], LETTERS[j]);
-            // Without a sign: −0 is 0.
+            // Adding 0 removes the sign of −0.
             let _ = writeln!(text, "          <{tag}>{}</{tag}>", number(added[(i, j)] + 0.0));
         }
     }
@@ -213,7 +213,7 @@ fn hydrodynamics(model: &PlantModel) -> String {
     text + "    </plugin>\n"
 }
 
-/// A propeller weighs next to nothing: M is that of the vehicle as identified.
+/// Mass of a propeller, negligible: M is that of the vehicle as identified.
 const PROPELLER_KG: f64 = 1e-3;
 
 fn propeller(thruster: &Thruster, id: &str) -> String {
@@ -240,17 +240,17 @@ fn propeller(thruster: &Thruster, id: &str) -> String {
     )
 }
 
-/// The diameter that the coefficients are written for, m; only C ρ D⁴ counts.
+/// Diameter for which the coefficients are written, m; only C ρ D⁴ matters.
 const DIAMETER: f64 = 0.1;
 
-/// Thrust that no vehicle reaches, N: Thruster clips at 1000 N where it is told nothing.
+/// Thrust that no vehicle reaches, N: Thruster clips at 1000 N by default.
 const UNLIMITED: f64 = 1e9;
 
 fn thruster_plugin(model: &PlantModel, thruster: &Thruster, id: &str, name: &str) -> String {
     let scale = DENSITY * DIAMETER.powi(4);
     let coefficient = match &thruster.curve {
         ThrustCurve::Quadratic { input: seaplant::ThrusterInput::Speed, law } => law.forward,
-        // Commands, pulse widths and forces tell no speed: it is for the eye alone.
+        // The speed of commands, pulse widths and forces is unknown, and only visual.
         _ => 1e-3,
     };
     let [low, high] = model.thrust_limits(thruster).unwrap_or([-UNLIMITED, UNLIMITED]);

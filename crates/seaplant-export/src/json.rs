@@ -1,4 +1,5 @@
-//! Matrices as JSON, in Fossen's notation and SNAME's derivatives; `seaplant` reads it back.
+//! Writes matrices as JSON, in Fossen's notation and as SNAME's derivatives; `seaplant` reads it
+//! back.
 
 use std::collections::BTreeMap;
 
@@ -105,14 +106,14 @@ fn thruster(model: &PlantModel, thruster: &seaplant::Thruster) -> FileThruster {
     }
 }
 
-/// Rows over six axes; entries of axes that the plant does not have are unknown.
+/// Returns rows over six axes; entries of axes that the plant does not have are unknown.
 fn rows(model: &PlantModel, matrix: &Matrix6<f64>) -> Vec<Vec<Option<f64>>> {
     let known = |dof: Dof| model.plant.axes().contains(&dof);
     let entry = |i: Dof, j: Dof| (known(i) && known(j)).then(|| matrix[(i.index(), j.index())]);
     Dof::ALL.map(|i| Dof::ALL.map(|j| entry(i, j)).to_vec()).to_vec()
 }
 
-/// A damping matrix of all six axes, zero where there is no term.
+/// Returns a damping matrix of all six axes, zero where there is no term.
 pub(crate) fn damping(model: &PlantModel, product: fn(Dof) -> Product) -> Matrix6<f64> {
     let mut matrix = Matrix6::zeros();
     for on in Dof::ALL {
@@ -151,18 +152,18 @@ fn derived(model: &PlantModel) -> Derived {
     }
 }
 
-/// Forces and velocities by SNAME's letters.
+/// SNAME's letters of forces and velocities.
 pub(crate) const FORCES: [&str; 6] = ["X", "Y", "Z", "K", "M", "N"];
 pub(crate) const VELOCITIES: [&str; 6] = ["u", "v", "w", "p", "q", "r"];
 
-/// X_udot, X_u, X_u|u|, N_uv …: minus what stands on the left of the equation.
+/// Returns X_udot, X_u, X_u|u|, N_uv …: minus the coefficients on the left of the equation.
 pub(crate) fn sname(model: &PlantModel) -> BTreeMap<String, f64> {
     let mut all = BTreeMap::new();
     let rigid = model.rigid_body.as_ref().map(|body| body.mass_matrix());
     for (term, value) in model.plant.structure().terms().iter().zip(model.plant.coefficients()) {
         match term {
             Basis::Mass(i, j) => {
-                // Without the rigid body nothing is known of what the water adds.
+                // Without the rigid body, added mass is unknown.
                 let Some(rigid) = rigid else { continue };
                 let (i, j) = (i.index(), j.index());
                 let added = value - rigid[(i, j)];

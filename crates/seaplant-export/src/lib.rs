@@ -1,4 +1,4 @@
-//! Plants for the tools that people have: one exporter a format.
+//! Exports plants for other software: one exporter per format.
 //!
 //! ```
 //! use seaplant::exchange::PlantFile;
@@ -44,30 +44,30 @@ pub use remarks::doubts;
 /// A file of an export.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExportedFile {
-    /// Where, relative to the folder.
+    /// Path relative to the folder.
     pub path: String,
-    /// What.
+    /// Content.
     pub bytes: Vec<u8>,
 }
 
-/// What an export made.
+/// Result of an export.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Exported {
     /// The files, the one to begin with first.
     pub files: Vec<ExportedFile>,
-    /// What the format cannot hold, what is not known, and what to mind; also in the files.
+    /// Limitations of the format, unknowns and warnings; also in the files.
     pub notes: Vec<String>,
 }
 
-/// A format that a plant can be written in.
+/// A format in which a plant can be written.
 pub trait Exporter: Sync {
-    /// What the command line calls it.
+    /// Returns the name on the command line.
     fn name(&self) -> &'static str;
 
-    /// What it is, in half a line.
+    /// Describes the format in half a line.
     fn about(&self) -> &'static str;
 
-    /// The files of a plant.
+    /// Returns the files of a plant.
     ///
     /// # Errors
     /// [`Error::Unsuitable`] if the format has no place for what the plant is; [`Error::Write`]
@@ -75,7 +75,7 @@ pub trait Exporter: Sync {
     fn files(&self, model: &PlantModel) -> Result<Exported, Error>;
 }
 
-/// Every format, in the order in which help lists them.
+/// All formats, in the order in which help lists them.
 pub const EXPORTERS: [&dyn Exporter; 11] = [
     &c::C,
     &rust::Rust,
@@ -90,7 +90,7 @@ pub const EXPORTERS: [&dyn Exporter; 11] = [
     &json::Json,
 ];
 
-/// The exporter of a name.
+/// Returns the exporter of a name.
 ///
 /// # Errors
 /// [`Error::UnknownFormat`], with all names.
@@ -101,13 +101,13 @@ pub fn exporter(name: &str) -> Result<&'static dyn Exporter, Error> {
     })
 }
 
-/// Whether a plant that should not be used may leave the program all the same.
+/// Permission to export a plant that should not be used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Permission {
-    /// It stays.
+    /// Such plants are refused.
     #[default]
     Checked,
-    /// It leaves, and carries the reasons against it.
+    /// Such plants are exported with the reasons against them.
     Anyway,
 }
 

@@ -1,5 +1,5 @@
-//! A plant as simulators of rigid bodies want it: a link with mass and inertia, added mass beside
-//! it, and a volume that floats.
+//! A plant in the form of rigid-body simulators: a link with mass and inertia, its added mass, and
+//! a buoyant volume.
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use seaplant::Dof;
@@ -18,19 +18,19 @@ pub(crate) struct Link {
     pub(crate) centre_of_gravity: Vector3<f64>,
     /// About the centre of gravity, kg m².
     pub(crate) inertia: Matrix3<f64>,
-    /// M minus that of the link, about the origin; zero at axes that are not known.
+    /// M minus that of the link, about the origin; zero at unknown axes.
     pub(crate) added: Matrix6<f64>,
-    /// Of the water that carries it, m³ at [`DENSITY`].
+    /// Displaced volume, m³ at [`DENSITY`].
     pub(crate) volume: f64,
     pub(crate) centre_of_buoyancy: Vector3<f64>,
-    /// What had to be chosen.
+    /// Assumptions made.
     pub(crate) notes: Vec<String>,
 }
 
 impl Link {
     /// # Errors
     /// [`Error::Unsuitable`] if nothing tells a mass, or the vehicle has no buoyancy.
-    pub(crate) fn of(model: &PlantModel, format: &'static str) -> Result<Self, Error> {
+    pub(crate) fn from_model(model: &PlantModel, format: &'static str) -> Result<Self, Error> {
         let mut notes = Vec::new();
         let body = match model.rigid_body {
             Some(body) => body,
@@ -74,7 +74,8 @@ impl Link {
         })
     }
 
-    /// The sides of a box of the link's volume, like the hull where its size is known.
+    /// Returns the sides of a box of the link's volume, shaped like the hull where its size is
+    /// known.
     pub(crate) fn sides(&self, model: &PlantModel) -> [f64; 3] {
         let [a, b, c] = model.size_m.unwrap_or([1.0; 3]);
         let scale = (self.volume / (a * b * c)).cbrt();
@@ -82,7 +83,7 @@ impl Link {
     }
 }
 
-/// A rigid body for a vehicle whose own is not known: M as a whole is what counts.
+/// Returns a rigid body for a vehicle whose own is unknown: only the sum M matters.
 fn stand_in(
     model: &PlantModel,
     format: &'static str,
@@ -118,7 +119,7 @@ fn stand_in(
         .map_err(|error| Error::Unsuitable { format, reason: error.to_string() })
 }
 
-/// W − B and `W r_G − B r_B`: fitted, else of the vehicle as described, else none.
+/// Returns W − B and `W r_G − B r_B`: fitted, else from the vehicle's description, else zero.
 fn restoring(model: &PlantModel, notes: &mut Vec<String>) -> (f64, Vector3<f64>) {
     let described = model.rigid_body.as_ref().zip(model.buoyancy.as_ref());
     let described = described.map(|(body, buoyancy)| buoyancy.restoring(body));

@@ -1,4 +1,4 @@
-//! An m-file in the style of MSS, for MATLAB and Octave.
+//! Writes an m-file in the style of MSS, for MATLAB and Octave.
 
 use seaplant::exchange::PlantModel;
 
@@ -68,7 +68,7 @@ impl Exporter for Octave {
     }
 }
 
-/// The thrusters of a plant that has some.
+/// Returns the thrusters' code, if the plant has thrusters.
 fn thrusters(model: &PlantModel, comment: String) -> String {
     let (mut inputs, mut allocation, mut cases) = (String::new(), String::new(), String::new());
     for (k, thruster) in model.thrusters.iter().enumerate() {
@@ -84,6 +84,6 @@ fn thrusters(model: &PlantModel, comment: String) -> String {
         ("NEUTRAL", neutral(model)),
         ("CASES", cases),
     ];
-    places.extend(Fitted::of(model).places());
+    places.extend(Fitted::from_model(model).places());
     fill(include_str!("templates/thrusters.m"), &places)
 }

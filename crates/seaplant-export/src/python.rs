@@ -1,4 +1,4 @@
-//! A module for NumPy.
+//! Writes a module for NumPy.
 
 use seaplant::exchange::PlantModel;
 
@@ -43,7 +43,7 @@ impl Exporter for Python {
     }
 }
 
-/// The module as text.
+/// Returns the module as text.
 pub(crate) fn module(model: &PlantModel, remarks: &Remarks<'_>) -> String {
     let places = [
         ("REMARKS", commented(&remarks.lines(), "#").trim_end().to_owned()),
@@ -59,7 +59,7 @@ pub(crate) fn module(model: &PlantModel, remarks: &Remarks<'_>) -> String {
     fill(include_str!("templates/plant.py"), &places).trim_end().to_owned() + "\n"
 }
 
-/// The names of coefficients as a list of Python.
+/// Returns the names of coefficients as a Python list.
 pub(crate) fn name_list(model: &PlantModel) -> String {
     let quoted: Vec<String> = names(model).iter().map(|name| format!("\"{name}\"")).collect();
     format!("[{}]", quoted.join(", "))
@@ -95,7 +95,7 @@ fn actuators(model: &PlantModel) -> String {
     for thruster in &model.thrusters {
         text += &format!("    lambda x, volts: {},\n", CURVES.thrust(&thruster.curve));
     }
-    text + "]\n" + &fill(WRENCH, &Fitted::of(model).places())
+    text + "]\n" + &fill(WRENCH, &Fitted::from_model(model).places())
 }
 
 const QUADRATIC: &str = "

@@ -1,4 +1,4 @@
-//! What every exported file says of itself: units, frames, source, settings, uncertainty, doubts.
+//! Remarks in every exported file: units, frames, source, settings, uncertainty, doubts.
 
 use seaplant::exchange::{Judgement, PlantModel};
 use seaplant::plant::Basis;
@@ -7,7 +7,7 @@ use seaplant::{Dof, ThrustCurve};
 
 use crate::code::input_of;
 
-/// The frames in which a format's numbers stand.
+/// Frames of a format's numbers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Frame {
     /// x forward, y starboard, z down; world north, east, down.
@@ -29,18 +29,18 @@ impl Frame {
     }
 }
 
-/// What an exporter says of the plant beside its format's own words.
+/// Remarks of an exporter on a plant.
 pub(crate) struct Remarks<'a> {
     pub(crate) model: &'a PlantModel,
-    /// What the format is called.
+    /// Name of the format.
     pub(crate) format: &'a str,
     pub(crate) frame: Frame,
-    /// What the format leaves out or does otherwise.
+    /// Limitations and deviations of the format.
     pub(crate) limits: Vec<String>,
 }
 
 impl Remarks<'_> {
-    /// What is told on the terminal, and stands in the file: unknown axes, limits, notes, doubts.
+    /// Returns the notes for the terminal and the file: unknown axes, limits, notes, doubts.
     pub(crate) fn notes(&self) -> Vec<String> {
         let mut notes = unknown(self.model);
         notes.extend(self.limits.iter().cloned());
@@ -52,7 +52,7 @@ impl Remarks<'_> {
         notes
     }
 
-    /// All lines, without the marks of a comment; safe in any.
+    /// Returns all lines, without comment marks; safe in any kind of comment.
     pub(crate) fn lines(&self) -> Vec<String> {
         let model = self.model;
         let mut lines = vec![
@@ -87,7 +87,7 @@ impl Remarks<'_> {
     }
 }
 
-/// A line that ends no comment and moves no cursor: names come from whoever made them.
+/// Escapes a line so that it ends no comment and moves no cursor: names are untrusted.
 pub(crate) fn harmless(line: &str) -> String {
     let plain: String = line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let turned: String = plain
@@ -140,7 +140,7 @@ fn coefficients(model: &PlantModel) -> Vec<String> {
     lines
 }
 
-/// Four significant digits.
+/// Formats four significant digits.
 pub(crate) fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
@@ -192,7 +192,7 @@ fn vehicle(model: &PlantModel, lines: &mut Vec<String>) {
     lines.extend(actuation(model));
 }
 
-/// Lag, delay and reverse ratio, by axis.
+/// Returns lag, delay and reverse ratio, by axis.
 pub(crate) fn actuation(model: &PlantModel) -> Vec<String> {
     let mut lines = Vec::new();
     for (dof, actuation) in &model.actuation {
@@ -212,7 +212,7 @@ pub(crate) fn actuation(model: &PlantModel) -> Vec<String> {
     lines
 }
 
-/// What a format without actuators says where lag, delay or a reverse ratio was found.
+/// Returns the remark of a format without actuators on fitted lag, delay or reverse ratio.
 pub(crate) fn without_actuation(model: &PlantModel) -> Option<String> {
     let found = actuation(model);
     (!found.is_empty()).then(|| {
@@ -223,8 +223,8 @@ pub(crate) fn without_actuation(model: &PlantModel) -> Option<String> {
     })
 }
 
-/// What a format says of rudders, fins, propellers of unknown strength and wind, for which it has
-/// no place: their forces come in with the others.
+/// Returns the remark of a format that cannot represent rudders, fins, propellers of unknown
+/// strength and wind: their forces are inputs with the others.
 fn effects(model: &PlantModel) -> Option<String> {
     let structure = model.plant.structure();
     let terms = structure.terms().iter().zip(model.plant.coefficients());
@@ -243,8 +243,8 @@ fn effects(model: &PlantModel) -> Option<String> {
     })
 }
 
-/// What the verdicts and the signs of its drag say against a plant, part by part; nothing of a
-/// usable one.
+/// Returns the objections to a plant from its verdicts and the signs of its drag, part by part;
+/// empty for a usable one.
 pub fn doubts(model: &PlantModel) -> Vec<String> {
     let of = |judgement: &Judgement| {
         let word = match judgement.verdict.trust {
@@ -272,12 +272,12 @@ fn judgement(of: &Judgement) -> Vec<String> {
     lines
 }
 
-/// Whether an axis is known.
+/// Returns whether an axis is known.
 pub(crate) fn knows(model: &PlantModel, dof: Dof) -> bool {
     model.plant.axes().contains(&dof)
 }
 
-/// Products that are neither linear nor quadratic in one axis, by name and value.
+/// Returns the products that are neither linear nor quadratic in one axis, by name and value.
 pub(crate) fn other_products(
     model: &PlantModel,
 ) -> Vec<(String, Dof, seaplant::plant::Product, f64)> {
@@ -296,7 +296,7 @@ pub(crate) fn other_products(
         .collect()
 }
 
-/// Constant forces, by axis.
+/// Returns constant forces, by axis.
 pub(crate) fn constants(model: &PlantModel) -> Vec<(Dof, f64)> {
     let terms = model.plant.structure().terms().iter().zip(model.plant.coefficients());
     terms
@@ -307,7 +307,7 @@ pub(crate) fn constants(model: &PlantModel) -> Vec<(Dof, f64)> {
         .collect()
 }
 
-/// Lines as comments, each after a mark.
+/// Formats lines as comments, each after a mark.
 pub(crate) fn commented(lines: &[String], mark: &str) -> String {
     lines.iter().map(|line| format!("{mark} {line}").trim_end().to_owned() + "\n").collect()
 }

@@ -1,4 +1,4 @@
-//! A package for ROS 2: the plant as a node, and its numbers as parameters.
+//! Writes a package for ROS 2: the plant as a node, and its numbers as parameters.
 
 use nalgebra::Matrix6;
 use seaplant::Dof;
@@ -48,7 +48,7 @@ impl Exporter for Ros2 {
     }
 }
 
-/// What the package is called, which names its folders.
+/// Name of the package and its folders.
 const PACKAGE: &str = "seaplant_plant";
 
 fn filled(template: &str) -> String {
@@ -107,7 +107,7 @@ fn thruster_names(model: &PlantModel) -> String {
     quoted.collect::<Vec<_>>().join(", ")
 }
 
-/// Every coefficient with its standard deviation.
+/// Returns every coefficient with its standard deviation.
 fn coefficients(model: &PlantModel) -> Vec<String> {
     let names = names(model);
     let ids = identifiers(names.iter().map(String::as_str));
@@ -122,7 +122,7 @@ fn coefficients(model: &PlantModel) -> Vec<String> {
     lines
 }
 
-/// What stands in no matrix.
+/// Returns the terms that are in no matrix.
 fn other_terms(model: &PlantModel) -> Vec<String> {
     let products = other_products(model);
     let quoted: Vec<String> = products.iter().map(|(name, ..)| format!("\"{name}\"")).collect();

@@ -1,4 +1,4 @@
-//! One module in Rust, with no dependency.
+//! Writes one module in Rust, with no dependency.
 
 use seaplant::ThrustCurve;
 use seaplant::exchange::PlantModel;
@@ -62,7 +62,7 @@ impl Exporter for Rust {
     }
 }
 
-/// Thrust curves and what stands behind them; nothing of a plant without thrusters.
+/// Returns thrust curves and their dynamics; empty for a plant without thrusters.
 fn actuators(model: &PlantModel) -> String {
     if model.thrusters.is_empty() {
         return String::new();
@@ -89,7 +89,7 @@ fn actuators(model: &PlantModel) -> String {
         ("LAWS", laws),
         ("CASES", model.thrusters.iter().enumerate().map(case).collect()),
     ];
-    places.extend(Fitted::of(model).places());
+    places.extend(Fitted::from_model(model).places());
     fill(include_str!("templates/actuators.rs.txt"), &places)
 }
 

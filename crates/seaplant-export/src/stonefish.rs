@@ -1,4 +1,4 @@
-//! A scenario for Stonefish: what its geometry-based model can be made to do.
+//! Writes a scenario for Stonefish, as far as its geometry-based model permits.
 
 use std::fmt::Write;
 
@@ -16,7 +16,7 @@ use crate::{Error, Exported, ExportedFile, Exporter};
 
 pub(crate) struct Stonefish;
 
-/// The speed at which drag is that of the plant, m/s.
+/// Speed at which drag equals that of the plant, m/s.
 const SPEED: f64 = 1.0;
 
 impl Exporter for Stonefish {
@@ -29,7 +29,7 @@ impl Exporter for Stonefish {
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
-        let link = Link::of(model, "stonefish")?;
+        let link = Link::from_model(model, "stonefish")?;
         let mut limits = link.notes.clone();
         limits.extend(missing(model, &link));
         limits.extend(without_actuation(model));
@@ -67,12 +67,12 @@ fn missing(model: &PlantModel, link: &Link) -> Vec<String> {
     notes
 }
 
-/// Inertia of the body with the added inertia that was identified, kg m².
+/// Returns the inertia of the body with the identified added inertia, kg m².
 fn wanted(link: &Link) -> [f64; 3] {
     [0, 1, 2].map(|k| link.inertia[(k, k)] + link.added[(3 + k, 3 + k)])
 }
 
-/// Added inertia that Stonefish computes for a submerged box, kg m².
+/// Computes the added inertia that Stonefish assigns to a submerged box, kg m².
 ///
 /// It fits an ellipsoid about the corners, whose semi-axes are √3 times half of the sides, and takes
 /// 0, `π ρ b² a³/12` and `π ρ c² a³/12`.
@@ -82,10 +82,11 @@ fn own_added_inertia(sides: [f64; 3]) -> [f64; 3] {
     [0.0, about(b), about(c)]
 }
 
-/// The part of an inertia that is left to the body where Stonefish adds more than there is.
+/// Minimum fraction of an inertia that remains for the body where Stonefish adds more than the
+/// total.
 const LEAST_PART: f64 = 0.01;
 
-/// The inertia to write: with what Stonefish adds it is that of the plant.
+/// Returns the inertia to write: with Stonefish's addition it equals that of the plant.
 fn inertia(link: &Link, sides: [f64; 3]) -> [f64; 3] {
     let (wanted, added) = (wanted(link), own_added_inertia(sides));
     [0, 1, 2].map(|k| (wanted[k] - added[k]).max(LEAST_PART * wanted[k]))
@@ -104,7 +105,7 @@ fn inertia_note(model: &PlantModel, link: &Link) -> String {
     )
 }
 
-/// Water at rest, without which a scenario does not load.
+/// Returns water at rest, without which a scenario does not load.
 fn environment() -> String {
     format!(
         "  <environment>
@@ -181,7 +182,7 @@ fn scenario(model: &PlantModel, link: &Link, comment: &str) -> String {
     text + "    <world_transform xyz=\"0.0 0.0 5.0\" rpy=\"0.0 0.0 0.0\"/>\n  </robot>\n</scenario>\n"
 }
 
-/// The greatest thrust either way, where it is known.
+/// Returns the greatest thrust either way, where it is known.
 fn limits(model: &PlantModel, thruster: &Thruster) -> String {
     let line = |[low, high]: [f64; 2]| {
         let (low, high) = (number(low), number(high));
@@ -190,13 +191,13 @@ fn limits(model: &PlantModel, thruster: &Thruster) -> String {
     model.thrust_limits(thruster).map_or(String::new(), line)
 }
 
-/// Roll, pitch and yaw that turn x into a direction.
+/// Returns roll, pitch and yaw that turn x to a direction.
 fn turned(direction: &Vector3<f64>) -> [f64; 3] {
     [0.0, -direction.z.atan2(direction.x.hypot(direction.y)), direction.y.atan2(direction.x)]
 }
 
-/// Coefficients of skin and pressure drag by axis: `½ ρ C A v³` and `ρ C A v` of a box's faces.
-/// Axes that are not known have 0.
+/// Returns the coefficients of skin and pressure drag by axis: `½ ρ C A v³` and `ρ C A v` of a
+/// box's faces. Unknown axes have 0.
 fn drag(model: &PlantModel, sides: [f64; 3]) -> [String; 2] {
     let linear = damping(model, Product::linear);
     let quadratic = damping(model, Product::quadratic);
@@ -226,10 +227,11 @@ mod tests {
     }
 
     #[test]
-    fn inertia_with_what_stonefish_adds_is_that_of_the_plant() {
+    fn inertia_with_stonefishs_addition_is_that_of_the_plant() {
         let model = rexrov();
-        let link = Link::of(&model, "stonefish").expect("a body");
-        // Of RexROV's table: I + M_A about its origin, and an ellipsoid of √3 times half of the box.
+        let link = Link::from_model(&model, "stonefish").expect("a body");
+        // From RexROV's table: I + M_A about its origin, and an ellipsoid of √3 times half of the
+        // box.
         let half: [f64; 3] = link.sides(&model).map(|side| 0.5 * side);
         let about = |across: f64| {
             3_f64.sqrt().powi(5) * std::f64::consts::PI / 12.0
@@ -250,14 +252,14 @@ mod tests {
         let made = Stonefish.files(&rexrov()).expect("made");
         let text = String::from_utf8(made.files[0].bytes.clone()).expect("text");
         let at = |tag: &str| text.find(tag).unwrap_or_else(|| panic!("{tag}"));
-        // What the parser refuses a file without, and thrusters within their limits.
+        // Elements that the parser requires, and thrusters within their limits.
         let order = ["<environment>", "<ned latitude=", "<materials>", "<robot ", "<base_link "];
         assert!(order.windows(2).all(|pair| at(pair[0]) < at(pair[1])));
         at("<world_transform ");
     }
 
     #[test]
-    fn push_actuators_point_the_way_of_their_thrust() {
+    fn push_actuators_point_in_the_direction_of_thrust() {
         for d in [Vector3::z(), -Vector3::x(), Vector3::new(0.6, -0.48, 0.64)] {
             let [roll, pitch, yaw] = turned(&d);
             let x = Rotation3::from_euler_angles(roll, pitch, yaw) * Vector3::x();

@@ -1,8 +1,9 @@
-//! Texts with places to fill.
+//! Fills templates.
 
-/// Fills the places `@NAME@` of a template.
+/// Fills the placeholders `@NAME@` of a template.
 ///
-/// A place that stays open, or a name that has none, is a fault of this crate that its tests find.
+/// A placeholder without value, or a value without placeholder, is a bug of this crate that its
+/// tests find.
 pub(crate) fn fill(template: &str, places: &[(&str, String)]) -> String {
     let mut text = String::with_capacity(template.len());
     let mut rest = template;
@@ -31,7 +32,7 @@ mod tests {
     use super::fill;
 
     #[test]
-    fn places_are_filled_once_and_what_is_no_place_stays() {
+    fn placeholders_are_filled_once_and_other_text_is_kept() {
         let places = [("A", "@B@".to_owned()), ("B", "x".to_owned())];
         assert_eq!(fill("a @A@ b @B@ c@d @", &places), "a @B@ b x c@d @");
     }

@@ -1,4 +1,4 @@
-//! A description for uuv_simulator, for Gazebo classic and ROS 1.
+//! Writes a description for uuv_simulator, for Gazebo classic and ROS 1.
 
 use std::fmt::Write;
 
@@ -27,7 +27,7 @@ impl Exporter for UuvSimulator {
     }
 
     fn files(&self, model: &PlantModel) -> Result<Exported, Error> {
-        let link = Link::of(model, "uuv-simulator")?;
+        let link = Link::from_model(model, "uuv-simulator")?;
         let mut limits = link.notes.clone();
         limits.extend(missing(model, &link));
         limits.extend(without_actuation(model));
@@ -39,7 +39,7 @@ impl Exporter for UuvSimulator {
     }
 }
 
-/// Whether a product is `u ν_j`, which the damping of forward speed holds, and of which ν_j.
+/// Returns ν_j if a product is `u ν_j`, which the damping of forward speed represents.
 fn forward_speed(product: &Product) -> Option<Dof> {
     let factors: Vec<Factor> = product.factors().collect();
     match factors.as_slice() {
@@ -59,7 +59,7 @@ fn missing(model: &PlantModel, link: &Link) -> Vec<String> {
                     || Dof::ALL.iter().any(|of| *product == Product::linear(*of))
             }
             Basis::One(_) => false,
-            // Told by the remarks of every format that has no place for it.
+            // The remarks of every format without a place for it mention it.
             _ => true,
         };
         if !held {
@@ -173,7 +173,7 @@ fn of_forward_speed(model: &PlantModel) -> Matrix6<f64> {
     matrix
 }
 
-/// The diagonal: the plugin reads no other entries.
+/// Returns the diagonal, the only entries that the plugin reads.
 fn own_quadratic(model: &PlantModel) -> Matrix6<f64> {
     Matrix6::from_diagonal(&damping(model, Product::quadratic).diagonal())
 }

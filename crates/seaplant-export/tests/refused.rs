@@ -1,9 +1,9 @@
-//! Plants that no exporter writes as they are.
+//! Plants that no exporter writes unchanged.
 
 use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant_export::{EXPORTERS, Error, Permission, export};
 
-/// A plant of six axes whose surge has these coefficients besides its mass.
+/// Returns a plant of six axes whose surge has these coefficients in addition to its mass.
 fn plant(damping: &str) -> Result<PlantModel, seaplant::Error> {
     let rest: String = ["sway", "heave", "roll", "pitch", "yaw"]
         .map(|dof| format!("\"mass.{dof}\" = {{ value = 40.0, std = 1.0 }}\n"))

@@ -1,4 +1,4 @@
-"""The sound files of the corpus, small ones for each reader, written by other software.
+"""Writes the intact files of the corpus, small ones for each reader, with other software.
 
     python3 make_corpus.py FOLDER
 
@@ -88,7 +88,7 @@ def tables(folder):
 
 
 def workbooks(folder):
-    """Without the parts that no reader needs: the look, and who wrote it."""
+    """Removes the parts that no reader needs: styles and metadata."""
     book = openpyxl.Workbook()
     book.active.append(["time", "u [m/s]", "state"])
     for k in range(12):
@@ -242,7 +242,7 @@ def ros_1(folder):
 
 
 def unpadded(bag):
-    """Without the blanks that keep room in a bag's first record."""
+    """Removes the padding of a bag's first record."""
     start = len(b"#ROSBAG V2.0\n")
     data = start + 4 + struct.unpack_from("<I", bag, start)[0]
     blanks = struct.unpack_from("<I", bag, data)[0]

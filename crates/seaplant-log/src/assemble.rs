@@ -1,4 +1,4 @@
-//! From samples to a log: what every reader hands its finds to.
+//! Assembles a log from the samples that a reader decoded.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hasher};
@@ -15,29 +15,29 @@ use crate::note::Note;
 use crate::order::{Order, Times};
 use crate::{Epoch, Error, ReadOptions};
 
-/// A clock that leaps ahead by more than this was set, s.
+/// Largest forward jump of a clock that is not taken for a clock adjustment, s.
 const STEP_S: f64 = 86_400.0;
 
-/// Records of one kind, such as those of a topic or a type of message: times and columns of one
-/// length, in the order of the file.
+/// Records of one kind, such as those of a topic or a type of message: times and columns of equal
+/// length, in file order.
 pub(crate) struct Group {
-    /// What messages call it.
+    /// Name in messages.
     pub(crate) name: String,
     /// The time of each record, s; `NaN` where it has none.
     pub(crate) time_s: Vec<f64>,
     pub(crate) columns: Vec<Column>,
-    /// How many records of it the file holds, where only some of them are here.
+    /// Number of such records in the file, if only some of them were read.
     pub(crate) of: Option<Figure<u64>>,
 }
 
-/// A log in the making.
+/// A log under construction.
 pub(crate) struct Assembly {
     origin: Origin,
     offset_s: f64,
-    /// What the reader says that times count from.
+    /// Epoch that the reader stated.
     epoch: Option<Epoch>,
     log: Log,
-    /// The time bases in use, for channels to share.
+    /// Time bases in use, shared between channels.
     bases: Bases,
     odd: Odd,
 }
@@ -52,10 +52,11 @@ impl Assembly {
         self.log.notes.push(note);
     }
 
-    /// Takes records in: each column becomes a channel, sorted by time, the first of equal times.
+    /// Adds records: each column becomes a channel, sorted by time; of equal times the first is
+    /// kept.
     ///
-    /// Where the clock goes back and stays behind, the records from there on are left out, with a
-    /// note: two sessions of one clock cannot be put in order.
+    /// Records after a backward step of the clock that persists are left out, with a note: two
+    /// sessions of one clock cannot be ordered.
     pub(crate) fn group(&mut self, mut group: Group) {
         for time in &mut group.time_s {
             *time += self.offset_s;
@@ -75,14 +76,15 @@ impl Assembly {
         }
     }
 
-    /// The times of a group's records, and how many of these are kept.
+    /// Returns the time base of a group's records, and the number of records kept.
     fn times(&mut self, name: &str, time_s: &[f64]) -> (Times, usize) {
         let records = time_s.len();
         let mut until = records;
         let mut reset = None;
-        // A run of late records that is short in the whole log may be long in what is kept.
+        // A run of late records that is short in the complete log may be long in the part that is
+        // kept.
         let order = loop {
-            match Order::of(&time_s[..until]) {
+            match Order::new(&time_s[..until]) {
                 Ok(order) => break order,
                 Err(found) => until = reset.insert(found).row,
             }
@@ -108,7 +110,7 @@ impl Assembly {
         (order.times, until)
     }
 
-    /// Takes one column of a table in, `rows` rows long.
+    /// Adds one column of a table of `rows` rows.
     pub(crate) fn column(&mut self, times: &Times, rows: usize, column: Column) {
         match channel(times, &mut self.bases, rows, column) {
             Ok(channel) => self.log.channels.push(channel),
@@ -116,25 +118,25 @@ impl Assembly {
         }
     }
 
-    /// Remembers a field that makes no channel, and why, in words that follow its name: "is a list
-    /// of varying length".
+    /// Records a field that makes no channel, with the reason in words that follow its name: "is a
+    /// list of varying length".
     pub(crate) fn leave_out(&mut self, column: String, why: &'static str) {
         self.odd.left_out.entry(why).or_default().insert(column.clone());
         let (name, reason) = (column.clone(), Reason::Kind(why));
         self.log.left_out.push(LeftOut { column, name, source: 0, rows: 0, reason });
     }
 
-    /// Remembers what times count from, where their size does not tell.
+    /// Sets the epoch of times whose magnitude does not determine it.
     pub(crate) fn epoch(&mut self, epoch: Epoch) {
         self.epoch = Some(epoch);
     }
 
-    /// Remembers what the vehicle was set to.
+    /// Records a vehicle setting.
     pub(crate) fn setting(&mut self, name: String, value: f64) {
         self.log.settings.insert(name, value);
     }
 
-    /// The log, once all is taken in. `format` says what the file is: "MCAP".
+    /// Returns the finished log. `format` names the file format: "MCAP".
     ///
     /// # Errors
     /// [`Error::NoSamples`] of a log without a channel; those of [`Self::table`].
@@ -151,7 +153,7 @@ impl Assembly {
         self.table(format.to_owned())
     }
 
-    /// The log of a table, which may hold no number.
+    /// Returns the log of a table, which may hold no number.
     ///
     /// # Errors
     /// [`Error::Io`]; those of [`check_names`].
@@ -170,7 +172,7 @@ impl Assembly {
     }
 }
 
-/// The channel that a column of `rows` rows makes, unless it has no sample.
+/// Returns the channel of a column of `rows` rows, unless the column has no sample.
 fn channel(
     times: &Times,
     bases: &mut Bases,
@@ -188,7 +190,7 @@ fn channel(
     Ok(Channel { name, column: header, unit, source, missing, time_s, values, portion })
 }
 
-/// The samples of a column in order of time, one at a time.
+/// Iterates over the samples of a column in time order.
 fn timed(
     times: &Times,
     bases: &mut Bases,
@@ -214,11 +216,11 @@ fn timed(
     (time_s, values)
 }
 
-/// The time bases in use, by a hash of theirs: among thousands of columns, none is compared with
-/// all others.
+/// Time bases in use, keyed by a hash, so that none of thousands of columns is compared with all
+/// others.
 type Bases = HashMap<u64, Vec<Arc<[f64]>>>;
 
-/// One allocation for equal time bases.
+/// Returns the shared allocation of equal time bases.
 fn share(bases: &mut Bases, time_s: Vec<f64>) -> Arc<[f64]> {
     let mut hasher = DefaultHasher::new();
     time_s.iter().for_each(|time| hasher.write_u64(time.to_bits()));
@@ -231,7 +233,7 @@ fn share(bases: &mut Bases, time_s: Vec<f64>) -> Arc<[f64]> {
     base
 }
 
-/// What is odd about groups of records, told in few notes however many groups there are.
+/// Irregularities of groups of records, reported in few notes however many groups there are.
 #[derive(Default)]
 struct Odd {
     timeless: Records,
@@ -243,16 +245,16 @@ struct Odd {
     left_out: BTreeMap<&'static str, BTreeSet<String>>,
 }
 
-/// A clock that was set.
+/// A clock adjustment.
 struct Step {
     group: String,
     from_s: f64,
     to_s: f64,
-    /// The records after it, where it went back.
+    /// Number of records after it that were left out, if the clock went back.
     left_out: usize,
 }
 
-/// Records of one oddity: how many of how many, in which groups.
+/// Records with one irregularity: their number, the total, and their groups.
 #[derive(Default)]
 struct Records {
     groups: Vec<String>,
@@ -341,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn late_repeated_and_timeless_records_are_put_right_and_told_once() {
+    fn late_repeated_and_timeless_records_are_handled_and_reported_once() {
         let mut assembly = assembly();
         for name in ["a", "b"] {
             let column = column(name, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
@@ -383,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_leaps_ahead_is_told() {
+    fn a_clock_that_leaps_ahead_is_reported() {
         let mut assembly = assembly();
         assembly.group(group(&[0.0, 1.0, 1.7e9], vec![column("a", &[0.0, 1.0, 2.0])]));
         let log = assembly.log("test").unwrap();
@@ -396,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_channel_can_be_asked_for() {
+    fn fields_without_channel_can_be_requested() {
         let mut assembly = assembly();
         assembly.leave_out("image".to_owned(), "is a list of varying length");
         let (a, b) = (column("a", &[1.0, 2.0]), column("b", &[f64::NAN, f64::NAN]));

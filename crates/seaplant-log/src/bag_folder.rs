@@ -1,4 +1,4 @@
-//! The folder of a ROS 2 bag: its recordings, which follow one another, as one log.
+//! Reads the folder of a ROS 2 bag, whose recordings follow one another, as one log.
 
 use std::fs::File;
 use std::io::Read;
@@ -10,18 +10,18 @@ use sha2::{Digest, Sha256};
 use crate::Error;
 use crate::log::{Channel, LeftOut, Log, Source};
 
-/// What a recorder writes beside its recordings.
+/// Index file that a recorder writes next to its recordings.
 const INDEX: &str = "metadata.yaml";
 
-/// A longer index is none: that of ten thousand recordings has a mebibyte.
+/// Size limit of an index: the index of ten thousand recordings has a mebibyte.
 const LONGEST_INDEX: u64 = 16 << 20;
 
-/// The recordings in the folder of a bag, in their order; `None` of any other path.
+/// Returns the recordings in the folder of a bag, in order; `None` for any other path.
 ///
 /// They are those that its `metadata.yaml` lists under `relative_file_paths`.
 pub(crate) fn recordings(path: &Path) -> Option<Vec<PathBuf>> {
     let index = path.join(INDEX);
-    // A pipe waits for a writer.
+    // Reading a pipe would wait for a writer.
     if !path.is_dir() || !index.is_file() {
         return None;
     }
@@ -31,12 +31,14 @@ pub(crate) fn recordings(path: &Path) -> Option<Vec<PathBuf>> {
     (!listed.is_empty()).then_some(listed)
 }
 
-/// Whether a path is the folder of a ROS 2 bag, which [`read()`](crate::read()) takes as one log.
+/// Returns whether a path is the folder of a ROS 2 bag, which [`read()`](crate::read()) takes as
+/// one log.
 pub fn is_bag(path: &Path) -> bool {
     recordings(path).is_some()
 }
 
-/// The names of files under `relative_file_paths`; a path that leads elsewhere counts by its name.
+/// Lists the file names under `relative_file_paths`; of a path that leads elsewhere only the name
+/// is used.
 fn listed(index: &str) -> impl Iterator<Item = &str> {
     let lines = index.lines().map(str::trim);
     let after = lines.skip_while(|line| *line != "relative_file_paths:").skip(1);
@@ -47,7 +49,7 @@ fn listed(index: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The logs of a folder's recordings, in their order, as one log, of which the folder is the source.
+/// Joins the logs of a folder's recordings, in order, into one log whose source is the folder.
 ///
 /// # Errors
 /// The first of the recordings'; [`Error::Directory`] without any.
@@ -68,8 +70,8 @@ pub(crate) fn join(
     Ok(log)
 }
 
-/// The folder as a source: its hash is that of the hashes of its files, each on a line, as
-/// `sha256sum FILES | cut -c1-64 | sha256sum` gives it.
+/// Describes the folder as a source: its hash is that of the hashes of its files, each on a line,
+/// as `sha256sum FILES | cut -c1-64 | sha256sum` gives it.
 fn source(folder: &Path, parts: &[Source]) -> Source {
     let lines: String = parts.iter().map(|part| format!("{}\n", part.sha256)).collect();
     let digest = Sha256::digest(lines);
@@ -84,7 +86,7 @@ fn source(folder: &Path, parts: &[Source]) -> Source {
     }
 }
 
-/// One log after another: channels of the same column become one, in the order of their times.
+/// Appends one log to another: channels of the same column are joined in time order.
 fn follow(mut log: Log, next: Log) -> Log {
     let mut joined: Vec<Joined> = Vec::new();
     for channel in next.channels {
@@ -108,11 +110,11 @@ fn follow(mut log: Log, next: Log) -> Log {
     log
 }
 
-/// The times of two channels together, which others with the same times share.
+/// Merged times of two channels, shared by other channels with the same times.
 struct Joined {
     of: [Arc<[f64]>; 2],
     time_s: Arc<[f64]>,
-    /// Where each of them is in the first's samples and then the second's.
+    /// Index of each of them in the first channel's samples followed by the second's.
     places: Vec<usize>,
 }
 
@@ -186,7 +188,7 @@ mod tests {
     fn channels_go_on_in_the_next_recording() {
         let log = |channels| Log { channels, ..Log::default() };
         let first = log(vec![channel("/a/x", &[(0.0, 1.0), (1.0, 2.0)])]);
-        // A message that was stamped before the recorder changed files; one that both hold.
+        // A message stamped before the recorder changed files, and one that both files hold.
         let late = [(0.5, 3.0), (1.0, 4.0), (2.0, 5.0)];
         let next = log(vec![channel("/a/x", &late), channel("/b/y", &[(2.0, 6.0)])]);
         let log = follow(first, next);

@@ -1,9 +1,9 @@
-//! What one cell of a table holds.
+//! Parses one cell of a table.
 
 use jiff::civil;
 use jiff::tz::TimeZone;
 
-/// What a cell holds.
+/// Content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Cell {
     Number(f64),
@@ -13,7 +13,7 @@ pub(crate) enum Cell {
     Text,
 }
 
-/// A number whose one sign stands before three digits: a decimal sign, or one between thousands.
+/// A number whose only separator precedes three digits: a decimal sign or a thousands separator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ambiguous {
     pub(crate) sign: Sign,
@@ -23,7 +23,7 @@ pub(crate) struct Ambiguous {
     pub(crate) thousands: f64,
 }
 
-/// A sign within a number.
+/// A separator within a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sign {
     Point,
@@ -40,25 +40,25 @@ impl Sign {
     }
 }
 
-/// How a file writes numbers: the first that leaves no doubt decides.
+/// Number format of a file, decided by the first number that is unambiguous.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Decimal {
-    /// The decimal sign; `None` while no number has shown it.
+    /// Decimal sign; `None` until a number has shown it.
     pub(crate) sign: Option<Sign>,
-    /// Whether a number has shown that the other sign separates thousands.
+    /// True once a number has shown that the other sign separates thousands.
     pub(crate) groups: bool,
-    /// Whether commas separate cells, so that the decimal sign is a point from the start.
+    /// True if commas separate cells, so that the decimal sign is a point from the start.
     fixed: bool,
 }
 
 impl Decimal {
-    /// Points only.
+    /// Creates a format that accepts only decimal points.
     pub(crate) const fn point() -> Self {
         Self { sign: Some(Sign::Point), groups: false, fixed: true }
     }
 
-    /// What may be expected of a file whose cells `delimiter` separates.
-    pub(crate) fn of(delimiter: u8) -> Self {
+    /// Creates the initial format of a file whose cells `delimiter` separates.
+    pub(crate) fn for_delimiter(delimiter: u8) -> Self {
         if delimiter == b',' {
             Self::point()
         } else {
@@ -66,7 +66,7 @@ impl Decimal {
         }
     }
 
-    /// Whether the decimal sign is a point whatever the cells hold.
+    /// Returns whether the decimal sign is a point whatever the cells hold.
     pub(crate) fn is_fixed(self) -> bool {
         self.fixed
     }
@@ -95,7 +95,7 @@ impl Decimal {
         }
     }
 
-    /// Reads what Rust does not take for a number.
+    /// Reads numbers in spellings that Rust does not parse.
     fn read_spelled(&mut self, text: &str) -> Cell {
         if is_absent(text) {
             return Cell::Missing;
@@ -112,7 +112,7 @@ impl Decimal {
         self.read_separated(text)
     }
 
-    /// Reads the digits of a negative number, which have no sign of their own.
+    /// Reads the unsigned digits of a negative number.
     fn read_negative(&mut self, digits: &[u8]) -> Cell {
         if !digits
             .trim_ascii_start()
@@ -147,14 +147,15 @@ impl Decimal {
         }
     }
 
-    /// A number that shows the decimal sign; text if an earlier one showed the other.
+    /// Returns a number that shows the decimal sign, or text if an earlier number showed the other
+    /// sign.
     fn decided(&mut self, sign: Sign, number: f64) -> Cell {
         if *self.sign.get_or_insert(sign) == sign { Cell::Number(number) } else { Cell::Text }
     }
 }
 
-/// Whether a character stands for a minus in word processors, spreadsheets and plots: hyphens, the
-/// en dash, the minus of typography, the wide hyphen.
+/// Returns whether a character is a minus sign in word processors, spreadsheets or plots: hyphens,
+/// the en dash, the typographic minus, the full-width hyphen.
 fn is_minus(c: char) -> bool {
     matches!(
         c,
@@ -162,8 +163,8 @@ fn is_minus(c: char) -> bool {
     )
 }
 
-/// The text within quotation marks, which the CSV reader leaves alone behind a blank; within all of
-/// them at once, for a damaged file may hold nothing else.
+/// Strips quotation marks, which the CSV reader keeps after a blank. Strips all pairs at once,
+/// because a damaged file may hold nothing else.
 fn unquoted(text: &str) -> &str {
     let before = text.len() - text.trim_start_matches('"').len();
     let after = text.len() - text.trim_end_matches('"').len();
@@ -171,7 +172,7 @@ fn unquoted(text: &str) -> &str {
     &text[pairs..text.len() - pairs]
 }
 
-/// `1,5`, `-,5e-3`: one comma, digits after it, no point.
+/// Parses `1,5`, `-,5e-3`: one comma, digits after it, no point.
 fn comma_number(text: &str) -> Option<f64> {
     let (whole, rest) = text.split_once(',')?;
     if text.contains('.') || !rest.starts_with(|c: char| c.is_ascii_digit()) {
@@ -184,14 +185,15 @@ fn comma_number(text: &str) -> Option<f64> {
     format!("{whole}.{rest}").parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// The number in thousands and units that one `sign` separates: 1588 of `1.588`, none of `0.588`.
+/// Returns the number if one `sign` separates thousands from units: 1588 for `1.588`, `None` for
+/// `0.588`.
 fn single_group(text: &str, sign: Sign) -> Option<f64> {
     let (whole, groups) = groups_of(text, sign)?;
     (groups == 1).then_some(whole)
 }
 
-/// A number whose groups of three digits leave no doubt: `12.345.678` or `1.234,5` where `decimal`
-/// is a comma.
+/// Parses a number whose groups of three digits are unambiguous: `12.345.678`, or `1.234,5` where
+/// `decimal` is a comma.
 fn grouped(text: &str, decimal: Sign) -> Option<f64> {
     let (whole, fraction) = match text.split_once(decimal.character()) {
         Some((whole, fraction)) => (whole, Some(fraction)),
@@ -208,8 +210,8 @@ fn grouped(text: &str, decimal: Sign) -> Option<f64> {
     }
 }
 
-/// A whole number whose thousands `sign` separates, and how many signs it has: one to three digits
-/// that do not start with zero, then groups of three.
+/// Parses an integer with `sign` between thousands, and counts the signs: one to three digits
+/// without leading zero, then groups of three.
 fn groups_of(text: &str, sign: Sign) -> Option<(f64, usize)> {
     let size = text.strip_prefix(['-', '+']).unwrap_or(text);
     let mut groups = size.split(sign.character());
@@ -222,13 +224,13 @@ fn groups_of(text: &str, sign: Sign) -> Option<(f64, usize)> {
     (count > 0).then_some((if text.starts_with('-') { -number } else { number }, count))
 }
 
-/// A whole number of one to three digits.
+/// Parses an integer of one to three digits.
 fn digits(text: &str) -> Option<f64> {
     let is_group = (1..=3).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_digit());
     is_group.then(|| text.bytes().fold(0.0, |number, b| 10.0 * number + f64::from(b - b'0')))
 }
 
-/// Whether the text is one that programs write for "no value".
+/// Returns whether the text is one that programs write for "no value".
 fn is_absent(text: &str) -> bool {
     #[rustfmt::skip]
     const ABSENT: &[&str] = &[
@@ -267,7 +269,7 @@ pub(crate) fn stamp(cell: &[u8]) -> Option<f64> {
     Some(instant.as_second() as f64 + f64::from(instant.subsec_nanosecond()) * 1e-9)
 }
 
-/// The text of a cell, whichever of UTF-8 and Windows-1252 it is written in.
+/// Decodes a cell in UTF-8 or Windows-1252.
 pub(crate) fn decode(cell: &[u8]) -> String {
     let text = match std::str::from_utf8(cell) {
         Ok(text) => text.into(),
@@ -276,9 +278,9 @@ pub(crate) fn decode(cell: &[u8]) -> String {
     unquoted(text.trim()).trim().to_owned()
 }
 
-/// The text of a cell for a message: short, decoded.
+/// Decodes a cell and shortens it for a message.
 pub(crate) fn excerpt(cell: &[u8]) -> String {
-    /// Enough to recognise a cell by.
+    /// Characters enough to recognise a cell.
     const CHARACTERS: usize = 40;
     let text = decode(&cell[..cell.len().min(4 * CHARACTERS)]);
     let mut short: String = text.chars().take(CHARACTERS).collect();
@@ -294,14 +296,14 @@ mod tests {
 
     #[test]
     fn the_first_decimal_sign_decides() {
-        let mut decimal = Decimal::of(b';');
+        let mut decimal = Decimal::for_delimiter(b';');
         assert_eq!(decimal.read(b"7"), Cell::Number(7.0));
         assert_eq!(decimal.read(b"-1,5e1"), Cell::Number(-15.0));
         assert_eq!(decimal.read("\u{2212}1,5".as_bytes()), Cell::Number(-1.5));
         assert_eq!(decimal.sign, Some(Sign::Comma));
         assert_eq!(decimal.read(b"1.5"), Cell::Text);
 
-        let mut decimal = Decimal::of(b';');
+        let mut decimal = Decimal::for_delimiter(b';');
         assert_eq!(decimal.read(b"1.5"), Cell::Number(1.5));
         assert_eq!(decimal.read(b"1,5"), Cell::Text);
     }
@@ -309,14 +311,14 @@ mod tests {
     #[test]
     fn three_digits_behind_one_sign_leave_it_open() {
         for (text, sign) in [("1.588", Sign::Point), ("-12,345", Sign::Comma)] {
-            let mut decimal = Decimal::of(b';');
+            let mut decimal = Decimal::for_delimiter(b';');
             let Cell::Ambiguous(found) = decimal.read(text.as_bytes()) else { panic!("{text}") };
             assert_eq!((found.sign, decimal.sign), (sign, None));
             assert_eq!((found.decimal * 1000.0).round(), found.thousands);
         }
-        // No thousands start with zero, have four digits, or a power of ten.
+        // Thousands have no leading zero, four digits or power of ten.
         for text in ["0.588", "1234.588", "1.588e3", "1.5880"] {
-            let mut decimal = Decimal::of(b';');
+            let mut decimal = Decimal::for_delimiter(b';');
             assert_eq!(decimal.read(text.as_bytes()), Cell::Number(text.parse().unwrap()));
             assert_eq!(decimal.sign, Some(Sign::Point), "{text}");
         }
@@ -330,12 +332,12 @@ mod tests {
             ("12,345,678", 12_345_678.0, Sign::Point),
             ("1,234.5e1", 12_345.0, Sign::Point),
         ] {
-            let mut decimal = Decimal::of(b';');
+            let mut decimal = Decimal::for_delimiter(b';');
             assert_eq!(decimal.read(text.as_bytes()), Cell::Number(number), "{text}");
             assert_eq!((decimal.sign, decimal.groups), (Some(sign), true), "{text}");
         }
         for text in ["12.34.567", "1.234,", "01.234.567", "1.234.5678", "1.2.3", ".123.456"] {
-            assert_eq!(Decimal::of(b';').read(text.as_bytes()), Cell::Text, "{text}");
+            assert_eq!(Decimal::for_delimiter(b';').read(text.as_bytes()), Cell::Text, "{text}");
         }
     }
 
@@ -345,8 +347,8 @@ mod tests {
         {
             assert_eq!(Decimal::point().read(text.as_bytes()), Cell::Number(-1.5), "{text}");
         }
-        assert_eq!(Decimal::of(b';').read(b"(1,5)"), Cell::Number(-1.5));
-        // The en dash of Windows-1252, and one that joins.
+        assert_eq!(Decimal::for_delimiter(b';').read(b"(1,5)"), Cell::Number(-1.5));
+        // The en dash of Windows-1252, first as a minus, then between numbers.
         assert_eq!(Decimal::point().read(b"\x961.5"), Cell::Number(-1.5));
         for text in ["(-1.5)", "()", "(a)", "(1.5", "1\u{2013}5", "((1))"] {
             assert_eq!(Decimal::point().read(text.as_bytes()), Cell::Text, "{text}");

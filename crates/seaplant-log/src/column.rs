@@ -1,4 +1,4 @@
-//! A column of numbers, those present only, on its way to a channel.
+//! A column of numbers without its missing values, from which a channel is made.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -9,35 +9,35 @@ use crate::heading::Heading;
 use crate::log::Reason;
 use crate::note::Note;
 
-/// One column: its header, and the numbers that it holds.
+/// One column: its header and its numbers.
 pub(crate) struct Column {
     pub(crate) heading: Heading,
     pub(crate) samples: Samples,
     pub(crate) text: Option<Text>,
-    /// The signs in its numbers.
+    /// Separators in its numbers.
     pub(crate) separators: Separators,
-    /// The line and the text of a number that makes all of them doubtful; these are forgotten.
+    /// Line and text of the number that makes all others ambiguous; the numbers are then discarded.
     pub(crate) doubtful: Option<(u64, String)>,
 }
 
 impl Column {
-    /// A column without rows yet.
+    /// Creates a column without rows.
     pub(crate) fn empty(heading: Heading) -> Self {
-        Self::of(heading, Samples::default())
+        Self::from_samples(heading, Samples::default())
     }
 
-    /// A column called `name`, a value for each row, `NaN` where one is missing.
+    /// Creates a column called `name` with a value for each row, `NaN` where one is missing.
     pub(crate) fn new(name: String, unit: Option<Unit>, values: Vec<f64>) -> Self {
         let (nameless, instant) = (false, false);
         let heading = Heading { column: name.clone(), name, unit, nameless, instant };
-        Self::of(heading, Samples::of(values))
+        Self::from_samples(heading, Samples::from_values(values))
     }
 
-    fn of(heading: Heading, samples: Samples) -> Self {
+    fn from_samples(heading: Heading, samples: Samples) -> Self {
         Self { heading, samples, text: None, separators: Separators::default(), doubtful: None }
     }
 
-    /// Why it is no channel, if it holds no number.
+    /// Returns why a column without numbers is no channel.
     pub(crate) fn reason(&self) -> Reason {
         match (&self.doubtful, &self.text) {
             (Some((line, text)), _) => Reason::Ambiguous { line: *line, text: text.clone() },
@@ -48,7 +48,7 @@ impl Column {
         }
     }
 
-    /// Takes one cell in, of which `found` was found.
+    /// Adds one cell, which was parsed as `found`.
     #[inline]
     pub(crate) fn push(&mut self, row: usize, line: u64, found: Cell, cell: &[u8]) {
         match found {
@@ -66,7 +66,7 @@ impl Column {
         }
     }
 
-    /// Counts cells that hold no number, of which the first is given.
+    /// Counts cells that hold no number; `more` gives the first.
     pub(crate) fn add_text(&mut self, more: Text) {
         let text = self.text.get_or_insert(Text { count: 0, ..more.clone() });
         text.count += more.count;
@@ -75,12 +75,13 @@ impl Column {
         }
     }
 
-    /// Whether this is what a delimiter at the end of every line makes: no name, no value.
+    /// Returns whether this column comes from a delimiter at the end of every line: no name and no
+    /// value.
     pub(crate) fn is_margin(&self) -> bool {
         self.heading.nameless && self.samples.values.is_empty() && self.text.is_none()
     }
 
-    /// What is to be said of the cells that hold no number.
+    /// Returns the note on the cells that hold no number.
     pub(crate) fn note(&self, path: &Path, rows: usize) -> Option<Note> {
         let (path, column) = (path.to_owned(), self.heading.column.clone());
         let empty = self.samples.values.is_empty();
@@ -109,38 +110,38 @@ pub(crate) struct Text {
     pub(crate) count: usize,
 }
 
-/// The signs in the numbers of one column.
+/// Separators in the numbers of one column.
 #[derive(Default)]
 pub(crate) struct Separators {
-    /// Numbers such as `1.588` before the file had shown its decimal sign, and those with the other
-    /// sign, in order: which of the values, and what it may be.
+    /// Ambiguous numbers, such as `1.588` before the file had shown its decimal sign and those with
+    /// the other sign, in order: index of the value and its readings.
     pub(crate) open: Vec<(usize, Ambiguous)>,
-    /// The line and the text of the first such number with a point, and of the first with a comma.
+    /// Line and text of the first such number with a point, and of the first with a comma.
     pub(crate) first: [Option<(u64, String)>; 2],
-    /// Whether a number has decimals without a doubt.
+    /// True if a number has unambiguous decimals.
     pub(crate) has_decimals: bool,
-    /// Whether a number but zero has no sign at all.
+    /// True if a number other than zero has no separator.
     pub(crate) has_whole: bool,
 }
 
 impl Separators {
-    /// Remembers the place of a number such as `1.588`, if it is the first.
+    /// Records the line of a number such as `1.588`, if it is the first.
     pub(crate) fn meet(&mut self, line: u64, number: Ambiguous, cell: &[u8]) {
         self.first[number.sign as usize].get_or_insert_with(|| (line, excerpt(cell)));
     }
 }
 
-/// The numbers of a column, and the rows that they stand in.
+/// Numbers of a column, and their rows.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Samples {
     pub(crate) values: Vec<f64>,
-    /// `None` while no row lacks a value.
+    /// Rows of the values; `None` while every row has a value.
     pub(crate) rows: Option<Vec<usize>>,
 }
 
 impl Samples {
-    /// The values of successive rows; what is not finite is missing.
-    pub(crate) fn of(mut values: Vec<f64>) -> Self {
+    /// Creates samples from the values of successive rows; values that are not finite are missing.
+    pub(crate) fn from_values(mut values: Vec<f64>) -> Self {
         if values.iter().all(|value| value.is_finite()) {
             return Self { values, rows: None };
         }
@@ -165,7 +166,7 @@ impl Samples {
         }
     }
 
-    /// Forgets all but the first `rows` rows.
+    /// Drops all but the first `rows` rows.
     pub(crate) fn truncate(&mut self, rows: usize) {
         let kept = match &mut self.rows {
             Some(present) => {
@@ -178,7 +179,7 @@ impl Samples {
         self.values.truncate(kept);
     }
 
-    /// Counts the values at these places, which rise, as missing.
+    /// Removes the values at these increasing indices, which count as missing from then on.
     pub(crate) fn remove(&mut self, places: &[usize]) {
         let count = self.values.len();
         let rows = self.rows.get_or_insert_with(|| (0..count).collect());
@@ -194,18 +195,18 @@ impl Samples {
         rows.truncate(kept);
     }
 
-    /// Each value with its row.
+    /// Iterates over the values with their rows.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let row = |k: usize| self.rows.as_ref().map_or(k, |rows| rows[k]);
         self.values.iter().enumerate().map(move |(k, &value)| (row(k), value))
     }
 
-    /// A value for each of `rows` rows, `NaN` where one is missing.
+    /// Returns a value for each of `rows` rows, `NaN` where one is missing.
     pub(crate) fn dense(self, rows: usize) -> Vec<f64> {
         if self.rows.is_none() { self.values } else { self.to_dense(rows) }
     }
 
-    /// As [`Samples::dense`], of samples that are needed further.
+    /// Returns the same as [`Samples::dense`] without consuming the samples.
     pub(crate) fn to_dense(&self, rows: usize) -> Vec<f64> {
         let mut dense = vec![f64::NAN; rows];
         for (row, value) in self.iter() {
@@ -215,7 +216,7 @@ impl Samples {
     }
 }
 
-/// Gives every heading a column text of its own: a second `u` becomes `u.2`.
+/// Makes the column text of every heading unique: a second `u` becomes `u.2`.
 pub(crate) fn tell_apart<'a>(
     headings: impl Iterator<Item = (&'a mut String, &'a mut String)>,
     path: &Path,
@@ -247,7 +248,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_told_apart_without_taking_one_that_exists() {
+    fn names_are_made_unique_without_using_an_existing_one() {
         let mut headings = ["u", "u.2", "u", "u"].map(Heading::parse);
         let mut notes = Vec::new();
         let names = headings.iter_mut().map(|h| (&mut h.column, &mut h.name));
@@ -258,16 +259,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_missing() {
+    fn values_that_are_not_finite_are_missing() {
         let values = vec![1.0, f64::NAN, 3.0, f64::INFINITY];
-        let samples = Samples::of(values);
+        let samples = Samples::from_values(values);
         assert_eq!(samples.iter().collect::<Vec<_>>(), [(0, 1.0), (2, 3.0)]);
-        let mut short = Samples::of(vec![1.0, f64::NAN, 3.0]);
+        let mut short = Samples::from_values(vec![1.0, f64::NAN, 3.0]);
         short.truncate(2);
         assert_eq!(short.iter().collect::<Vec<_>>(), [(0, 1.0)]);
         let dense = samples.dense(4);
         assert_eq!((dense[0], dense[2]), (1.0, 3.0));
         assert!(dense[1].is_nan() && dense[3].is_nan());
-        assert_eq!(Samples::of(vec![1.0, 2.0]).rows, None);
+        assert_eq!(Samples::from_values(vec![1.0, 2.0]).rows, None);
     }
 }

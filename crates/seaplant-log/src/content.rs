@@ -1,4 +1,4 @@
-//! A file's bytes on their way to a reader: looked at first, hashed as they pass.
+//! A file's bytes on their way to a reader: inspected at the start, hashed as they pass.
 
 use std::fs::File;
 use std::io::{self, BufReader, Chain, Cursor, Read, Seek, SeekFrom};
@@ -12,23 +12,23 @@ use crate::progress;
 use crate::unpack::{self, Unpacking};
 use crate::{Epoch, Error};
 
-/// An archive's bytes.
+/// Packed bytes of an archive.
 pub(crate) type Packed = BufReader<Chain<Cursor<Vec<u8>>, Box<dyn Read + Send>>>;
 
-/// How much of a file is looked at to tell what it is.
+/// Number of leading bytes from which the format is detected.
 pub(crate) const HEAD: usize = 256 * 1024;
 
-/// A file, or bytes in its place, with its first bytes at hand.
+/// A file, or bytes in its place, with its first bytes in memory.
 ///
-/// A reader takes it by one of [`Content::stream`] (from front to back, the lightest),
+/// A reader takes it through one of [`Content::stream`] (front to back, the lightest),
 /// [`Content::seekable`] and [`Content::bytes`] (all of it in memory).
 pub(crate) struct Content {
     head: Vec<u8>,
-    /// Whether `head` is all there is.
+    /// True if `head` holds the complete content.
     whole: bool,
     rest: Box<dyn Read + Send>,
     origin: Origin,
-    /// The length of the file at the origin's path, if these are its bytes and may be read again.
+    /// Length of the file at the origin's path, if these are its bytes and can be read again.
     file: Option<u64>,
 }
 
@@ -43,7 +43,7 @@ impl Content {
         if metadata.is_dir() {
             return Err(Error::Directory { path: path.to_owned() });
         }
-        // A pipe waits for a writer, and a device such as `/dev/zero` never ends.
+        // Reading a pipe would wait for a writer, and a device such as `/dev/zero` never ends.
         if !metadata.is_file() {
             return Err(Error::NotAFile { path: path.to_owned() });
         }
@@ -51,7 +51,7 @@ impl Content {
         Self::new(path, Box::new(File::open(path).map_err(failed)?), Some(metadata.len()))
     }
 
-    /// Bytes in place of a file; `path` is what messages call them.
+    /// Wraps bytes in place of a file; messages call them `path`.
     ///
     /// # Errors
     /// None, but for those of [`Content::open`].
@@ -66,7 +66,7 @@ impl Content {
         Self::with_head(origin, Box::new(hashed), file)
     }
 
-    /// Parts of the file in place of all of it, which has so many bytes.
+    /// Wraps parts of a file that has `length` bytes.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -75,7 +75,7 @@ impl Content {
         Self::with_head(self.origin, parts, None)
     }
 
-    /// What an archive holds. `packing` says what archive it is: "gzip".
+    /// Unpacks an archive. `packing` names its kind: "gzip".
     ///
     /// # Errors
     /// [`Error::Io`], [`Error::Archive`], [`Error::TooMuch`]; [`Error::Unsupported`] of an archive
@@ -85,7 +85,7 @@ impl Content {
         packing: &'static str,
         unpacker: impl FnOnce(Packed) -> io::Result<Box<dyn Read + Send>>,
     ) -> Result<Self, Error> {
-        /// An archive in an archive may be an accident; more is not.
+        /// One archive within another may be an accident; a deeper nesting is not.
         const DEEP: usize = 2;
         if self.origin.unpacking.len() >= DEEP {
             let (path, detail) = (self.path().to_owned(), "in archives in archives".to_owned());
@@ -120,27 +120,27 @@ impl Content {
         self.origin.path()
     }
 
-    /// The length of the file, if these are its bytes as they are.
+    /// Returns the length of the file, if its bytes are neither packed nor partial.
     pub(crate) fn file_length(&self) -> Option<u64> {
         self.file
     }
 
-    /// The first bytes, to tell the format by.
+    /// Returns the first bytes, from which the format is detected.
     pub(crate) fn head(&self) -> &[u8] {
         &self.head
     }
 
-    /// The head, whether it is the whole, and what follows it.
+    /// Returns the origin, the head, whether the head is complete, and the rest.
     pub(crate) fn into_parts(self) -> (Origin, Vec<u8>, bool, Box<dyn Read + Send>) {
         (self.origin, self.head, self.whole, self.rest)
     }
 
-    /// The bytes from front to back.
+    /// Returns the bytes from front to back.
     pub(crate) fn stream(self) -> (Origin, impl Read + Send + use<>) {
         (self.origin, Cursor::new(self.head).chain(self.rest))
     }
 
-    /// All bytes, in memory.
+    /// Reads all bytes into memory.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -149,7 +149,7 @@ impl Content {
         Ok((self.origin, self.head))
     }
 
-    /// The bytes, to be read here and there.
+    /// Returns the bytes with random access.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -164,7 +164,7 @@ impl Content {
     }
 }
 
-/// Bytes to be read here and there.
+/// Bytes with random access.
 pub(crate) enum Seekable {
     File(File),
     Memory(Cursor<Vec<u8>>),
@@ -192,23 +192,23 @@ impl Seek for Seekable {
     }
 }
 
-/// Where bytes came from.
+/// Origin of bytes.
 pub(crate) struct Origin {
     path: PathBuf,
     raw: Hashed,
-    /// The archives around it, the outermost first.
+    /// Enclosing archives, the outermost first.
     unpacking: Vec<Arc<Unpacking>>,
-    /// The length of the file, if only parts of it are read.
+    /// Length of the file, if only parts of it are read.
     in_part: Option<u64>,
 }
 
 impl Origin {
-    /// Says that only parts of the file are read, which has so many bytes.
+    /// Records that only parts of the file, which has `length` bytes, are read.
     pub(crate) fn reads_in_part(&mut self, length: u64) {
         self.in_part = Some(length);
     }
 
-    /// Whether only parts of the file are read.
+    /// Returns whether only parts of the file are read.
     pub(crate) fn is_in_part(&self) -> bool {
         self.in_part.is_some()
     }
@@ -221,12 +221,12 @@ impl Origin {
         Error::io(&self.path, source)
     }
 
-    /// Whether an archive around it ends before its time.
+    /// Returns whether an enclosing archive is truncated.
     pub(crate) fn is_cut(&self) -> bool {
         self.unpacking.iter().any(|unpacking| unpacking.cut().is_some())
     }
 
-    /// What is to be said of the archives around it, once all is read.
+    /// Returns the notes on the enclosing archives, once everything is read.
     pub(crate) fn notes(&self) -> impl Iterator<Item = Note> + '_ {
         self.unpacking.iter().filter_map(|unpacking| {
             let (path, packing) = (self.path.clone(), unpacking.packing());
@@ -235,8 +235,8 @@ impl Origin {
         })
     }
 
-    /// The file with its hash; reads whatever of it was not read yet, unless parts are all that is
-    /// to be read: these have no hash.
+    /// Returns the file with its hash, reading what was not read yet. If only parts are read, there
+    /// is no hash.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -254,9 +254,9 @@ impl Origin {
     }
 }
 
-/// Whether bytes are no text: a NUL, or more control characters than any text has.
+/// Returns whether bytes are not text: a NUL, or more control characters than text has.
 pub(crate) fn is_binary(head: &[u8]) -> bool {
-    /// How far control characters are counted.
+    /// Number of bytes searched for control characters.
     const LOOK: usize = 8 * 1024;
     let start = &head[..head.len().min(LOOK)];
     let is_control = |b: u8| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c) || b == 0x7f;

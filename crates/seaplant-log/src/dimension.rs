@@ -1,8 +1,8 @@
-//! What units measure.
+//! Physical quantities that units measure.
 
 use std::fmt;
 
-/// What a unit measures.
+/// Physical quantity of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Dimension {

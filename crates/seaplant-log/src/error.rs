@@ -1,4 +1,4 @@
-//! What can go wrong, in words that a person can act on.
+//! Errors of reading logs, with advice.
 
 use std::fmt;
 use std::io;
@@ -8,7 +8,7 @@ use crate::dimension::Dimension;
 use crate::spelling::list;
 use crate::symbol::{self, symbols_of};
 
-/// Why a log could not be read, or a column not be found.
+/// Reason why a log could not be read or a column was not found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -42,7 +42,7 @@ pub enum Error {
     #[error("no log file was given; name at least one")]
     NoFiles,
 
-    /// A log of so many columns that it is none.
+    /// A log with implausibly many columns.
     #[error(
         "{} names more than {most} columns, which is not plausible for a log; check its separators, \
          or export only the columns that you need",
@@ -55,7 +55,7 @@ pub enum Error {
         most: usize,
     },
 
-    /// A name so long that it is none.
+    /// A column name of implausible length.
     #[error(
         "{} names a column with {found} bytes (starting {start:?}), and {most} at most are read; \
          check that its first line is a header",
@@ -72,14 +72,14 @@ pub enum Error {
         most: usize,
     },
 
-    /// A column in memory that has not one value for each time.
+    /// A column in memory whose length differs from that of the times.
     #[error(
         "column {column:?} of {} has {found} {} for {expected} times; give one for each",
         path.display(),
         if *found == 1 { "value" } else { "values" }
     )]
     Rows {
-        /// What the log is called.
+        /// Name of the log.
         path: PathBuf,
         /// The column.
         column: String,
@@ -89,7 +89,7 @@ pub enum Error {
         expected: usize,
     },
 
-    /// The file is neither text nor of another format that is read.
+    /// The file is neither text nor of a supported format.
     #[error(
         "{}: unsupported format (looks like {looks_like}); export it as CSV",
         path.display()
@@ -97,11 +97,11 @@ pub enum Error {
     Binary {
         /// The file.
         path: PathBuf,
-        /// What its first bytes say it is.
+        /// Format that its first bytes suggest.
         looks_like: String,
     },
 
-    /// A file whose structure is damaged past reading.
+    /// A file whose structure is too damaged to read.
     #[error(
         "{} cannot be read as {format}: at byte {byte}, {found}; copy the file again from where it \
          was recorded, or export it as CSV",
@@ -110,15 +110,15 @@ pub enum Error {
     Corrupt {
         /// The file.
         path: PathBuf,
-        /// What it is, such as "an MCAP file".
+        /// Format, such as "an MCAP file".
         format: &'static str,
-        /// Where the damage is, in bytes from the start.
+        /// Position of the damage, in bytes from the start.
         byte: u64,
-        /// What is there.
+        /// Content at that position.
         found: String,
     },
 
-    /// A packed file that holds far more than a log of its size can.
+    /// A packed file that unpacks to far more than a log of its size can hold.
     #[error(
         "{}: {packed} bytes unpack to more than {unpacked}, which is not plausible for a log; if it \
          is one, unpack it first",
@@ -133,7 +133,7 @@ pub enum Error {
         unpacked: u64,
     },
 
-    /// An archive of which nothing can be unpacked.
+    /// An archive that cannot be unpacked at all.
     #[error(
         "{} is a {packing} archive that {reason} from its start; copy it again from where it was \
          made",
@@ -142,13 +142,13 @@ pub enum Error {
     Archive {
         /// The file.
         path: PathBuf,
-        /// What archive: "gzip".
+        /// Kind of archive: "gzip".
         packing: &'static str,
-        /// What is wrong, in words that follow "that": "is cut off".
+        /// The fault, in words that follow "that": "is cut off".
         reason: String,
     },
 
-    /// A file of a known format that its reader gives up on.
+    /// A file of a known format that its reader rejects.
     #[error(
         "{} cannot be read as {format}: {found}; copy the file again from where it was recorded, or \
          export it as CSV",
@@ -157,37 +157,37 @@ pub enum Error {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What it is, such as "a Parquet file".
+        /// Format, such as "a Parquet file".
         format: &'static str,
-        /// What is wrong.
+        /// The fault.
         found: String,
     },
 
-    /// A workbook without the sheet that was asked for.
+    /// A workbook without the requested sheet.
     #[error("{} has no sheet {wanted:?}; its sheets are {}", path.display(), list(sheets))]
     NoSheet {
         /// The file.
         path: PathBuf,
-        /// The sheet asked for.
+        /// The requested sheet.
         wanted: String,
         /// Every sheet that holds cells.
         sheets: Vec<String>,
     },
 
-    /// A file of a known format with something in it that the reader does not know.
+    /// A file of a known format with a feature that the reader does not support.
     #[error("{} is {format} {detail}, which is not supported; {advice}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What it is, such as "an MCAP file".
+        /// Format, such as "an MCAP file".
         format: &'static str,
-        /// What is not known, in words that follow the format: "with xz compression".
+        /// The unsupported feature, in words that follow the format: "with xz compression".
         detail: String,
-        /// What to do.
+        /// Advice.
         advice: &'static str,
     },
 
-    /// A file of a known format without a number in it.
+    /// A file of a known format without any numbers.
     #[error(
         "{} ({format}) holds no numbers with times; check that the recording was saved and copied \
          whole",
@@ -196,11 +196,11 @@ pub enum Error {
     NoSamples {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Its format.
         format: String,
     },
 
-    /// The file holds nothing, or only blank lines.
+    /// The file is empty or holds only blank lines.
     #[error("{} is empty; check that the recording was saved and copied whole", path.display())]
     Empty {
         /// The file.
@@ -216,7 +216,7 @@ pub enum Error {
     NotATable {
         /// The file.
         path: PathBuf,
-        /// How many rows were looked at.
+        /// Number of rows inspected.
         rows: usize,
     },
 
@@ -285,13 +285,14 @@ pub enum Error {
         path: PathBuf,
         /// The line of the second header.
         line: u64,
-        /// What it holds.
+        /// Its content.
         found: String,
-        /// What the first holds there.
+        /// Content of the first header at that place.
         expected: String,
     },
 
-    /// Numbers such as `1.588`, which may be decimals or thousands, and none that tells.
+    /// Numbers such as `1.588`, which may have decimals or thousands, and no number that decides
+    /// it.
     #[error(
         "{}:{line}: {text:?} in column {column:?} may have decimals or thousands, and no other \
          number shows which; write thousands without a sign between them, or decimals with \
@@ -380,7 +381,7 @@ pub enum Error {
         column: String,
         /// The unit found.
         unit: String,
-        /// The units that would do.
+        /// The accepted units.
         accepted: Vec<&'static str>,
     },
 
@@ -397,7 +398,7 @@ pub enum Error {
         column: String,
         /// The line of the first cell.
         line: u64,
-        /// What that cell holds.
+        /// Content of that cell.
         text: String,
     },
 
@@ -419,7 +420,7 @@ pub enum Error {
         to_s: f64,
     },
 
-    /// A value of [`ReadOptions`](crate::ReadOptions) that cannot be used.
+    /// An invalid value of [`ReadOptions`](crate::ReadOptions).
     #[error("{}: {option} is {found}, and must be {expected}", path.display())]
     Option {
         /// The file to be read.
@@ -428,7 +429,7 @@ pub enum Error {
         option: &'static str,
         /// Its value.
         found: String,
-        /// What it must be.
+        /// The accepted values.
         expected: &'static str,
     },
 
@@ -440,9 +441,9 @@ pub enum Error {
         list(available)
     )]
     NoChannel {
-        /// The name asked for.
+        /// The requested name.
         wanted: String,
-        /// The files looked in.
+        /// The files searched.
         paths: Vec<PathBuf>,
         /// The most similar columns, the nearest first.
         nearest: Vec<String>,
@@ -456,13 +457,13 @@ pub enum Error {
         choices.join(" or ")
     )]
     Ambiguous {
-        /// The name asked for.
+        /// The requested name.
         wanted: String,
-        /// The ways to tell them apart.
+        /// The names that distinguish them.
         choices: Vec<String>,
     },
 
-    /// The column is there and holds no value.
+    /// The column exists and holds no value.
     #[error(
         "column {column:?} of {} is empty: no value in any of its {rows} rows; choose another, or \
          check that the instrument was on",
@@ -473,11 +474,11 @@ pub enum Error {
         path: PathBuf,
         /// The column.
         column: String,
-        /// The rows in which it was looked for.
+        /// Number of rows searched.
         rows: usize,
     },
 
-    /// The column is there and holds text only.
+    /// The column exists and holds only text.
     #[error(
         "{}:{line}: column {column:?} holds text such as {text:?} and no number; choose another",
         path.display()
@@ -493,29 +494,29 @@ pub enum Error {
         text: String,
     },
 
-    /// The column is there, and is nothing that a channel can be.
+    /// The column exists, and its content cannot be a channel.
     #[error("column {column:?} of {} {why}; choose another", path.display())]
     LeftOut {
         /// The file.
         path: PathBuf,
         /// The column.
         column: String,
-        /// Why, in words that follow its name: "is a list of varying length".
+        /// The reason, in words that follow its name: "is a list of varying length".
         why: &'static str,
     },
 
-    /// A unit that is not known.
+    /// An unknown unit.
     #[error("unknown unit {unit:?}; {}", unit_advice(nearest, expected))]
     UnknownUnit {
         /// The unit as written.
         unit: String,
-        /// The known unit most like it.
+        /// The most similar known unit.
         nearest: Option<&'static str>,
-        /// What it should measure, where that is known.
+        /// The expected quantity, if known.
         expected: Option<Dimension>,
     },
 
-    /// A unit that measures something else.
+    /// A unit of another quantity.
     #[error(
         "{unit:?} is a unit of {found} where one of {expected} is needed; write one of {}",
         accepted.join(", ")
@@ -523,22 +524,22 @@ pub enum Error {
     Dimension {
         /// The unit as written.
         unit: String,
-        /// What it measures.
+        /// The quantity of that unit.
         found: Dimension,
-        /// What is to be measured.
+        /// The expected quantity.
         expected: Dimension,
-        /// The units that would do.
+        /// The accepted units.
         accepted: Vec<&'static str>,
     },
 }
 
-/// An archive holds more than a log of its size can: a reason of [`io::Error`] that
+/// An archive that holds more than a log of its size can; a source of [`io::Error`] that
 /// [`Error::io`] recognises.
 #[derive(Debug)]
 pub(crate) struct TooMuch {
-    /// How many bytes were unpacked,
+    /// Number of bytes unpacked.
     pub(crate) unpacked: u64,
-    /// of how many.
+    /// Number of packed bytes that they came from.
     pub(crate) packed: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Parts of a file that is read from front to back, cut where its records end.
+//! Excerpts of a file that is read from front to back, cut at record boundaries.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -10,23 +10,23 @@ use crate::framing::Frame;
 use crate::glance::Thoroughness;
 use crate::note::Note;
 
-/// Parts of a file, in order, the first of which starts it and the last of which ends it.
+/// Pieces of a file, in order; the first starts the file and the last ends it.
 pub(crate) struct Excerpt {
-    /// Where each of them is, in bytes.
+    /// Byte range of each piece.
     pub(crate) pieces: Vec<Range<u64>>,
-    /// The bytes of the file.
+    /// Size of the file in bytes.
     pub(crate) size: u64,
-    /// Lines in the first piece of a text.
+    /// Number of lines in the first piece of a text.
     lines: u64,
 }
 
 impl Excerpt {
-    /// The bytes of all pieces.
+    /// Returns the number of bytes in all pieces.
     pub(crate) fn length(&self) -> u64 {
         self.pieces.iter().map(|piece| piece.end - piece.start).sum()
     }
 
-    /// Where in the file a byte of the excerpt is.
+    /// Converts a byte position in the excerpt to one in the file.
     fn byte(&self, mut byte: u64) -> u64 {
         for piece in &self.pieces {
             let length = piece.end - piece.start;
@@ -38,7 +38,8 @@ impl Excerpt {
         self.size
     }
 
-    /// A note on the excerpt as one on the file: a line behind the first piece cannot be told.
+    /// Converts a note on the excerpt to one on the file: a line after the first piece has no known
+    /// number.
     pub(crate) fn place(&self, mut note: Note) -> Note {
         if let Note::Truncated { byte, .. } = &mut note {
             *byte = self.byte(*byte);
@@ -49,7 +50,7 @@ impl Excerpt {
         }
     }
 
-    /// The pieces one after the other, in place of the file.
+    /// Returns the pieces one after the other, in place of the file.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -70,12 +71,12 @@ impl Excerpt {
     }
 }
 
-/// Finds parts of a file that can be read by the reader of the whole; `None` where they cannot be
-/// told to be whole records.
+/// Finds pieces of a file that the file's reader can read; `None` where they cannot be shown to be
+/// complete records.
 ///
 /// # Errors
 /// [`Error::Io`].
-pub(crate) fn of(
+pub(crate) fn choose(
     content: &Content,
     frame: Frame,
     how: Thoroughness,

@@ -1,6 +1,6 @@
 //! Numbers of samples and times that may be estimates.
 
-/// A number, and whether it is known or estimated.
+/// A number that is either known or estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Figure<T> {
     /// Counted, or stated by the file's index.
@@ -10,29 +10,29 @@ pub enum Figure<T> {
 }
 
 impl<T: Copy> Figure<T> {
-    /// The number.
+    /// Returns the number.
     pub fn value(self) -> T {
         match self {
             Self::Exact(value) | Self::About(value) => value,
         }
     }
 
-    /// Whether it is estimated.
+    /// Returns whether the number is estimated.
     pub fn is_estimate(self) -> bool {
         matches!(self, Self::About(_))
     }
 
-    /// A number that is `exact`, or not.
+    /// Creates an exact or an estimated number.
     pub(crate) fn new(value: T, exact: bool) -> Self {
         if exact { Self::Exact(value) } else { Self::About(value) }
     }
 }
 
-/// Which part of a group's records was read.
+/// Part of a group's records that was read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Portion {
-    /// How many were read,
+    /// Number of records read.
     pub(crate) read: usize,
-    /// and how many the file holds.
+    /// Number of records in the file.
     pub(crate) of: Figure<u64>,
 }

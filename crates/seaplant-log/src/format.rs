@@ -1,18 +1,18 @@
-//! What a file is, told by its first bytes, never by its name; and which reader reads it.
+//! Detects the format of a file from its first bytes, never from its name, and selects its reader.
 //!
 //! # To add a reader
-//! 1. `readers/NAME.rs` with `recognises(head: &[u8]) -> bool` and
-//!    `read(content: Content, options: &ReadOptions) -> Result<Log, Error>`. It takes the bytes by
-//!    [`Content::stream`], [`Content::seekable`] or [`Content::bytes`] and hands groups of samples
-//!    to an [`Assembly`](crate::assemble::Assembly), which sorts them, drops what is no number or
-//!    repeats a time, and makes the [`Log`]. A table goes through [`tabular`](crate::tabular).
+//! 1. `readers/NAME.rs` with `recognises(head: &[u8]) -> bool` and `read(content: Content, options:
+//!    &ReadOptions) -> Result<Log, Error>`. It takes the bytes through [`Content::stream`],
+//!    [`Content::seekable`] or [`Content::bytes`] and hands groups of samples to an
+//!    [`Assembly`](crate::assemble::Assembly), which sorts them, drops values that are not numbers
+//!    or repeat a time, and makes the [`Log`]. A table goes through [`tabular`](crate::tabular).
 //! 2. A [`Format`] with its name, a line in [`Format::RECOGNISED`] and one in [`read`]; one in
-//!    [`Format::framing`] if its records can be told from each other anywhere in a file.
+//!    [`Format::framing`] if its records can be separated anywhere in a file.
 //! 3. Tests in `tests/NAME.rs`: every channel against files that an independent writer makes by
 //!    `tests/reference/make_NAME.py` (see `tests/common/python.rs`), and errors and notes by their
-//!    whole text. Small files of the same script for `tests/robust/`, which damages them by the
+//!    complete text. Small files of the same script for `tests/robust/`, which damages them by the
 //!    thousand, and smaller ones by `fuzz/make_corpus.py` for `scripts/fuzz NAME`, which searches
-//!    further, and for `tests/robust/corpus.rs`, which names the readers that have such.
+//!    further, and for `tests/robust/corpus.rs`, which names the readers that have such files.
 
 use crate::content::{Content, is_binary};
 use crate::framing::Frame;
@@ -23,7 +23,7 @@ use crate::readers::{
 };
 use crate::{Error, Log, ReadOptions};
 
-/// What a file is.
+/// File format.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Format {
     Text,
@@ -42,15 +42,15 @@ pub(crate) enum Format {
     Mat5,
     Hdf5,
     Pd0,
-    /// Known by its first bytes, and not read: what to call it.
+    /// Recognised by its first bytes but not supported; holds the name.
     Unsupported(&'static str),
 }
 
-/// Whether bytes are of a format, by the first of them.
+/// Recognises a format from the first bytes of a file.
 type Recognises = fn(&[u8]) -> bool;
 
 impl Format {
-    /// Every format that a reader recognises, in the order of asking.
+    /// Formats that a reader recognises, in the order of detection.
     const RECOGNISED: &'static [(Recognises, Self)] = &[
         (gzip::recognises, Self::Gzip),
         (zstd::recognises, Self::Zstd),
@@ -68,8 +68,8 @@ impl Format {
         (tlog::recognises, Self::Tlog),
     ];
 
-    /// What the bytes are that start with `head`.
-    pub(crate) fn of(head: &[u8]) -> Self {
+    /// Detects the format of a file that starts with `head`.
+    pub(crate) fn detect(head: &[u8]) -> Self {
         if let Some((_, format)) = Self::RECOGNISED.iter().find(|(is, _)| is(head)) {
             return *format;
         }
@@ -85,7 +85,7 @@ impl Format {
         }
     }
 
-    /// What people call it.
+    /// Returns the common name of the format.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Text => "a text table",
@@ -108,8 +108,8 @@ impl Format {
         }
     }
 
-    /// Determines how records are framed; `None` of a format of which parts cannot be read by the
-    /// reader of the complete file.
+    /// Returns how records are framed; `None` for a format whose parts the reader of the complete
+    /// file cannot read.
     pub(crate) fn framing(self) -> Option<Frame> {
         match self {
             Self::Text => Some(text::framing),
@@ -126,10 +126,10 @@ impl Format {
 /// # Errors
 /// [`Error::Binary`] of a format without a reader; those of the reader.
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
-    read_as(Format::of(content.head()), content, options)
+    read_as(Format::detect(content.head()), content, options)
 }
 
-/// Reads a log of a format that is known.
+/// Reads a log of a known format.
 ///
 /// # Errors
 /// As [`read`].
@@ -159,12 +159,12 @@ pub(crate) fn read_as(
     }
 }
 
-/// Reads a table of any format that has tables.
+/// Reads a table of any tabular format.
 ///
 /// # Errors
 /// [`Error::Binary`] of a format without tables; those of the reader.
 pub(crate) fn table(content: Content) -> Result<Grid, Error> {
-    match Format::of(content.head()) {
+    match Format::detect(content.head()) {
         Format::Text => grid::read(content, &mut |_| Ok(None)),
         Format::Gzip => table(gzip::unpack(content)?),
         Format::Zstd => table(zstd::unpack(content)?),
@@ -175,13 +175,13 @@ pub(crate) fn table(content: Content) -> Result<Grid, Error> {
     }
 }
 
-/// The error of a file that no reader reads.
+/// Returns the error for an unsupported file.
 pub(crate) fn unsupported(content: &Content) -> Error {
-    let looks_like = Format::of(content.head()).name().to_owned();
+    let looks_like = Format::detect(content.head()).name().to_owned();
     Error::Binary { path: content.path().to_owned(), looks_like }
 }
 
-/// Bytes of other formats that people take for logs, where these stand, and what to call them.
+/// Magic bytes of other formats that people take for logs, with their positions and names.
 const MAGIC: &[(usize, &[u8], &str)] = &[
     (30, b"mimetypeapplication/vnd.oasis", "an OpenDocument file"),
     (0, b"PK\x03\x04", "a zip archive (unpack it first)"),

@@ -1,23 +1,24 @@
-//! Where records start and end among bytes from somewhere in a file.
+//! Finds record boundaries among bytes from anywhere in a file.
 
 use std::ops::Range;
 
-/// What parts records.
+/// Separation of records.
 pub(crate) enum Framing {
-    /// The end of a line.
+    /// By the end of a line.
     Lines,
-    /// The length of the record that bytes start with.
+    /// By the length of the record that the bytes start with.
     Records(Box<Length>),
 }
 
-/// The length of the record that bytes start with; `None` where they start with none.
+/// Returns the length of the record that the bytes start with; `None` if they start with no record.
 pub(crate) type Length = dyn Fn(&[u8]) -> Option<usize>;
 
 /// Determines from the first bytes of a file how its records are framed.
 pub(crate) type Frame = fn(&[u8]) -> Option<Framing>;
 
 impl Framing {
-    /// The whole records within bytes, which start with one if they are the `first` of the file.
+    /// Returns the range of complete records within bytes, which start with a record if they are
+    /// the `first` of the file.
     pub(crate) fn records(&self, bytes: &[u8], first: bool) -> Option<Range<usize>> {
         match self {
             Self::Lines => lines(bytes, first),
@@ -29,7 +30,7 @@ impl Framing {
     }
 }
 
-/// The whole lines within bytes, unless a quoted cell may run over several.
+/// Returns the range of complete lines within bytes, unless a quoted cell may span several.
 fn lines(bytes: &[u8], first: bool) -> Option<Range<usize>> {
     let end = 1 + bytes.iter().rposition(|&byte| byte == b'\n')?;
     let start = if first { 0 } else { 1 + bytes.iter().position(|&byte| byte == b'\n')? };
@@ -38,8 +39,8 @@ fn lines(bytes: &[u8], first: bool) -> Option<Range<usize>> {
     rows.split(|&byte| byte == b'\n').all(paired).then_some(start..end)
 }
 
-/// The whole records within bytes, from the first of a row of several that follow each other: one
-/// alone may be chance.
+/// Returns the range of complete records within bytes, from the first of several consecutive ones:
+/// a single one may be chance.
 fn records(bytes: &[u8], length: impl Fn(&[u8]) -> Option<usize>) -> Option<Range<usize>> {
     const ROW: usize = 8;
     let follows = |start: &usize| {
@@ -54,7 +55,7 @@ fn records(bytes: &[u8], length: impl Fn(&[u8]) -> Option<usize>) -> Option<Rang
                 at += length;
                 end = at;
             }
-            // Damage: the reader tells of it.
+            // Damage: the reader reports it.
             None => at += 1,
         }
     }
@@ -65,7 +66,7 @@ fn records(bytes: &[u8], length: impl Fn(&[u8]) -> Option<usize>) -> Option<Rang
 mod tests {
     use super::*;
 
-    /// Records of 0xaa, their length, and as many bytes more as it says.
+    /// Returns the length of a record that starts with 0xaa and its length.
     fn length(bytes: &[u8]) -> Option<usize> {
         let length = 2 + usize::from(*bytes.get(1)?);
         (bytes[0] == 0xaa && length <= bytes.len()).then_some(length)

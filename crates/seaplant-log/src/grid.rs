@@ -1,4 +1,4 @@
-//! A text table in memory: columns of numbers, those present only.
+//! A text table in memory: columns of numbers without missing values.
 
 use std::path::Path;
 
@@ -16,45 +16,45 @@ use crate::separators;
 use crate::time::time_cell;
 use crate::{Epoch, Error};
 
-/// A table as read, before anything is known of time.
+/// A table as read, before its time column is interpreted.
 pub(crate) struct Grid {
     pub(crate) origin: Origin,
-    /// What the file is, such as "comma-separated text".
+    /// File format, such as "comma-separated text".
     pub(crate) format: String,
     pub(crate) columns: Vec<Column>,
     pub(crate) rows: usize,
     pub(crate) lines: Lines,
     pub(crate) header_line: u64,
-    /// Whether the time column holds date-times.
+    /// True if the time column holds date-times.
     pub(crate) stamped: bool,
-    /// What times count from, where that was found out.
+    /// Epoch of the times, if it was determined.
     pub(crate) epoch: Option<Epoch>,
     pub(crate) notes: Vec<Note>,
-    /// Columns that hold no series of numbers by their type, and why: see [`Assembly::leave_out`].
+    /// Columns whose type is not a series of numbers, and why: see [`Assembly::leave_out`].
     ///
     /// [`Assembly::leave_out`]: crate::assemble::Assembly::leave_out
     pub(crate) left_out: Vec<(String, &'static str)>,
 }
 
-/// The line of each row, kept as the few places where lines and rows part.
+/// Line of each row, stored as the few rows where the offset between lines and rows changes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Lines(Vec<(usize, u64)>);
 
 impl Lines {
     #[inline]
     fn push(&mut self, row: usize, line: u64) {
-        if self.0.is_empty() || self.of(row) != line {
+        if self.0.is_empty() || self.line(row) != line {
             self.0.push((row, line));
         }
     }
 
-    /// Lines of a table that has none: rows counted from 1.
+    /// Creates the lines of a table that has none: rows counted from 1.
     pub(crate) fn of_rows() -> Self {
         Self(vec![(0, 1)])
     }
 
-    /// The line of a row.
-    pub(crate) fn of(&self, row: usize) -> u64 {
+    /// Returns the line of a row.
+    pub(crate) fn line(&self, row: usize) -> u64 {
         let known = match self.0.last() {
             Some(&last) if last.0 <= row => last,
             _ => match self.0.partition_point(|&(start, _)| start <= row) {
@@ -66,13 +66,13 @@ impl Lines {
     }
 }
 
-/// Says which column of a table is time, if any is: it may hold date-times.
+/// Chooses the time column of a table, if it has one, which may hold date-times.
 pub(crate) type ChooseTime<'a> = &'a mut dyn FnMut(&[Heading]) -> Result<Option<usize>, Error>;
 
 /// Reads a text table.
 ///
 /// # Errors
-/// Of the file: [`Error::Io`], [`Error::Binary`], [`Error::Empty`]. Of the table:
+/// For the file: [`Error::Io`], [`Error::Binary`], [`Error::Empty`]. For the table:
 /// [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`], [`Error::UnitsDiffer`],
 /// [`Error::SecondHeader`], [`Error::AmbiguousNumber`], [`Error::OpenQuote`],
 /// [`Error::TooFewRows`]; those of `choose_time`.
@@ -94,7 +94,7 @@ pub(crate) fn read(content: Content, choose_time: ChooseTime<'_>) -> Result<Grid
     Ok(rows.into_grid(origin, format, &layout))
 }
 
-/// Gives every column a name and a header text of its own.
+/// Gives every column a unique name and header text.
 pub(crate) fn tell_headings_apart(headings: &mut [Heading], path: &Path, notes: &mut Vec<Note>) {
     for (k, heading) in headings.iter_mut().enumerate().filter(|(_, h)| h.nameless) {
         heading.column = format!("column {}", k + 1);
@@ -103,16 +103,16 @@ pub(crate) fn tell_headings_apart(headings: &mut [Heading], path: &Path, notes: 
     tell_apart(headings.iter_mut().map(|h| (&mut h.column, &mut h.name)), path, notes);
 }
 
-/// So many rows tell how long rows are.
+/// Number of rows from which the length of rows is estimated.
 const SAMPLED_ROWS: usize = 1024;
 
-/// The state of reading row after row.
+/// State of reading row after row.
 pub(crate) struct Rows<'a> {
     path: &'a Path,
     notes: Vec<Note>,
     columns: Vec<Column>,
     time: Option<usize>,
-    /// Whether the time column holds date-times; its first readable cell tells.
+    /// True if the time column holds date-times, decided by its first readable cell.
     stamped: Option<bool>,
     decimal: Decimal,
     row: usize,
@@ -121,7 +121,7 @@ pub(crate) struct Rows<'a> {
     irregular: Irregular,
 }
 
-/// Rows that are not like the header, by kind: how many, and the first of them.
+/// Rows that differ from the header, by kind: their number and the first of them.
 #[derive(Default)]
 struct Irregular {
     ragged: Option<(usize, u64, usize)>,
@@ -161,7 +161,7 @@ impl Irregular {
 }
 
 impl<'a> Rows<'a> {
-    /// Ready for the first row below the header.
+    /// Prepares for the first row below the header.
     ///
     /// # Errors
     /// Those of `choose_time`.
@@ -180,7 +180,7 @@ impl<'a> Rows<'a> {
             columns: headings.into_iter().map(Column::empty).collect(),
             time,
             stamped: None,
-            decimal: Decimal::of(layout.delimiter.byte()),
+            decimal: Decimal::for_delimiter(layout.delimiter.byte()),
             row: 0,
             lines: Lines::default(),
             decimal_comma: None,
@@ -188,7 +188,7 @@ impl<'a> Rows<'a> {
         })
     }
 
-    /// The table, once all rows are taken.
+    /// Returns the table, once all rows are read.
     pub(crate) fn into_grid(self, origin: Origin, format: String, layout: &Layout) -> Grid {
         let Self { columns, row, lines, decimal_comma, irregular, stamped, mut notes, .. } = self;
         notes.extend(decimal_comma);
@@ -198,7 +198,7 @@ impl<'a> Rows<'a> {
         Grid { origin, format, columns, rows, lines, header_line, stamped, epoch, notes, left_out }
     }
 
-    /// How many columns there are.
+    /// Returns the number of columns.
     pub(crate) fn width(&self) -> usize {
         self.columns.len()
     }
@@ -220,7 +220,7 @@ impl<'a> Rows<'a> {
             open_quote =
                 (layout::has_open_quote(&record) && !(is_cut && in_archive)).then_some(line);
             read += 1;
-            // Half a number is another number.
+            // A truncated number is another number.
             if is_cut && open_quote.is_none() {
                 self.leave_out_last(&record, line, in_archive || read <= layout.skip);
                 break;
@@ -248,7 +248,7 @@ impl<'a> Rows<'a> {
         Ok((reader.into_inner().into_origin(), format))
     }
 
-    /// Notes the last row, which no line end closes; an archive that is cut is noted by itself.
+    /// Notes that the last row has no line end; a truncated archive has its own note.
     fn leave_out_last(&mut self, record: &ByteRecord, line: u64, is_known: bool) {
         let last = record.iter().next_back().unwrap_or_default();
         let is_blank = record.len() <= 1 && last.trim_ascii().is_empty();
@@ -258,14 +258,14 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Makes room for all rows at once, as many as the file seems to have: columns that grow
-    /// side by side leave the memory between them in pieces.
+    /// Reserves memory for all rows, estimated from the file: columns that grow in turn fragment
+    /// the memory.
     fn make_room(&mut self, bytes_read: u64) {
         let Ok(file) = std::fs::metadata(self.path) else { return };
         let rows = self.row as f64 * file.len() as f64 / bytes_read.max(1) as f64;
         for Samples { values, .. } in self.columns.iter_mut().map(|column| &mut column.samples) {
             let more = (rows as usize).saturating_sub(values.len());
-            // Without that room the columns grow as they are filled.
+            // If the reservation fails, the columns grow as they are filled.
             let _ = if values.is_empty() { Ok(()) } else { values.try_reserve_exact(more) };
         }
     }
@@ -278,7 +278,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Takes one record of the table in.
+    /// Reads one record of the table.
     ///
     /// # Errors
     /// [`Error::SecondHeader`].
@@ -313,7 +313,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// Counts a row of another length; whether it is to be used nevertheless.
+    /// Counts a row of another length and returns whether it is used.
     fn fits(&mut self, record: &ByteRecord, line: u64) -> bool {
         if record.len() <= 1 {
             let cell = record.get(0).unwrap_or_default();
@@ -332,7 +332,8 @@ impl<'a> Rows<'a> {
         true
     }
 
-    /// Remembers the signs of a cell, and reads `1.588` as a decimal once the file has others.
+    /// Records the separators of a cell, and reads `1.588` as a decimal once the file has shown
+    /// decimals.
     fn without_doubt(&mut self, k: usize, found: Cell, line: u64, cell: &[u8]) -> Cell {
         let (sign, separators) = (self.decimal.sign, &mut self.columns[k].separators);
         let is_sign = |b: &u8| matches!(b, b'.' | b',');
@@ -386,7 +387,7 @@ mod tests {
         }
         assert_eq!(lines.0.len(), 3);
         for (row, line) in written.into_iter().enumerate() {
-            assert_eq!(lines.of(row), line);
+            assert_eq!(lines.line(row), line);
         }
     }
 

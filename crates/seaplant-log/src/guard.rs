@@ -1,4 +1,4 @@
-//! Readers of others, kept from taking ours down with them.
+//! Isolation from panics of other crates' readers.
 
 use std::cell::Cell;
 use std::fmt::Display;
@@ -11,15 +11,15 @@ thread_local! {
     static GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether this thread is within another crate's reader, whose panics are caught and told as
-/// errors: a panic hook that asks need not print them.
+/// Returns whether this thread is within another crate's reader, whose panics are caught and
+/// reported as errors: a panic hook need not print them.
 #[doc(hidden)]
 pub fn is_guarded() -> bool {
     GUARDED.get()
 }
 
-/// What another crate's reader finds, its errors as [`Error::Damaged`]; likewise its panics, for
-/// such readers trust some numbers of a file.
+/// Runs another crate's reader and converts its errors, and its panics, to [`Error::Damaged`]: such
+/// readers trust some numbers of a file.
 pub(crate) fn guarded<T, E: Display>(
     path: &Path,
     format: &'static str,

@@ -1,4 +1,4 @@
-//! The bytes of a file, hashed as they are read.
+//! Hashes the bytes of a file as they are read.
 
 use std::io::{self, Read};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,8 +13,8 @@ struct Raw {
     bytes: u64,
 }
 
-/// A file's bytes, counted and hashed as they are read; clones share them, and so read what others
-/// leave.
+/// A file's bytes, counted and hashed as they are read; clones share them and continue where others
+/// stopped.
 #[derive(Clone)]
 pub(crate) struct Hashed(Arc<Mutex<Raw>>);
 
@@ -23,12 +23,12 @@ impl Hashed {
         Self(Arc::new(Mutex::new(Raw { raw, hash: Sha256::new(), bytes: 0 })))
     }
 
-    /// How many bytes of the file were read so far.
+    /// Returns the number of bytes read so far.
     pub(crate) fn passed(&self) -> u64 {
         self.lock().bytes
     }
 
-    /// The SHA-256 of the bytes so far, in hexadecimal.
+    /// Returns the SHA-256 of the bytes so far, in hexadecimal.
     pub(crate) fn sha256(&self) -> String {
         let digest = self.lock().hash.clone().finalize();
         digest.iter().map(|byte| format!("{byte:02x}")).collect()

@@ -2,22 +2,22 @@
 
 use crate::Unit;
 
-/// A column's header, taken apart.
+/// A parsed column header.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Heading {
-    /// The header's text, outer blanks gone.
+    /// Header text, trimmed.
     pub(crate) column: String,
-    /// The text without the unit.
+    /// Text without the unit.
     pub(crate) name: String,
     pub(crate) unit: Option<Unit>,
-    /// Whether the header's cell was empty.
+    /// True if the header cell was empty.
     pub(crate) nameless: bool,
-    /// Whether the column holds instants by its type, whatever its name.
+    /// True if the type of the column is an instant, whatever its name.
     pub(crate) instant: bool,
 }
 
 impl Heading {
-    /// Takes `u_velo [m/s]` apart. Brackets that hold no unit stay part of the name.
+    /// Splits `u_velo [m/s]` into name and unit. Brackets that hold no unit stay part of the name.
     pub(crate) fn parse(text: &str) -> Self {
         // A header may be broken into lines; a name in a message or a table may not.
         let column = text.trim().replace("\r\n", " ").replace(['\r', '\n', '\t'], " ");
@@ -35,7 +35,7 @@ impl Heading {
     }
 }
 
-/// Whether the last word of a name is that of a ratio, so that `(1)` after it is its unit.
+/// Returns whether the last word of a name names a ratio, so that `(1)` after it is its unit.
 fn is_of_ratio(name: &str) -> bool {
     const RATIOS: &[&str] =
         &["command", "cmd", "throttle", "duty", "ratio", "setpoint", "level", "effort", "input"];
@@ -43,7 +43,7 @@ fn is_of_ratio(name: &str) -> bool {
     RATIOS.contains(&last.to_lowercase().as_str())
 }
 
-/// The text before a last pair of brackets, and that within.
+/// Splits the text before a last pair of brackets from the text within.
 fn bracketed(text: &str) -> Option<(&str, &str)> {
     let open = match text.chars().last()? {
         ']' => '[',
@@ -56,7 +56,7 @@ fn bracketed(text: &str) -> Option<(&str, &str)> {
     (!name.is_empty()).then_some((name, text[at + 1..text.len() - 1].trim()))
 }
 
-/// A unit that stands in a row of its own below the names, bracketed or not.
+/// Parses a unit in a row of its own below the names, bracketed or not.
 pub(crate) fn lone_unit(text: &str) -> Option<Unit> {
     let text = text.trim();
     let bare = text.strip_prefix(['[', '(']).and_then(|t| t.strip_suffix([']', ')']));

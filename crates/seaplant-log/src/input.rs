@@ -1,4 +1,5 @@
-//! A text as a stream of bytes: in UTF-8 or near it, byte-order mark gone, runs of blanks squeezed.
+//! A text as a stream of bytes: in UTF-8 or close to it, without byte-order mark, runs of blanks
+//! collapsed.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -6,12 +7,12 @@ use std::path::Path;
 use crate::Error;
 use crate::content::{Content, Origin, is_binary};
 
-/// A text, its first bytes at hand, the rest to be read.
+/// A text whose first bytes are in memory.
 pub(crate) struct Input {
     origin: Origin,
     head: Vec<u8>,
     at: usize,
-    /// Whether `head` is the whole text.
+    /// True if `head` is the complete text.
     whole: bool,
     rest: Box<dyn Read + Send>,
     newline: Newline,
@@ -19,15 +20,15 @@ pub(crate) struct Input {
     encoding: Option<&'static str>,
     squeeze: Option<Squeeze>,
     scratch: Vec<u8>,
-    /// How many bytes were handed out.
+    /// Number of bytes handed out.
     given: u64,
-    /// Whether the last of them ends a line, or a cell in quotes.
+    /// True if the last of them ends a line or a quoted cell.
     at_end: bool,
-    /// Where they end within a cell.
+    /// Position at which the text ends within a cell.
     cut: Option<u64>,
 }
 
-/// What ends a line, which tells how far the CSV reader's count of lines is ahead.
+/// Line ending, which determines how far the CSV reader's count of lines is ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Newline {
     Lf,
@@ -36,7 +37,7 @@ pub(crate) enum Newline {
 }
 
 impl Input {
-    /// Takes the bytes of a text.
+    /// Opens a text.
     ///
     /// # Errors
     /// [`Error::Io`], [`Error::Binary`], [`Error::Empty`].
@@ -81,12 +82,12 @@ impl Input {
         self.newline
     }
 
-    /// The encoding, if a byte-order mark named another than UTF-8.
+    /// Returns the encoding, if a byte-order mark states another than UTF-8.
     pub(crate) fn encoding(&self) -> Option<&'static str> {
         self.encoding
     }
 
-    /// The first lines, complete ones only unless there is but one.
+    /// Returns the first lines, only complete ones unless there is just one.
     pub(crate) fn head(&self) -> &[u8] {
         if self.whole {
             return &self.head;
@@ -97,32 +98,32 @@ impl Input {
         }
     }
 
-    /// Whether the head is the whole text.
+    /// Returns whether the head is the complete text.
     pub(crate) fn is_whole(&self) -> bool {
         self.whole
     }
 
-    /// From here on, runs of blanks arrive as one tab.
+    /// Collapses runs of blanks to one tab from here on.
     pub(crate) fn squeeze_blanks(&mut self) {
         self.squeeze = Some(Squeeze::default());
     }
 
-    /// Whether the text ends within a cell before `byte`, counted in what was handed out.
+    /// Returns whether the text ends within a cell before `byte`, counted in the bytes handed out.
     pub(crate) fn is_cut_before(&self, byte: u64) -> bool {
         self.cut.is_some_and(|cut| cut < byte)
     }
 
-    /// Whether the archive around the text ends before its time.
+    /// Returns whether the enclosing archive is truncated.
     pub(crate) fn is_archive_cut(&self) -> bool {
         self.origin.is_cut()
     }
 
-    /// Whether these are only parts of a text.
+    /// Returns whether these are only parts of a text.
     pub(crate) fn is_in_part(&self) -> bool {
         self.origin.is_in_part()
     }
 
-    /// Where the text came from.
+    /// Returns the origin of the text.
     pub(crate) fn into_origin(self) -> Origin {
         self.origin
     }
@@ -144,7 +145,7 @@ impl Input {
         Ok(n)
     }
 
-    /// Fills a buffer with the text, blanks squeezed if they are to be.
+    /// Fills a buffer with the text, with blanks collapsed if requested.
     fn squeezed(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let Some(mut squeeze) = self.squeeze.take() else { return self.fill(buffer) };
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -164,7 +165,7 @@ impl Input {
 }
 
 impl Read for Input {
-    /// Needs a buffer of two bytes at least; the CSV reader's is larger by far.
+    /// Needs a buffer of at least two bytes; the CSV reader's is much larger.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let closing = self.closing.len();
         let n = self.squeezed(buffer)?;
@@ -179,7 +180,7 @@ impl Read for Input {
     }
 }
 
-/// Turns runs of blanks into one tab, except in quotes, in brackets and before a bracket, so that
+/// Collapses runs of blanks to one tab, except in quotes, in brackets and before a bracket, so that
 /// `u [m/s]` stays one cell.
 #[derive(Debug, Default)]
 pub(crate) struct Squeeze {
@@ -190,7 +191,7 @@ pub(crate) struct Squeeze {
 }
 
 impl Squeeze {
-    /// Writes `from`, squeezed, to the start of `to`, which is longer by one at least.
+    /// Writes `from`, collapsed, to the start of `to`, which must be longer by at least one byte.
     pub(crate) fn pass(&mut self, from: &[u8], to: &mut [u8]) -> usize {
         let mut written = 0;
         let mut put = |byte| {
@@ -222,9 +223,9 @@ impl Squeeze {
     }
 }
 
-/// Reads on until the head holds some lines, however long these are.
+/// Reads on until the head holds some lines, however long.
 fn lengthen(head: &mut Vec<u8>, whole: &mut bool, rest: &mut dyn Read) -> io::Result<()> {
-    /// Enough to tell the header from the rows.
+    /// Lines enough to distinguish the header from the rows.
     const LINES: usize = 10;
     /// Ten lines of a hundred thousand columns.
     const MOST: usize = 16 << 20;
@@ -236,10 +237,10 @@ fn lengthen(head: &mut Vec<u8>, whole: &mut bool, rest: &mut dyn Read) -> io::Re
     Ok(())
 }
 
-/// Refuses what is no text.
+/// Rejects content that is not text.
 fn check(head: &[u8], whole: bool, path: &Path) -> Result<(), Error> {
     let path = path.to_owned();
-    // A mark of UTF-16 may stand in front of anything.
+    // A byte-order mark of UTF-16 may precede anything.
     if is_binary(head) {
         return Err(Error::Binary { path, looks_like: "binary data".to_owned() });
     }
@@ -250,7 +251,7 @@ fn check(head: &[u8], whole: bool, path: &Path) -> Result<(), Error> {
 }
 
 fn newline(head: &[u8]) -> Newline {
-    // The last, since a preamble may be written by another hand than the rows.
+    // The last line, because a preamble may have another author than the rows.
     match head.iter().rposition(|&b| b == b'\n') {
         Some(0) => Newline::Lf,
         Some(end) if head[end - 1] == b'\r' => Newline::CrLf,
@@ -298,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn newlines_are_told_by_the_last() {
+    fn newlines_are_determined_by_the_last() {
         assert_eq!(newline(b"a\r\nb\r\n"), Newline::CrLf);
         assert_eq!(newline(b"# a\nb\r\nc\r\n"), Newline::CrLf);
         assert_eq!(newline(b"a\rb"), Newline::Cr);

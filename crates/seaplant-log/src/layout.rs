@@ -1,4 +1,4 @@
-//! Where in a text the table is: the delimiter, the header, the first row of numbers.
+//! Finds the table in a text: the delimiter, the header, the first row of numbers.
 
 use std::path::Path;
 
@@ -10,46 +10,46 @@ use crate::input::{Input, Newline, Squeeze};
 use crate::limits::{MOST_COLUMNS, check_names, too_many_columns};
 use crate::{Error, Unit};
 
-/// How many rows are looked at.
+/// Number of rows inspected.
 pub(crate) const ROWS: usize = 300;
 
-/// The shape of a table in a text.
+/// Layout of a table in a text.
 #[derive(Debug)]
 pub(crate) struct Layout {
     pub(crate) delimiter: Delimiter,
     pub(crate) headings: Vec<Heading>,
-    /// The header's cells as written, to know a repetition by.
+    /// Header cells as written, from which a repeated header is recognised.
     pub(crate) header: ByteRecord,
     pub(crate) header_line: u64,
-    /// The row of units as written, where there is one.
+    /// Row of units as written, if there is one.
     pub(crate) units: Option<ByteRecord>,
-    /// Records before the first that may hold data.
+    /// Number of records before the first that may hold data.
     pub(crate) skip: usize,
 }
 
 impl Layout {
-    /// The layout, if its names are those of a log.
+    /// Returns the layout if its names are plausible for a log.
     fn checked(self, path: &Path) -> Result<Self, Error> {
         check_names(self.headings.iter().map(|heading| heading.column.as_str()), path)?;
         Ok(self)
     }
 }
 
-/// What parts cells.
+/// Separator of cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Delimiter {
     Comma,
     Semicolon,
     Tab,
     Blanks,
-    /// None: the cells of a sheet.
+    /// None: the cells of a spreadsheet.
     Cells,
 }
 
 impl Delimiter {
     pub(crate) fn byte(self) -> u8 {
         match self {
-            // Numbers in the cells of a sheet have a point, as those between commas do.
+            // Numbers in spreadsheet cells have a decimal point, as those between commas do.
             Self::Comma | Self::Cells => b',',
             Self::Semicolon => b';',
             // Blanks arrive as tabs: see `Squeeze`.
@@ -68,7 +68,7 @@ impl Delimiter {
     }
 }
 
-/// A CSV reader that leaves every decision about rows to us.
+/// Creates a CSV reader that leaves every decision about rows to us.
 pub(crate) fn csv_reader<R: std::io::Read>(input: R, delimiter: Delimiter) -> csv::Reader<R> {
     csv::ReaderBuilder::new()
         .has_headers(false)
@@ -78,9 +78,9 @@ pub(crate) fn csv_reader<R: std::io::Read>(input: R, delimiter: Delimiter) -> cs
         .from_reader(input)
 }
 
-/// The line on which the record that was just read starts; `before` is the reader's line before it.
+/// Returns the line on which the last record starts; `before` is the reader's line before it.
 ///
-/// The reader counts line feeds; whether that of this record is among them depends on the newline.
+/// The reader counts line feeds; the newline determines whether that of this record is among them.
 pub(crate) fn line_of<R: std::io::Read>(
     reader: &csv::Reader<R>,
     newline: Newline,
@@ -101,12 +101,13 @@ pub(crate) fn line_of<R: std::io::Read>(
     last.saturating_sub(within).max(1)
 }
 
-/// Whether the last cell swallowed the end of its line, as only a quote that nothing closes does.
+/// Returns whether the last cell swallowed the end of its line, which only an unclosed quote does.
 pub(crate) fn has_open_quote(record: &ByteRecord) -> bool {
     record.as_slice().last() == Some(&b'\n')
 }
 
-/// Whether a row is a comment: `#`, `%` or `//` in front, unless that is a spreadsheet's `#N/A`.
+/// Returns whether a row is a comment, with `#`, `%` or `//` in front, unless that is a
+/// spreadsheet's `#N/A`.
 pub(crate) fn is_comment(record: &ByteRecord) -> bool {
     let Some(cell) = record.get(0).map(<[u8]>::trim_ascii) else { return false };
     match cell.first() {
@@ -117,14 +118,14 @@ pub(crate) fn is_comment(record: &ByteRecord) -> bool {
     }
 }
 
-/// One row of the sample.
+/// One inspected row.
 struct Row {
     record: ByteRecord,
     line: u64,
     comment: bool,
     numbers: usize,
     texts: usize,
-    /// Cells up to the last that is not empty.
+    /// Number of cells up to the last that is not empty.
     filled: usize,
 }
 
@@ -157,13 +158,13 @@ impl Row {
         self.texts > 0 && 2 * self.numbers <= self.texts
     }
 
-    /// Whether every value of `row` has a name here, and every name a cell there.
+    /// Returns whether every value of `row` has a name in this row, and every name a cell there.
     fn heads(&self, row: &Self) -> bool {
         row.filled <= self.record.len() && self.filled <= row.record.len()
     }
 }
 
-/// A commented header such as `# time, u`, its mark gone.
+/// Removes the mark of a commented header such as `# time, u`.
 pub(crate) fn without_mark(record: &ByteRecord) -> ByteRecord {
     let mut cells = record.iter();
     let first = cells.next().unwrap_or_default().trim_ascii();
@@ -171,7 +172,7 @@ pub(crate) fn without_mark(record: &ByteRecord) -> ByteRecord {
         .iter()
         .position(|b| !matches!(b, b'#' | b'%' | b'/'))
         .map_or(&[][..], |at| first[at..].trim_ascii());
-    // A mark that blanks part from the first name is a cell of its own.
+    // A mark that is separated from the first name by blanks is a cell of its own.
     let first = (!first.is_empty()).then_some(first);
     first.into_iter().chain(cells).collect()
 }
@@ -221,16 +222,16 @@ pub(crate) fn find(input: &Input) -> Result<Layout, Error> {
     }
 }
 
-/// Finds the table at the start of a sheet, whose first rows, [`ROWS`] or all, are given with
-/// their numbers.
+/// Finds the table at the start of a sheet, given its first rows, [`ROWS`] or all, with their
+/// numbers.
 ///
 /// # Errors
 /// As [`find`].
 pub(crate) fn find_in_sheet(sample: &[(u64, ByteRecord)], path: &Path) -> Result<Layout, Error> {
-    let decimal = Decimal::of(Delimiter::Cells.byte());
+    let decimal = Decimal::for_delimiter(Delimiter::Cells.byte());
     let mut width = 0;
     let row = |(line, record): &(u64, ByteRecord)| {
-        // A sheet leaves out the empty cells at the end of a row.
+        // A sheet omits the empty cells at the end of a row.
         width = width.max(record.len());
         let empty = std::iter::repeat_n(&b""[..], width - record.len());
         Row::new(record.iter().chain(empty).collect(), *line, decimal)
@@ -242,8 +243,8 @@ pub(crate) fn find_in_sheet(sample: &[(u64, ByteRecord)], path: &Path) -> Result
     }
 }
 
-/// Reports whether a line has more separators than a log may have columns. Each cell costs more
-/// memory than its separator, so this is found before a line is taken apart.
+/// Returns whether a line has more separators than a log may have columns. Each cell costs more
+/// memory than its separator, so this is checked before a line is split.
 fn is_too_wide(text: &[u8], delimiter: Delimiter) -> bool {
     let is_separator = |byte: &&u8| **byte == delimiter.byte();
     text.split(|byte| matches!(byte, b'\n' | b'\r'))
@@ -263,17 +264,18 @@ fn sample(text: &[u8], delimiter: Delimiter, newline: Newline) -> Vec<Row> {
         let line = line_of(&reader, newline, before, &record);
         // A clone would copy the reader's buffer, which is as long as its longest record so far.
         let own: ByteRecord = record.iter().collect();
-        // A version number above the table says nothing of the decimal sign in it.
-        rows.push(Row::new(own, line, Decimal::of(delimiter.byte())));
+        // A version number above the table says nothing about the decimal sign in it.
+        rows.push(Row::new(own, line, Decimal::for_delimiter(delimiter.byte())));
     }
     rows
 }
 
-/// The header that most numbers stand below, with its score.
+/// Returns the header with the most numbers below it, and its score.
 ///
-/// Of two, one that is no comment; then the later, which is nearer to the numbers.
+/// Prefers, of two equal ones, one that is no comment, then the later, which is closer to the
+/// numbers.
 fn header(rows: &[Row], delimiter: Delimiter) -> Option<(usize, usize)> {
-    // Any text is one column of another delimiter, and "0,1" then a decimal comma.
+    // With the wrong delimiter any text is one column, and "0,1" has a decimal comma.
     let alone = matches!(delimiter, Delimiter::Comma | Delimiter::Cells);
     let least = if alone { 1 } else { 2 };
     let score = |at: usize| -> usize {
@@ -286,7 +288,7 @@ fn header(rows: &[Row], delimiter: Delimiter) -> Option<(usize, usize)> {
     scored.max().map(|(score, _, at)| (score, at))
 }
 
-/// The table whose header, or row of units below it, is at `at`.
+/// Returns the table whose header, or row of units below it, is at `at`.
 ///
 /// # Errors
 /// [`Error::UnitsDiffer`].
@@ -316,12 +318,12 @@ fn layout(rows: &[Row], at: usize, delimiter: Delimiter, path: &Path) -> Result<
     Ok(Layout { delimiter, headings, header, header_line, units, skip: at + 1 })
 }
 
-/// Whether a row of units states another unit than a header; a dash states none.
+/// Returns whether a row of units states another unit than a header; a dash states none.
 pub(crate) fn contradicts(below: &Unit, header: &Unit) -> bool {
     !["-", "none"].contains(&below.symbol()) && !below.agrees_with(header)
 }
 
-/// If the row at `at` holds units only, the row of names above it.
+/// Returns the row of names above the row at `at`, if that row holds only units.
 fn row_of_names(rows: &[Row], at: usize) -> Option<usize> {
     let units = &rows[at];
     let names = at.checked_sub(1)?;
@@ -329,7 +331,7 @@ fn row_of_names(rows: &[Row], at: usize) -> Option<usize> {
     (fits && holds_units(&units.record)).then_some(names)
 }
 
-/// Whether a row is a comment that holds units only, one for each name above it.
+/// Returns whether a row is a comment that holds only units, one for each name above it.
 fn is_comment_of_units(rows: &[Row], at: usize) -> bool {
     rows.get(at).is_some_and(|row| {
         row.comment
@@ -340,12 +342,12 @@ fn is_comment_of_units(rows: &[Row], at: usize) -> bool {
     })
 }
 
-/// Whether all cells of a row that are not empty hold units.
+/// Returns whether all non-empty cells of a row hold units.
 pub(crate) fn holds_units(record: &ByteRecord) -> bool {
     record.iter().all(|cell| cell.trim_ascii().is_empty() || lone_unit(&decode(cell)).is_some())
 }
 
-/// Why no table was found in these rows.
+/// Returns the error that explains why these rows hold no table.
 fn why_not(rows: &[Row], whole: bool, path: &Path) -> Error {
     let path = path.to_owned();
     let Some(first) = rows.iter().position(Row::is_data) else {

@@ -1,8 +1,8 @@
 //! Reads the logs of marine vehicles into named, timed, unit-bearing channels.
 //!
 //! [`read()`] turns one file into a [`Log`], [`Log::open`] the several files of a trial;
-//! [`read_table`] reads a table without time, such as one of bollard pull. Nothing is decided in
-//! silence: [`Log::notes`] tells what a reader assumed or dropped.
+//! [`read_table`] reads a table without time, such as one of bollard pull. Nothing is decided
+//! silently: [`Log::notes`] reports every assumption and every value that was dropped.
 //!
 //! # Example
 //! ```

@@ -1,16 +1,16 @@
-//! Limits on what a log names: each name costs memory and time, however few bytes make it.
+//! Limits on the names in a log: each name costs memory and time, however few bytes define it.
 
 use std::path::Path;
 
 use crate::Error;
 
-/// Columns of a log, at most. The largest logs of autopilots have some thousands.
+/// Maximum number of columns in a log. The largest logs of autopilots have some thousands.
 pub(crate) const MOST_COLUMNS: usize = 100_000;
 
-/// Bytes of a name, at most.
+/// Maximum length of a name in bytes.
 const LONGEST_NAME: usize = 1000;
 
-/// Checks how many names a log has, and how long they are.
+/// Checks the number and the length of a log's names.
 ///
 /// # Errors
 /// [`Error::TooManyColumns`], [`Error::LongName`].
@@ -31,10 +31,10 @@ pub(crate) fn check_names<'a>(
     Ok(())
 }
 
-/// Characters of a name by which it is recognised.
+/// Number of characters that identify a name in a message.
 const SHOWN: usize = 40;
 
-/// The error of a log with more than [`MOST_COLUMNS`].
+/// Returns the error for a log with more than [`MOST_COLUMNS`].
 pub(crate) fn too_many_columns(path: &Path) -> Error {
     Error::TooManyColumns { path: path.to_owned(), most: MOST_COLUMNS }
 }

@@ -19,18 +19,18 @@ pub struct Log {
     pub(crate) settings: BTreeMap<String, f64>,
 }
 
-/// A file that a log came from.
+/// A file that a log was read from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Source {
-    /// Where it was.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its size.
+    /// Size of the file.
     pub bytes: u64,
     /// The SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
-    /// What it is, such as "comma-separated text".
+    /// Format, such as "comma-separated text".
     pub format: String,
-    /// What its times count from.
+    /// Epoch of its times.
     pub epoch: Epoch,
 }
 
@@ -39,32 +39,33 @@ pub struct Source {
 /// Every value is finite; times are finite, strictly increasing, and in the file's own clock.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
-    /// The name, without the unit.
+    /// Name without the unit.
     pub name: String,
-    /// The header's text.
+    /// Header text.
     pub column: String,
-    /// The unit that the header states.
+    /// Unit that the header states.
     pub unit: Option<Unit>,
-    /// The file it came from: an index into [`Log::sources`].
+    /// Source file: an index into [`Log::sources`].
     pub source: usize,
-    /// Rows in which it had no value.
+    /// Number of rows without a value.
     pub missing: usize,
     pub(crate) time_s: Arc<[f64]>,
     pub(crate) values: Vec<f64>,
-    /// Which part of its records it is of, where parts of a file were read and the reader knows of the rest.
+    /// Part of the records that the channel covers, if only parts of a file were read and the
+    /// reader knows their total.
     pub(crate) portion: Option<Portion>,
 }
 
 /// A stretch without samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// The last sample before it, s.
+    /// Time of the last sample before it, s.
     pub from_s: f64,
-    /// The first sample after it, s.
+    /// Time of the first sample after it, s.
     pub to_s: f64,
 }
 
-/// A column that holds no number, kept to explain why it cannot be had.
+/// A column without numbers, kept to explain why it is unavailable.
 #[derive(Debug, Clone)]
 pub(crate) struct LeftOut {
     pub(crate) column: String,
@@ -74,21 +75,21 @@ pub(crate) struct LeftOut {
     pub(crate) reason: Reason,
 }
 
-/// Why a column is no channel.
+/// Reason why a column is no channel.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Reason {
     /// It holds no value.
     Missing,
     /// It holds text, such as this.
     Text { line: u64, text: String },
-    /// It holds numbers such as this, which may have decimals or thousands.
+    /// It holds ambiguous numbers such as this, which may have decimals or thousands.
     Ambiguous { line: u64, text: String },
-    /// It is of a kind that is no series of numbers, in words that follow its name.
+    /// Its kind is not a series of numbers, in words that follow its name.
     Kind(&'static str),
 }
 
 impl LeftOut {
-    /// The error of asking for this column.
+    /// Returns the error of requesting this column.
     pub(crate) fn error(&self, path: &Path) -> Error {
         let (path, column) = (path.to_owned(), self.column.clone());
         match self.reason.clone() {
@@ -101,8 +102,7 @@ impl LeftOut {
 }
 
 impl Log {
-    /// Puts the channels of two logs side by side, those of `other` last; equal times of both
-    /// are kept once.
+    /// Combines the channels of two logs, those of `other` last; equal times are stored once.
     #[must_use]
     pub fn merge(mut self, mut other: Self) -> Self {
         let shift = self.sources.len();
@@ -124,8 +124,8 @@ impl Log {
         self
     }
 
-    /// Moves the times of one file: an index into [`Log::sources`]. Channels that shared times do
-    /// so still.
+    /// Shifts the times of one file, given as an index into [`Log::sources`]. Channels continue to
+    /// share times.
     pub fn shift(&mut self, source: usize, offset_s: f64) {
         let mut moved: Vec<[Arc<[f64]>; 2]> = Vec::new();
         for channel in self.channels.iter_mut().filter(|channel| channel.source == source) {
@@ -142,7 +142,7 @@ impl Log {
         }
     }
 
-    /// Every allocation of times, once.
+    /// Returns every allocation of times, once.
     fn time_bases(&self) -> Vec<Arc<[f64]>> {
         let mut bases: Vec<Arc<[f64]>> = Vec::new();
         for Channel { time_s, .. } in &self.channels {
@@ -153,33 +153,33 @@ impl Log {
         bases
     }
 
-    /// All channels, in the order of the files and of their columns.
+    /// Returns all channels, in the order of the files and of their columns.
     pub fn channels(&self) -> &[Channel] {
         &self.channels
     }
 
-    /// All channels, to be used up one by one.
+    /// Consumes the log and returns its channels.
     pub fn into_channels(self) -> Vec<Channel> {
         self.channels
     }
 
-    /// The files that the channels came from.
+    /// Returns the files that the channels were read from.
     pub fn sources(&self) -> &[Source] {
         &self.sources
     }
 
-    /// What the reader decided or dropped.
+    /// Returns the notes on what the reader decided or dropped.
     pub fn notes(&self) -> &[Note] {
         &self.notes
     }
 
-    /// What the vehicle was set to, where a log tells it: ArduPilot's parameters by name, with
+    /// Returns the vehicle's settings, if the log has them: ArduPilot's parameters by name, with
     /// their last values.
     pub fn settings(&self) -> &BTreeMap<String, f64> {
         &self.settings
     }
 
-    /// The channel of that name.
+    /// Returns the channel of that name.
     ///
     /// `name` is matched with the header's text, then with the name without the unit, then with
     /// either regardless of case and spacing. `FILE:COLUMN` looks in one file only, FILE being its
@@ -192,7 +192,7 @@ impl Log {
         Ok(&self.channels[self.place(name)?])
     }
 
-    /// Where among [`Log::channels`] the channel of that name is.
+    /// Returns the index in [`Log::channels`] of the channel of that name.
     ///
     /// # Errors
     /// As [`Log::channel`].
@@ -220,37 +220,37 @@ impl Log {
 }
 
 impl Channel {
-    /// The times of the samples, s, in the file's clock.
+    /// Returns the times of the samples, s, in the file's clock.
     pub fn time_s(&self) -> &[f64] {
         &self.time_s
     }
 
-    /// The values of the samples, in the channel's unit.
+    /// Returns the values of the samples, in the channel's unit.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// The times, which other channels may share, and the values.
+    /// Returns the times, which other channels may share, and the values.
     pub fn into_samples(self) -> (Arc<[f64]>, Vec<f64>) {
         (self.time_s, self.values)
     }
 
-    /// The number of samples.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// Whether there is no sample; never so in a channel that was read from a file.
+    /// Returns whether there are no samples; always false for a channel that was read from a file.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// Whether two channels share one time base in memory, as those of one file mostly do.
+    /// Returns whether two channels share one time base in memory, as those of one file mostly do.
     pub fn shares_time_with(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.time_s, &other.time_s)
     }
 
-    /// The time from the first sample to the last, s.
+    /// Returns the time from the first sample to the last, s.
     pub fn span_s(&self) -> f64 {
         match (self.time_s.first(), self.time_s.last()) {
             (Some(first), Some(last)) => last - first,
@@ -258,40 +258,40 @@ impl Channel {
         }
     }
 
-    /// The median time between samples, s; `None` of fewer than two.
+    /// Returns the median time between samples, s; `None` for fewer than two.
     pub fn period_s(&self) -> Option<f64> {
         median_period(&self.time_s)
     }
 
-    /// The samples in a second: 1 over the median period; `None` of fewer than two samples.
+    /// Returns samples per second: 1 / median period; `None` for fewer than two samples.
     pub fn rate_hz(&self) -> Option<f64> {
         self.period_s().map(|period| 1.0 / period)
     }
 
-    /// The intervals longer than `factor` median periods.
+    /// Returns the intervals longer than `factor` median periods.
     pub fn gaps(&self, factor: f64) -> Vec<Gap> {
         let Some(period) = self.period_s() else { return Vec::new() };
         let pairs = self.time_s.windows(2).map(|w| Gap { from_s: w[0], to_s: w[1] });
         pairs.filter(|gap| gap.to_s - gap.from_s > factor * period).collect()
     }
 
-    /// Whether all values are equal.
+    /// Returns whether all values are equal.
     pub fn is_constant(&self) -> bool {
         self.values.windows(2).all(|w| w[0] == w[1])
     }
 
-    /// The smallest value; `None` without samples.
+    /// Returns the smallest value; `None` without samples.
     pub fn min(&self) -> Option<f64> {
         self.values.iter().copied().reduce(f64::min)
     }
 
-    /// The largest value; `None` without samples.
+    /// Returns the largest value; `None` without samples.
     pub fn max(&self) -> Option<f64> {
         self.values.iter().copied().reduce(f64::max)
     }
 }
 
-/// The median of the intervals between increasing times; `None` of fewer than two.
+/// Returns the median of the intervals between increasing times; `None` for fewer than two.
 pub(crate) fn median_period(time_s: &[f64]) -> Option<f64> {
     let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
     if periods.is_empty() {

@@ -1,20 +1,20 @@
-//! Finding a column by the name that somebody wrote.
+//! Finds a column by a name that a user wrote.
 
 use std::path::Path;
 
 use crate::Error;
 use crate::spelling::{fold, nearest};
 
-/// A column that may be asked for.
+/// A column that may be requested.
 pub(crate) struct Candidate<'a> {
     pub(crate) column: &'a str,
     pub(crate) name: &'a str,
     pub(crate) path: &'a Path,
-    /// Whether it holds no value, so that a namesake that does goes first.
+    /// True if it holds no value, so that a column of the same name with values is preferred.
     pub(crate) empty: bool,
 }
 
-/// Finds `wanted` among `candidates`: by header text, by name, then whatever the case; or as
+/// Finds `wanted` among `candidates`: by header text, by name, then without regard to case; or as
 /// `FILE:COLUMN`.
 ///
 /// # Errors
@@ -40,7 +40,7 @@ pub(crate) fn find(wanted: &str, candidates: &[Candidate<'_>]) -> Result<usize, 
     Err(missing(tried.0, &tried.1, candidates))
 }
 
-/// The one of `among` that `text` names, if any.
+/// Returns the candidate among `among` that `text` names, if any.
 fn pick(
     wanted: &str,
     text: &str,
@@ -70,12 +70,12 @@ fn pick(
     Ok(None)
 }
 
-/// Whether `file` names `path`: its last components, or its name without extension.
+/// Returns whether `file` names `path`: its last components, or its name without extension.
 fn names_file(file: &str, path: &Path) -> bool {
     !file.is_empty() && (path.ends_with(file) || path.file_stem().is_some_and(|s| s == file))
 }
 
-/// `FILE:COLUMN`, with as much of the path as tells the file from the others.
+/// Returns `FILE:COLUMN`, with as much of the path as distinguishes the file from the others.
 fn address(candidate: &Candidate<'_>, all: &[Candidate<'_>]) -> String {
     let name = candidate.path.file_name();
     let shared = all.iter().any(|c| c.path != candidate.path && c.path.file_name() == name);

@@ -1,4 +1,4 @@
-//! Logs of numbers that are in memory already.
+//! Logs of numbers in memory.
 
 use std::path::{Path, PathBuf};
 
@@ -14,9 +14,9 @@ use crate::{Epoch, Error, Log, ReadOptions, TimeColumn, Unit, epoch, time};
 /// Columns that share their times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MemoryTable {
-    /// What messages call it.
+    /// Name in messages.
     pub name: String,
-    /// The time of each row, s; `NaN` where it has none.
+    /// Time of each row, s; `NaN` where it has none.
     pub time_s: Vec<f64>,
     /// The columns, each with one value a row.
     pub columns: Vec<MemoryColumn>,
@@ -25,20 +25,20 @@ pub struct MemoryTable {
 /// One column of numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MemoryColumn {
-    /// Its header, which may state the unit: `depth [m]`.
+    /// Header, which may state the unit: `depth [m]`.
     pub header: String,
-    /// Its unit, in place of the header's.
+    /// Unit, in place of the header's.
     pub unit: Option<String>,
-    /// A value for each row; what is not finite is missing.
+    /// A value for each row; values that are not finite are missing.
     pub values: Vec<f64>,
 }
 
 impl Log {
     /// Makes a log of tables in memory, as [`read`](crate::read()) makes one of a file: rows are
-    /// sorted by time, repeated times and missing values dropped, and [`Log::notes`] tells of it.
+    /// sorted by time, repeated times and missing values dropped, and [`Log::notes`] reports it.
     ///
-    /// `name` is what messages and provenance call it; the hash is that of the numbers, in order,
-    /// as eight bytes each, the least first.
+    /// `name` identifies the log in messages and provenance; the hash is that of the numbers, in
+    /// order, as eight bytes each, little-endian.
     ///
     /// # Errors
     /// [`Error::Rows`] of a column that has not one value a row, [`Error::UnknownUnit`],
@@ -71,8 +71,8 @@ impl Log {
     }
 }
 
-/// Which of some columns is time, as [`read`](crate::read()) finds it in a file, and the seconds in
-/// its unit, if one is stated. Each comes with its header and a unit in place of the header's.
+/// Finds the time column, as [`read`](crate::read()) finds it in a file, and the seconds in its
+/// unit, if one is stated. Each column is given by its header and a unit in place of the header's.
 ///
 /// # Errors
 /// [`Error::NoTime`]; of what was wanted: [`Error::NoChannel`], [`Error::Ambiguous`],
@@ -99,8 +99,8 @@ pub fn time_column(
     Ok((chosen.index, chosen.seconds))
 }
 
-/// The seconds in the unit of times that state none: what counts since 1970 tells it by its size,
-/// all else is in seconds.
+/// Returns the seconds in the unit of times that state none: the magnitude of counts since 1970
+/// determines it; all others are in seconds.
 ///
 /// ```
 /// assert_eq!(seaplant_log::calendar_second(&[1.7e12, 1.7e12 + 100.0]), 1e-3);
@@ -111,7 +111,7 @@ pub fn calendar_second(times: &[f64]) -> f64 {
     epoch::unit_since_1970(&known).map_or(1.0, |(second, _)| second)
 }
 
-/// What such a log is, where a file's format would stand.
+/// Format of such a log in its source.
 const FORMAT: &str = "numbers in memory";
 
 fn column_of(

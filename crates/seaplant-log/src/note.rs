@@ -1,11 +1,11 @@
-//! What a reader decided or dropped.
+//! Notes on what a reader decided or dropped.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::spelling::list;
 
-/// One thing that a reader decided or dropped, for whoever judges the result.
+/// One thing that a reader decided or dropped, to be judged with the result.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Note {
@@ -13,18 +13,18 @@ pub enum Note {
     OutOfOrder {
         /// The file.
         path: PathBuf,
-        /// How many rows.
+        /// Number of rows.
         count: usize,
         /// The first of them.
         first_line: u64,
-        /// The furthest that one lies behind, s.
+        /// Largest lag behind the latest time before, s.
         backwards_by_s: f64,
     },
     /// Rows that repeat a time; of each channel the first sample at that time was kept.
     RepeatedTime {
         /// The file.
         path: PathBuf,
-        /// How many rows.
+        /// Number of rows.
         count: usize,
         /// All rows of the file.
         rows: usize,
@@ -35,19 +35,19 @@ pub enum Note {
     MissingTime {
         /// The file.
         path: PathBuf,
-        /// How many rows.
+        /// Number of rows.
         count: usize,
         /// All rows of the file.
         rows: usize,
         /// The first of them.
         first_line: u64,
     },
-    /// Rows with fewer or more cells than the header; cells that lack count as missing, cells
-    /// without a name were dropped.
+    /// Rows with fewer or more cells than the header; absent cells count as missing, cells without
+    /// a name were dropped.
     RaggedRows {
         /// The file.
         path: PathBuf,
-        /// How many rows.
+        /// Number of rows.
         count: usize,
         /// The first of them.
         first_line: u64,
@@ -60,33 +60,33 @@ pub enum Note {
     SkippedRows {
         /// The file.
         path: PathBuf,
-        /// How many rows.
+        /// Number of rows.
         count: usize,
         /// The first of them.
         first_line: u64,
-        /// What it holds.
+        /// Its content.
         text: String,
     },
     /// Further copies of the header row; they were skipped.
     RepeatedHeader {
         /// The file.
         path: PathBuf,
-        /// How many rows.
+        /// Number of rows.
         count: usize,
         /// The first of them.
         first_line: u64,
     },
-    /// Rows with a quoted cell that runs over several lines; each was read as one row, which a
-    /// stray quotation mark makes of many.
+    /// Rows with a quoted cell that spans several lines; each was read as one row, although a stray
+    /// quotation mark may have joined several.
     RunOnCell {
         /// The file.
         path: PathBuf,
-        /// How many rows.
+        /// Number of rows.
         count: usize,
         /// The first of them.
         first_line: u64,
     },
-    /// A last row without a line end, whose last cell may be cut short; it was left out.
+    /// A last row without a line end, whose last cell may be truncated; it was left out.
     CutRow {
         /// The file.
         path: PathBuf,
@@ -95,7 +95,7 @@ pub enum Note {
         /// Its last cell.
         text: String,
     },
-    /// Numbers with a sign between thousands; they were read without it.
+    /// Numbers with thousands separators, which were ignored.
     Thousands {
         /// The file.
         path: PathBuf,
@@ -107,10 +107,10 @@ pub enum Note {
         text: String,
         /// The number in it.
         value: f64,
-        /// How many cells.
+        /// Number of cells.
         count: usize,
     },
-    /// A column of numbers that may have decimals or thousands; it was left out.
+    /// A column of ambiguous numbers, which may have decimals or thousands; it was left out.
     AmbiguousColumn {
         /// The file.
         path: PathBuf,
@@ -131,18 +131,18 @@ pub enum Note {
         line: u64,
         /// That text.
         text: String,
-        /// How many cells.
+        /// Number of cells.
         count: usize,
         /// The rows of the table.
         rows: usize,
     },
-    /// Rows that cannot be read; those before them were.
+    /// Rows that cannot be read; those before them were read.
     UnreadableRows {
         /// The file.
         path: PathBuf,
         /// The first of them, counted from 1.
         first_row: u64,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// A column of text; it was left out.
@@ -162,23 +162,23 @@ pub enum Note {
         path: PathBuf,
         /// The column.
         column: String,
-        /// The rows in which it was looked for.
+        /// Number of rows searched.
         rows: usize,
     },
-    /// A name that another column has already; the later one was renamed.
+    /// A name that another column already has; the later one was renamed.
     DuplicateColumn {
         /// The file.
         path: PathBuf,
         /// The header text of both.
         column: String,
-        /// The later one's name now.
+        /// New name of the later one.
         renamed: String,
     },
-    /// Several columns could be time, and one was taken.
+    /// Several columns could be time, and one was chosen.
     TimeChosen {
         /// The file.
         path: PathBuf,
-        /// The one taken.
+        /// The chosen one.
         column: String,
         /// The others.
         others: Vec<String>,
@@ -187,7 +187,7 @@ pub enum Note {
     SheetChosen {
         /// The file.
         path: PathBuf,
-        /// The one read.
+        /// The sheet read.
         sheet: String,
         /// The others.
         others: Vec<String>,
@@ -201,7 +201,7 @@ pub enum Note {
         /// The median time between rows that follows, s.
         period_s: f64,
     },
-    /// The header of the time column states another unit than the one that was asked for.
+    /// The header of the time column states another unit than the requested one.
     TimeUnitReplaced {
         /// The file.
         path: PathBuf,
@@ -209,7 +209,7 @@ pub enum Note {
         column: String,
         /// The unit in its header.
         header: String,
-        /// The unit that counts.
+        /// The unit used.
         stated: String,
     },
     /// Numbers are written with a decimal comma.
@@ -228,39 +228,39 @@ pub enum Note {
         /// The encoding.
         encoding: &'static str,
     },
-    /// The file stops within a record; all before it was read.
+    /// The file ends within a record; all records before it were read.
     Truncated {
         /// The file.
         path: PathBuf,
-        /// Where the record that is cut starts, in bytes from the start of the file (unpacked, if
-        /// it is an archive).
+        /// Position of the truncated record, in bytes from the start of the file (unpacked, if it
+        /// is an archive).
         byte: u64,
-        /// The latest time before the cut, s, where it is known.
+        /// The latest time before the end, s, if known.
         last_s: Option<f64>,
     },
-    /// An archive that ends before its time or is damaged; what could be unpacked was read.
+    /// A truncated or damaged archive; everything that could be unpacked was read.
     ArchiveCut {
         /// The file.
         path: PathBuf,
-        /// What archive: "gzip".
+        /// Kind of archive: "gzip".
         packing: &'static str,
-        /// How many bytes could be unpacked.
+        /// Number of bytes that could be unpacked.
         byte: u64,
-        /// What is wrong, in words that follow the archive: "is cut off".
+        /// The fault, in words that follow the archive: "is cut off".
         reason: String,
     },
-    /// Records that are damaged; they were skipped.
+    /// Damaged records; they were skipped.
     CorruptRecords {
         /// The file.
         path: PathBuf,
-        /// How many stretches of damage.
+        /// Number of damaged stretches.
         count: usize,
-        /// Where the first starts, in bytes from the start of the file.
+        /// Position of the first, in bytes from the start of the file.
         first_byte: u64,
-        /// How many bytes were passed over in all.
+        /// Total number of bytes skipped.
         bytes: u64,
     },
-    /// Which of several clocks, or of several origins of time, the times are of.
+    /// The clock or epoch of the times, where there are several.
     Clock {
         /// The file.
         path: PathBuf,
@@ -271,40 +271,40 @@ pub enum Note {
     ClockStepped {
         /// The file.
         path: PathBuf,
-        /// The groups of records that show it.
+        /// Groups of records that show it.
         groups: Vec<String>,
         /// The time before, in the first of them, s.
         from_s: f64,
         /// The time after, s.
         to_s: f64,
-        /// The records after steps back, which were left out; 0 of steps ahead.
+        /// Number of records after steps back, which were left out; 0 for steps ahead.
         left_out: usize,
     },
-    /// The clock ran out and started again from its lowest value; its times were carried on.
+    /// The clock overflowed and restarted from its lowest value; its times were continued.
     ClockWrapped {
         /// The file.
         path: PathBuf,
-        /// The first row after it first did.
+        /// The first row after the first overflow.
         line: u64,
-        /// What ran out: "the day".
+        /// The period that overflowed: "the day".
         cycle: &'static str,
-        /// How often.
+        /// Number of overflows.
         count: usize,
-        /// The time before and after, as the column has it.
+        /// Time before and after, as in the column.
         step: [f64; 2],
     },
-    /// The vehicle's computer was started anew while the log was written, and its clock with it.
+    /// The vehicle's computer, and with it the clock, restarted while the log was written.
     Restarted {
         /// The file.
         path: PathBuf,
-        /// Where the times of each later start were moved to, s.
+        /// Times to which each later start was shifted, s.
         at_s: Vec<f64>,
     },
-    /// Messages of kinds that the reader does not know; they were passed over.
+    /// Messages of unknown kinds; they were skipped.
     UnknownMessages {
         /// The file.
         path: PathBuf,
-        /// The number of each kind, and how many messages there were of it.
+        /// Each unknown kind and its number of messages.
         numbers: Vec<(u32, usize)>,
     },
     /// Records without a readable time; they were dropped.
@@ -313,9 +313,9 @@ pub enum Note {
         path: PathBuf,
         /// Their groups.
         groups: Vec<String>,
-        /// How many.
+        /// Number of such records.
         count: usize,
-        /// All records of these groups.
+        /// Number of all records of these groups.
         of: usize,
     },
     /// Records earlier than one before them in their group; they were sorted into place.
@@ -324,11 +324,11 @@ pub enum Note {
         path: PathBuf,
         /// Their groups.
         groups: Vec<String>,
-        /// How many.
+        /// Number of such records.
         count: usize,
-        /// All records of these groups.
+        /// Number of all records of these groups.
         of: usize,
-        /// The furthest that one lies behind, s.
+        /// Largest lag behind the latest time before, s.
         backwards_by_s: f64,
     },
     /// Records that repeat a time of their group; of each channel the first sample at that time
@@ -338,12 +338,12 @@ pub enum Note {
         path: PathBuf,
         /// Their groups.
         groups: Vec<String>,
-        /// How many.
+        /// Number of such records.
         count: usize,
-        /// All records of these groups.
+        /// Number of all records of these groups.
         of: usize,
     },
-    /// A note on a table that was read in part, on a line that cannot be counted.
+    /// A note on a table that was read in part, for a line whose number is unknown.
     InPart(Box<Note>),
     /// Fields that make no channel.
     LeftOut {
@@ -351,13 +351,13 @@ pub enum Note {
         path: PathBuf,
         /// The fields.
         columns: Vec<String>,
-        /// Why, in words that follow the name of one: "holds text".
+        /// The reason, in words that follow the name of one: "holds text".
         why: &'static str,
     },
 }
 
 impl Note {
-    /// The file that the note is about.
+    /// Returns the file that the note is about.
     pub fn path(&self) -> &Path {
         match self {
             Self::OutOfOrder { path, .. }
@@ -397,10 +397,10 @@ impl Note {
         }
     }
 
-    /// The unit that times without one are likely in: `"ms"`, `"us"` or `"ns"` where seconds were
-    /// assumed and rows would be more than 10 s apart; `None` of other notes.
+    /// Returns the likely unit of times without one: `"ms"`, `"us"` or `"ns"` where seconds were
+    /// assumed and rows would be more than 10 s apart; `None` for other notes.
     pub fn likely_time_unit(&self) -> Option<&'static str> {
-        /// Logs of motion have rows more often than this, s.
+        /// Period that the rows of motion logs do not exceed, s.
         const RARE_S: f64 = 10.0;
         match self {
             Self::TimeUnitAssumed { period_s, .. } => match *period_s {
@@ -413,7 +413,7 @@ impl Note {
         }
     }
 
-    /// The line that the note points at, where it points at one.
+    /// Returns the line that the note refers to, if there is one.
     pub fn line(&self) -> Option<u64> {
         match self {
             Self::OutOfOrder { first_line, .. }
@@ -447,7 +447,7 @@ impl fmt::Display for Note {
 }
 
 impl Note {
-    /// What it says, without the place.
+    /// Writes the note without its file and line.
     fn words(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::InPart(note) => {
@@ -640,7 +640,7 @@ impl Note {
     }
 }
 
-/// "1 row is", "3 rows are".
+/// Formats "1 row is", "3 rows are".
 fn first_of(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use crate::Error;
 
-/// How to read a log.
+/// Options of reading a log.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
     /// The time column and its unit; `None` to recognise both by name and header.
     pub time: Option<TimeColumn>,
-    /// Added to every time, s, to bring several files to one clock.
+    /// Added to every time, s, to align several files to one clock.
     pub offset_s: f64,
-    /// The rate of a table without a time column: row k is at k / `equal_sampling_hz`.
+    /// Rate of a table without a time column: row k is at k / `equal_sampling_hz`.
     pub equal_sampling_hz: Option<f64>,
     /// The sheet of a workbook; `None` for the first.
     pub sheet: Option<String>,
@@ -20,7 +20,7 @@ pub struct ReadOptions {
 }
 
 impl ReadOptions {
-    /// Checks that a file can be read so.
+    /// Checks that the options can be applied to a file.
     ///
     /// # Errors
     /// [`Error::Option`].
@@ -45,22 +45,23 @@ impl ReadOptions {
     }
 }
 
-/// Which of a message's two times counts.
+/// Choice between a message's two times.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Stamp {
-    /// That in the message's header, of the measurement; of messages without one, that of receipt.
+    /// The time in the message's header, of the measurement; for messages without a header, the
+    /// time of receipt.
     #[default]
     Header,
-    /// That at which the recorder received it.
+    /// The time at which the recorder received it.
     Receive,
 }
 
-/// Where a log's time is.
+/// Time column of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimeColumn {
     /// The column, found as [`Log::channel`](crate::Log::channel) finds channels; `None` to recognise
     /// it by its name.
     pub column: Option<String>,
-    /// Its unit, in place of the one that the header states.
+    /// Its unit, in place of the one in the header.
     pub unit: Option<String>,
 }

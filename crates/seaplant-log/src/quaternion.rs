@@ -7,7 +7,7 @@ use crate::column::Column;
 
 /// Computes roll, pitch and yaw of a quaternion x, y, z, w, rad: turns about z, then y, then x.
 ///
-/// `NaN` where the numbers are zero or not finite, which is no quaternion.
+/// `NaN` where the numbers are zero or not finite, so that they form no quaternion.
 pub(crate) fn angles([x, y, z, w]: [f64; 4]) -> [f64; 3] {
     let square = x * x + y * y + z * z + w * w;
     if !(square > 0.0 && square.is_finite()) {
@@ -19,9 +19,9 @@ pub(crate) fn angles([x, y, z, w]: [f64; 4]) -> [f64; 3] {
     [roll, sine.asin(), yaw]
 }
 
-/// Last words of the names of quaternions, without the letter of the number.
+/// Last words of the names of quaternions, without the component's letter.
 const NAMES: &[&str] = &["quaternion", "quat", "q", "orientation", "attitude", "rotation"];
-/// How far the norm of a quaternion may be from 1, for numbers of few digits.
+/// Tolerance on the unit norm of a quaternion, for numbers of few digits.
 const NORM_WITHIN: f64 = 0.02;
 
 /// Makes columns of roll, pitch and yaw, rad, of each quaternion among the columns of a table.
@@ -48,7 +48,7 @@ pub(crate) fn attitudes(columns: &[Column], rows: usize) -> Vec<Column> {
     found
 }
 
-/// The name of the quaternion whose fourth number, w, is so called.
+/// Returns the name of the quaternion whose component w has this name.
 fn stem(name: &str) -> Option<&str> {
     let stem = name.strip_suffix(['w', 'W'])?.trim_end_matches(is_mark);
     let word = stem.rsplit(is_mark).next()?.to_lowercase();
@@ -62,18 +62,18 @@ fn is_mark(c: char) -> bool {
     !c.is_alphanumeric()
 }
 
-/// The names of x, y and z beside that of w.
+/// Returns the names of x, y and z that belong to that of w.
 fn siblings(name: &str) -> [String; 3] {
     let letters = if name.ends_with('W') { ['X', 'Y', 'Z'] } else { ['x', 'y', 'z'] };
     letters.map(|letter| format!("{}{letter}", &name[..name.len() - 1]))
 }
 
-/// The angles row by row; `None` if a row holds numbers that are no unit quaternion.
+/// Computes the angles row by row; `None` if a row holds no unit quaternion.
 fn series(numbers: &[Vec<f64>; 4], rows: usize) -> Option<[Vec<f64>; 3]> {
     let mut found: [Vec<f64>; 3] = Default::default();
     for quaternion in (0..rows).map(|row| [0, 1, 2, 3].map(|k| numbers[k][row])) {
         let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
-        // All zero is how messages write that there is none.
+        // In messages, all zeros mean that there is no attitude.
         if norm.is_finite() && norm != 0.0 && (norm - 1.0).abs() > NORM_WITHIN {
             return None;
         }

@@ -1,4 +1,4 @@
-//! From a file to a log.
+//! Reads files as logs.
 
 use std::path::{Path, PathBuf};
 
@@ -7,27 +7,28 @@ use crate::{Error, Log, ReadOptions, bag_folder, format};
 
 /// Reads a file as a log.
 ///
-/// What it is, its first bytes tell, never its name: a text table; an Excel workbook, of which
-/// the sheet that `options` name is read, else the first; a Parquet or Arrow file, of which
-/// instants, numbers, flags and texts are read and structs flattened to `a.b`; or any of these in a
-/// gzip or zstd archive. The folder of a ROS 2 bag stands for the recordings that its
-/// `metadata.yaml` lists, one after the other.
+/// The format is detected from the first bytes, never from the name: a text table; an Excel
+/// workbook, from which the sheet named in `options` is read, else the first; a Parquet or Arrow
+/// file, from which instants, numbers, flags and texts are read and structs flattened to `a.b`; or
+/// any of these in a gzip or zstd archive. The folder of a ROS 2 bag stands for the recordings that
+/// its `metadata.yaml` lists, one after the other.
 ///
-/// Of a table of text, commas, semicolons, tabs or blanks part the cells; lines that start with `#`,
-/// `%` or `//`, and whatever stands above the header, are passed over. The header is the row of
-/// names above the numbers; `u_velo [m/s]` and `T1 (us)` state units, as does a row of units below
-/// the names. Time is the column that `options` name, else one called `time`, `t`, `timestamp` and the like:
-/// numbers, ISO 8601 date-times (seconds since the Unix epoch; UTC where no offset is stated), or
-/// times of day (seconds since midnight). Empty cells, `NaN`, `NA` and the like are missing: the
-/// channel has no sample there. [`Log::notes`] tells whatever else was decided or dropped.
+/// In a text table, commas, semicolons, tabs or blanks separate the cells; lines that start with
+/// `#`, `%` or `//`, and any lines above the header, are skipped. The header is the row of names
+/// above the numbers; `u_velo [m/s]` and `T1 (us)` state units, as does a row of units below the
+/// names. Time is the column named in `options`, else one called `time`, `t`, `timestamp` and the
+/// like: numbers, ISO 8601 date-times (seconds since the Unix epoch; UTC where no offset is
+/// stated), or times of day (seconds since midnight). Empty cells, `NaN`, `NA` and the like are
+/// missing: the channel has no sample there. [`Log::notes`] reports all other decisions and dropped
+/// values.
 ///
 /// # Errors
-/// Of the file: [`Error::Io`], [`Error::Directory`], [`Error::NotAFile`], [`Error::Binary`], [`Error::Empty`],
+/// For the file: [`Error::Io`], [`Error::Directory`], [`Error::NotAFile`], [`Error::Binary`], [`Error::Empty`],
 /// [`Error::Archive`], [`Error::TooMuch`], [`Error::Damaged`], [`Error::Unsupported`],
 /// [`Error::NoSheet`].
-/// Of the table: [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`],
+/// For the table: [`Error::NotATable`], [`Error::NoHeader`], [`Error::HeaderCells`],
 /// [`Error::UnitsDiffer`], [`Error::SecondHeader`], [`Error::AmbiguousNumber`],
-/// [`Error::OpenQuote`], [`Error::TooFewRows`]. Of time: [`Error::NoTime`], [`Error::NoChannel`]
+/// [`Error::OpenQuote`], [`Error::TooFewRows`]. For time: [`Error::NoTime`], [`Error::NoChannel`]
 /// for a column that `options` name, [`Error::TimeUnit`], [`Error::TimeNotReadable`],
 /// [`Error::TimeGoesBackwards`]. [`Error::Option`] for a rate or an offset that cannot be.
 ///
@@ -69,7 +70,7 @@ impl Log {
     }
 }
 
-/// Reads bytes as [`read`] reads a file; `path` is what messages call them.
+/// Reads bytes as [`read`] reads a file; messages call them `path`.
 ///
 /// # Errors
 /// As [`read`].

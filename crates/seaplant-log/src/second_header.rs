@@ -1,4 +1,4 @@
-//! Headers that come again within the rows of a table.
+//! Recognises headers that are repeated within the rows of a table.
 
 use csv::ByteRecord;
 
@@ -7,18 +7,19 @@ use crate::cell::{Cell, Decimal, decode, stamp};
 use crate::heading::{Heading, lone_unit};
 use crate::layout::{Layout, contradicts, holds_units, is_comment, without_mark};
 
-/// A header, or a row of units, below the first.
+/// A header, or a row of units, below the first one.
 pub(crate) enum SecondHeader {
-    /// It says what the first says.
+    /// It equals the first.
     Same,
-    /// It says something else.
+    /// It differs from the first.
     Other { found: String, expected: String },
 }
 
-/// Compares a row with the header, if it is one: a row of text, half of whose names the header has,
-/// or more than half of whose cells state a unit; of a comment, more than half of the names.
+/// Compares a row with the header, if it is a header itself: a row of text that shares half of its
+/// names with the header, or more than half of whose cells state a unit; for a comment, more than
+/// half of the names.
 ///
-/// `time` is the place of the time column.
+/// `time` is the index of the time column.
 pub(crate) fn find(
     record: &ByteRecord,
     time: Option<usize>,
@@ -50,9 +51,9 @@ pub(crate) fn find(
     (is_header && filled > 0).then(|| compare(&here, &there))
 }
 
-/// Whether a row holds text, and neither number nor date.
+/// Returns whether a row holds text, and neither numbers nor dates.
 fn is_text(record: &ByteRecord) -> bool {
-    let read = |cell: &[u8]| match Decimal::of(b';').read(cell) {
+    let read = |cell: &[u8]| match Decimal::for_delimiter(b';').read(cell) {
         Cell::Text if stamp(cell).is_some() => Cell::Number(0.0),
         found => found,
     };

@@ -1,4 +1,4 @@
-//! What the signs in numbers mean: decimals, or thousands.
+//! Resolves whether separators in numbers mark decimals or thousands.
 
 use std::path::Path;
 
@@ -8,12 +8,12 @@ use crate::column::{Column, Separators, Text};
 use crate::layout::Delimiter;
 use crate::note::Note;
 
-/// Settles what `1.588` and `1,588` are, once all rows were read: the decimal sign is that of the
-/// other numbers, and the other sign separates thousands. Gives the decimal sign.
+/// Resolves `1.588` and `1,588`, once all rows were read: the decimal sign is that of the other
+/// numbers, and the other sign separates thousands. Returns the decimal sign.
 ///
-/// In a column with decimals, a sign between thousands must be seen in the file without a doubt
-/// (`12.345.678`); else the cells count as text. A column that has whole numbers beside `1.588`, and
-/// no other decimals, may have thousands after all: it is left out.
+/// In a column with decimals, a thousands separator must occur unambiguously in the file
+/// (`12.345.678`); otherwise the cells count as text. A column with integers in addition to
+/// `1.588`, and no other decimals, may have thousands: it is left out.
 ///
 /// # Errors
 /// [`Error::AmbiguousNumber`] where no number of the file shows the decimal sign, and the delimiter
@@ -49,8 +49,8 @@ pub(crate) fn settle(
     Ok(Some(sign))
 }
 
-/// The decimal sign that the delimiter makes likely, where all numbers have the same sign: commas
-/// between semicolons, points between tabs and blanks.
+/// Returns the decimal sign that the delimiter makes likely, where all numbers have the same sign:
+/// commas between semicolons, points between tabs and blanks.
 fn likely(columns: &[Column], delimiter: Delimiter) -> Option<Sign> {
     let sign = match delimiter {
         Delimiter::Semicolon => Sign::Comma,
@@ -60,7 +60,7 @@ fn likely(columns: &[Column], delimiter: Delimiter) -> Option<Sign> {
     open.all(|(_, number)| number.sign == sign).then_some(sign)
 }
 
-/// The column of the first of all numbers that leave a doubt, with its line and its text.
+/// Returns the column of the first ambiguous number, with its line and its text.
 fn first(columns: &[Column]) -> Option<(&Column, &(u64, String))> {
     let places = columns.iter().flat_map(|column| {
         column.separators.first.iter().flatten().map(move |place| (column, place))

@@ -1,14 +1,15 @@
-//! Names as people write them: which are most alike, and how a message lists them.
+//! Compares names by similarity, and lists them in messages.
 
-/// How many names a message lists before "and N more".
+/// Number of names that a message lists before "and N more".
 const LISTED: usize = 12;
 
-/// Case and spacing set aside.
+/// Normalises case and spacing.
 pub(crate) fn fold(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }
 
-/// The targets of the at most `limit` spellings most like `wanted`, the nearest first.
+/// Returns the targets of the spellings most similar to `wanted`, at most `limit`, the nearest
+/// first.
 pub(crate) fn nearest<'a>(
     wanted: &str,
     spellings: impl Iterator<Item = (&'a str, &'a str)>,
@@ -31,7 +32,7 @@ pub(crate) fn nearest<'a>(
     found
 }
 
-/// Names in quotes, the first twelve, "and N more".
+/// Lists names in quotes: the first twelve, then "and N more".
 pub(crate) fn list(names: &[String]) -> String {
     let shown: Vec<String> = names.iter().take(LISTED).map(|n| format!("{n:?}")).collect();
     match names.len().saturating_sub(LISTED) {

@@ -1,4 +1,4 @@
-//! What a large file holds, from its index and from parts of it.
+//! Surveys a large file from its index and from parts of it.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::progress::{progress, take_back};
 use crate::readers::{mcap, parquet, rosbag1, sqlite};
 use crate::{Epoch, Error, Log, ReadOptions, bag_folder, read};
 
-/// The channels of one or several files, of which the large ones were read in part.
+/// Channels of one or several files; large ones were read in part.
 ///
 /// A survey is no [`Log`]: samples are missing between the parts, so nothing can be fitted to it.
 #[derive(Debug, Clone, Default)]
@@ -26,49 +26,49 @@ pub struct Survey {
 /// A file that was surveyed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurveyedFile {
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its size.
+    /// Size of the file.
     pub bytes: u64,
-    /// What it is, such as "comma-separated text".
+    /// Format, such as "comma-separated text".
     pub format: String,
     /// The SHA-256 of its bytes, in hexadecimal, if all of them were read.
     pub sha256: Option<String>,
-    /// What was read of it; `None` if all was.
+    /// Parts that were read; `None` if the file was read completely.
     pub parts: Option<Parts>,
-    /// What its times count from.
+    /// Epoch of its times.
     pub epoch: Epoch,
 }
 
-/// What was read of a file.
+/// Parts of a file that were read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parts {
-    /// How many parts.
+    /// Number of parts.
     pub count: usize,
-    /// The bytes of all parts.
+    /// Total size of all parts.
     pub bytes: u64,
     /// Longer intervals than this, s, may be stretches that were not read.
     pub pause_s: f64,
 }
 
-/// A channel, of which the samples may be those of parts of the file.
+/// A channel whose samples may come from parts of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurveyedChannel {
-    /// The samples that were read.
+    /// Samples that were read.
     pub read: Channel,
-    /// How many samples the file holds. An index counts records: that values are missing in some of
-    /// those that were not read, it does not tell.
+    /// Number of samples in the file. An index counts records, and does not reveal missing values
+    /// in those that were not read.
     pub count: Figure<u64>,
     /// The time of the first of them, s.
     pub first_s: Figure<f64>,
     /// The time of the last of them, s.
     pub last_s: Figure<f64>,
-    /// The samples in a second, 1 over the median interval within the parts; `None` of one sample.
+    /// Samples per second, 1 / median interval within the parts; `None` for one sample.
     pub rate_hz: Option<Figure<f64>>,
 }
 
 impl Survey {
-    /// Surveys files that were logged side by side.
+    /// Surveys files that were logged simultaneously.
     ///
     /// # Errors
     /// [`Error::NoFiles`]; those of [`survey`].
@@ -90,23 +90,23 @@ impl Survey {
         Ok(all)
     }
 
-    /// The files.
+    /// Returns the files.
     pub fn files(&self) -> &[SurveyedFile] {
         &self.files
     }
 
-    /// Their channels, in the order of the files and of their columns;
-    /// [`Channel::source`] tells the file.
+    /// Returns their channels, in the order of the files and of their columns; [`Channel::source`]
+    /// gives the file.
     pub fn channels(&self) -> &[SurveyedChannel] {
         &self.channels
     }
 
-    /// What the readers decided or dropped.
+    /// Returns the notes on what the readers decided or dropped.
     pub fn notes(&self) -> &[Note] {
         &self.notes
     }
 
-    /// The log, if every file was read whole; what the vehicle was set to is not in it.
+    /// Returns the log, if every file was read completely; vehicle settings are not included.
     ///
     /// # Errors
     /// The survey itself, if it is of parts.
@@ -157,7 +157,7 @@ impl Survey {
 }
 
 impl From<Log> for Survey {
-    /// The survey of files that were read whole.
+    /// Converts a complete log to a survey.
     fn from(log: Log) -> Self {
         let files = log.sources.into_iter().map(|source| SurveyedFile {
             path: source.path,
@@ -180,7 +180,8 @@ impl From<Log> for Survey {
     }
 }
 
-/// How many samples a file holds of a channel, of which a `portion` of the bytes was read.
+/// Estimates the number of samples of a channel in a file from the `portion` of the bytes that was
+/// read.
 fn count_of(channel: &Channel, portion: f64) -> Figure<u64> {
     let read = channel.len();
     match channel.portion {
@@ -195,9 +196,10 @@ fn count_of(channel: &Channel, portion: f64) -> Figure<u64> {
     }
 }
 
-/// The rate within the parts; of a channel with one sample in each, that over all of them.
+/// Returns the rate within the parts; for a channel with one sample in each, the rate over all of
+/// them.
 fn rate(channel: &Channel, count: u64, pause_s: f64) -> Option<Figure<f64>> {
-    /// Fewer intervals within parts are no sample of all.
+    /// Fewer intervals within parts are no representative sample.
     const LEAST: usize = 8;
     let steps = channel.time_s.windows(2).map(|w| w[1] - w[0]);
     let mut within: Vec<f64> = steps.filter(|step| *step < pause_s).collect();
@@ -210,12 +212,13 @@ fn rate(channel: &Channel, count: u64, pause_s: f64) -> Option<Figure<f64>> {
     (span_s > 0.0).then(|| Figure::About((count.max(2) - 1) as f64 / span_s))
 }
 
-/// Surveys a file: reads it whole if it is small, else its index, where the format has one, and
-/// parts from its first byte to its last, by the reader of the whole.
+/// Surveys a file: reads a small file completely, otherwise its index, where the format has one,
+/// and parts from its first byte to its last, with the reader of the complete file.
 ///
-/// Read whole, however large, are formats that have to be (archives, workbooks, MATLAB and HDF5
-/// files, Arrow files, NMEA 0183 sentences, whose times take all before them), bags
-/// without an index, folders of several recordings, and whatever is odd: a clock that steps, damage, quotes over several lines.
+/// Files are read completely, however large, if their format requires it (archives, workbooks,
+/// MATLAB and HDF5 files, Arrow files, NMEA 0183 sentences, whose times depend on all before them),
+/// and so are bags without an index, folders of several recordings, and irregular files: a clock
+/// that steps, damage, quotes over several lines.
 ///
 /// # Errors
 /// Those of [`read()`].
@@ -235,7 +238,7 @@ pub fn survey(
     let content = Content::open(path)?;
     let is_large = content.file_length().is_some_and(|length| length > thoroughness.whole_up_to);
     if is_large {
-        // What goes wrong in part is told by reading the whole.
+        // An error in parts is reported by reading the complete file.
         match glance(content, options, thoroughness) {
             Ok(Some(glance)) if !is_odd(&glance.log) => return Ok(Survey::of_parts(glance)),
             _ => {}
@@ -250,14 +253,14 @@ fn glance(
     options: &ReadOptions,
     how: Thoroughness,
 ) -> Result<Option<Glance>, Error> {
-    match Format::of(content.head()) {
+    match Format::detect(content.head()) {
         Format::Mcap => mcap::glance(content, options, how),
         Format::Rosbag1 => rosbag1::glance(content, options, how),
         Format::Sqlite => sqlite::glance(content, options, how),
         Format::Parquet => parquet::glance(content, options, how),
         format => {
             let Some(frame) = format.framing() else { return Ok(None) };
-            let Some(excerpt) = excerpt::of(&content, frame, how)? else { return Ok(None) };
+            let Some(excerpt) = excerpt::choose(&content, frame, how)? else { return Ok(None) };
             let (parts, bytes) = (excerpt.pieces.len(), excerpt.length());
             let mut log = read_as(format, excerpt.content(content)?, options)?;
             log.notes = log.notes.into_iter().map(|note| excerpt.place(note)).collect();
@@ -267,7 +270,7 @@ fn glance(
     }
 }
 
-/// Whether parts do not tell what the whole would.
+/// Returns whether parts do not represent the complete file.
 fn is_odd(log: &Log) -> bool {
     log.notes.iter().any(|note| {
         matches!(

@@ -1,8 +1,8 @@
-//! Symbols of units, and what each of them means.
+//! Symbols of units and their definitions.
 
 use crate::dimension::Dimension;
 
-/// One meaning of a symbol; `spellings[0]` is the one that messages show.
+/// One meaning of a symbol; `spellings[0]` is used in messages.
 pub(crate) struct Definition {
     pub(crate) dimension: Dimension,
     pub(crate) factor: f64,
@@ -20,8 +20,8 @@ const KNOT: f64 = 1852.0 / 3600.0;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const TURN: f64 = std::f64::consts::TAU;
 
-/// Every meaning of every symbol; of two meanings of one symbol the first is the default.
-/// Spellings are in the form that [`normalise`] gives.
+/// All meanings of all symbols; of two meanings of one symbol the first is the default. Spellings
+/// are in the form that [`normalise`] returns.
 #[rustfmt::skip]
 pub(crate) static UNITS: &[Definition] = {
     use Dimension::*;
@@ -97,11 +97,11 @@ pub(crate) static UNITS: &[Definition] = {
     ]
 };
 
-/// Lower-case spellings that two units share, or that another field of work reads otherwise
-/// (`nm`, a nautical mile or a nanometre): there case decides.
+/// Lower-case spellings that two units share, or that other fields read differently (`nm`, a
+/// nautical mile or a nanometre): their case is significant.
 const CASE_DECIDES: &[&str] = &["kn", "nm", "mn", "mpa", "mv", "ma", "t"];
 
-/// The meanings of `text`, the default first.
+/// Returns the meanings of `text`, the default first.
 pub(crate) fn meanings(text: &str) -> impl Iterator<Item = &'static Definition> {
     let exact = normalise(text);
     let folded = exact.to_lowercase();
@@ -113,7 +113,7 @@ pub(crate) fn meanings(text: &str) -> impl Iterator<Item = &'static Definition> 
     UNITS.iter().filter(move |unit| unit.spellings.iter().any(&is_written))
 }
 
-/// One spelling for one unit: `µ` as `u`, `·` and `*` as a space, `^`, `²` and `⁻¹` in ASCII.
+/// Normalises spellings of a unit: `µ` to `u`, `·` and `*` to a space, `^`, `²` and `⁻¹` to ASCII.
 pub(crate) fn normalise(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for c in text.chars() {
@@ -132,7 +132,7 @@ pub(crate) fn normalise(text: &str) -> String {
     words.replace(" / ", "/").replace("/ ", "/").replace(" /", "/")
 }
 
-/// The symbols of one dimension, one spelling of each.
+/// Returns the symbols of one dimension, one spelling of each.
 pub(crate) fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static str> {
     let mut seen = Vec::new();
     UNITS.iter().filter(move |u| u.dimension == dimension).map(|u| u.spellings[0]).filter(
@@ -144,7 +144,7 @@ pub(crate) fn symbols_of(dimension: Dimension) -> impl Iterator<Item = &'static 
     )
 }
 
-/// The symbols of all units, one spelling of each.
+/// Returns the symbols of all units, one spelling of each.
 pub(crate) fn known() -> impl Iterator<Item = &'static str> {
     let first = |k: usize| UNITS[..k].iter().all(|u| u.spellings[0] != UNITS[k].spellings[0]);
     (0..UNITS.len()).filter(move |&k| first(k)).map(|k| UNITS[k].spellings[0])

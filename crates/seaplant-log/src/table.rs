@@ -10,7 +10,7 @@ use crate::lookup::{self, Candidate};
 use crate::note::Note;
 use crate::{Error, Unit, format};
 
-/// A table of numbers whose rows need no order.
+/// A table of numbers whose rows have no order.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// The file.
@@ -33,13 +33,13 @@ pub struct Table {
 pub struct TableColumn {
     /// The name, without the unit.
     pub name: String,
-    /// The header's text.
+    /// Header text.
     pub column: String,
     /// The unit that the header states.
     pub unit: Option<Unit>,
     /// The value of each row; `None` where the cell holds no number.
     pub values: Vec<Option<f64>>,
-    /// Why it holds no number, if it does not.
+    /// Reason why it holds no number, if it holds none.
     reason: Reason,
 }
 
@@ -68,7 +68,7 @@ pub fn read_table(path: &Path) -> Result<Table, Error> {
         notes.extend(column.note(path, grid.rows));
         columns.push(TableColumn::new(column, grid.rows));
     }
-    let first_line = grid.lines.of(0);
+    let first_line = grid.lines.line(0);
     let (header_line, lines) = (grid.header_line, grid.lines);
     notes.extend(grid.origin.notes());
     let source = grid.origin.source(grid.format)?;
@@ -76,7 +76,8 @@ pub fn read_table(path: &Path) -> Result<Table, Error> {
     Ok(Table { path, source, columns, header_line, first_line, notes, rows, lines })
 }
 
-/// The error of a table whose last row may be cut short: few points make a curve, and each counts.
+/// Returns the error for a table whose last row may be truncated: a curve has few points, so each
+/// matters.
 fn cut_row(note: &Note) -> Option<Error> {
     let Note::CutRow { path, line, text } = note else { return None };
     Some(Error::CutRow { path: path.clone(), line: *line, text: text.clone() })
@@ -92,34 +93,35 @@ impl TableColumn {
         Self { name: heading.name, column: heading.column, unit: heading.unit, values, reason }
     }
 
-    /// The rows without a number.
+    /// Returns the rows without a number.
     pub fn missing(&self) -> usize {
         self.values.iter().filter(|value| value.is_none()).count()
     }
 
-    /// Whether no row holds a number.
+    /// Returns whether no row holds a number.
     pub fn is_empty(&self) -> bool {
         self.values.iter().all(Option::is_none)
     }
 }
 
 impl Table {
-    /// The number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// The line of the file that holds `row`, counted from 0.
+    /// Returns the line of the file that holds `row`, counted from 0.
     pub fn line(&self, row: usize) -> u64 {
-        self.lines.of(row)
+        self.lines.line(row)
     }
 
-    /// What the reader decided or dropped.
+    /// Returns the notes on what the reader decided or dropped.
     pub fn notes(&self) -> &[Note] {
         &self.notes
     }
 
-    /// The column of that name, found as [`Log::channel`](crate::Log::channel) finds channels.
+    /// Returns the column of that name, found as [`Log::channel`](crate::Log::channel) finds
+    /// channels.
     ///
     /// # Errors
     /// [`Error::NoChannel`], [`Error::Ambiguous`], [`Error::AllMissing`], [`Error::AllText`].

@@ -1,4 +1,4 @@
-//! From a table to a log: its time column, its rows in order, its channels.
+//! Converts a table to a log: finds the time column, orders the rows, makes the channels.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::time::{self, Chosen};
 use crate::wrap::{self, Wrapped};
 use crate::{Epoch, Error, ReadOptions};
 
-/// Reads a table as a log; `read_grid` reads it, asking which column is time.
+/// Reads a table as a log; `read_grid` reads the table and lets the caller choose the time column.
 ///
 /// # Errors
 /// [`Error::NoTime`], [`Error::NoChannel`] for a column that `options` name, [`Error::TimeUnit`],
@@ -56,7 +56,7 @@ fn assemble(grid: Grid, times: &Times, options: &ReadOptions) -> Result<Log, Err
     assembly.table(grid.format)
 }
 
-/// Takes the time column out of a grid, and notes what is odd about it.
+/// Removes the time column from a grid, and notes its irregularities.
 fn row_times(
     grid: &mut Grid,
     chosen: Chosen,
@@ -67,7 +67,7 @@ fn row_times(
     let nanoseconds = beside.map(|column| grid.columns[column].samples.to_dense(grid.rows));
     let Column { samples, text, .. } = grid.columns.remove(chosen.index);
     if samples.values.is_empty() && grid.rows > 0 {
-        let (line, text) = text.map_or((grid.lines.of(0), String::new()), |t| (t.line, t.text));
+        let (line, text) = text.map_or((grid.lines.line(0), String::new()), |t| (t.line, t.text));
         let (path, column) = (path.to_owned(), chosen.column);
         return Err(Error::TimeNotReadable { path, column, line, text });
     }
@@ -98,16 +98,16 @@ fn row_times(
 /// The time column of a table.
 struct Clock {
     column: String,
-    /// The seconds in its unit, where one is stated.
+    /// Seconds in its unit, if one is stated.
     seconds: Option<f64>,
-    /// Whether it holds date-times or times of day, which are in seconds already, whatever unit
-    /// the header states.
+    /// True if it holds date-times or times of day, which are in seconds whatever unit the header
+    /// states.
     stamped: bool,
 }
 
 impl Clock {
-    /// The times in seconds, carried on where the clock started again, and what they count from
-    /// where that was found out. Each decision is noted.
+    /// Returns the times in seconds, continued where the clock restarted, and their epoch, if
+    /// determined. Each decision is noted.
     fn seconds(
         &self,
         mut time: Vec<f64>,
@@ -134,8 +134,8 @@ impl Clock {
         (time, epoch)
     }
 
-    /// Times without a unit that can only be of the calendar, in seconds since 1970, and what
-    /// they are in words.
+    /// Converts times without a unit that can only be calendar days to seconds since 1970, and
+    /// describes them.
     fn of_calendar(&self, time: &[f64]) -> Option<(Vec<f64>, String)> {
         let known: Vec<f64> = time.iter().copied().filter(|t| t.is_finite()).collect();
         if let Some((second, unit)) = epoch::unit_since_1970(&known) {
@@ -152,35 +152,35 @@ impl Clock {
 
     fn note_wrap(&self, wrapped: Option<Wrapped>, grid: &mut Grid, path: &Path) {
         grid.notes.extend(wrapped.map(|Wrapped { count, row, step, cycle }| {
-            let (path, line) = (path.to_owned(), grid.lines.of(row));
+            let (path, line) = (path.to_owned(), grid.lines.line(row));
             Note::ClockWrapped { path, line, cycle, count, step }
         }));
     }
 }
 
-/// Judges the times of the rows: what is late, repeated or absent is noted. Gives the median
-/// period too, s.
+/// Orders the times of the rows and notes late, repeated or absent times. Also returns the median
+/// period, s.
 fn order(time_s: &[f64], grid: &mut Grid, path: &Path) -> Result<(Times, f64), Error> {
     let lines = &grid.lines;
-    let order = Order::of(time_s).map_err(|reset| Error::TimeGoesBackwards {
+    let order = Order::new(time_s).map_err(|reset| Error::TimeGoesBackwards {
         path: path.to_owned(),
-        line: lines.of(reset.row),
+        line: lines.line(reset.row),
         from_s: reset.from_s,
         to_s: reset.to_s,
     })?;
     let path = path.to_owned();
     if let Some(odd) = order.timeless {
         let (path, rows, count, first_line) =
-            (path.clone(), grid.rows, odd.count, lines.of(odd.row));
+            (path.clone(), grid.rows, odd.count, lines.line(odd.row));
         grid.notes.push(Note::MissingTime { path, count, rows, first_line });
     }
     if let Some((odd, backwards_by_s)) = order.late {
-        let (path, count, first_line) = (path.clone(), odd.count, lines.of(odd.row));
+        let (path, count, first_line) = (path.clone(), odd.count, lines.line(odd.row));
         grid.notes.push(Note::OutOfOrder { path, count, first_line, backwards_by_s });
     }
     if let Some(odd) = order.repeated {
         let (path, rows, count, first_line) =
-            (path.clone(), grid.rows, odd.count, lines.of(odd.row));
+            (path.clone(), grid.rows, odd.count, lines.line(odd.row));
         grid.notes.push(Note::RepeatedTime { path, count, rows, first_line });
     }
     match order.period_s {

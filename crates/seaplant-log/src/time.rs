@@ -1,4 +1,4 @@
-//! Which column is time, and in what order its rows are.
+//! Finds the time column of a table.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::spelling::fold;
 use crate::symbol::symbols_of;
 use crate::{Dimension, TimeColumn, Unit};
 
-/// Names that time goes by, the surest first.
+/// Names of time columns, the most certain first.
 #[rustfmt::skip]
 const NAMES: &[&str] = &[
     "time", "t", "timestamp", "elapsed", "elapsed time", "elapsed_time", "datetime", "date_time",
@@ -19,7 +19,7 @@ const NAMES: &[&str] = &[
     "epoch", "__time", "stamp", "time stamp", "time_stamp", "timestamps", "seconds", "sec", "secs",
 ];
 
-/// Names that state seconds by themselves.
+/// Names that imply seconds.
 const SECONDS: &[&str] = &["seconds", "sec", "secs"];
 
 /// The time column, and the seconds in its unit.
@@ -27,17 +27,17 @@ const SECONDS: &[&str] = &["seconds", "sec", "secs"];
 pub(crate) struct Chosen {
     pub(crate) index: usize,
     pub(crate) column: String,
-    /// `None` where no unit is stated anywhere.
+    /// `None` if no unit is stated.
     pub(crate) seconds: Option<f64>,
-    /// Others that could have been taken.
+    /// Other columns that could be time.
     pub(crate) others: Vec<String>,
-    /// The header's unit and the one that was stated in its place, where they differ.
+    /// Unit in the header and the stated one that replaces it, if they differ.
     pub(crate) replaced: Option<[String; 2]>,
-    /// The column of nanoseconds beside one of whole seconds.
+    /// Column of nanoseconds that belongs to one of integer seconds.
     pub(crate) nanoseconds: Option<usize>,
 }
 
-/// The time column: the one `wanted`, else one with a name of time.
+/// Returns the time column: the `wanted` one, else one with a time-like name.
 ///
 /// # Errors
 /// [`Error::NoTime`], [`Error::TimeUnit`]; those of [`lookup::find`].
@@ -78,7 +78,7 @@ pub(crate) fn choose(
     Ok(chosen)
 }
 
-/// The seconds in a unit that somebody wrote down as one of time.
+/// Returns the seconds in a time unit that a user wrote.
 fn stated_unit(symbol: &str, column: &str, path: &Path) -> Result<f64, Error> {
     Unit::find_as(symbol, Dimension::Time).map(|unit| unit.factor()).ok_or_else(|| {
         let accepted = symbols_of(Dimension::Time).collect();
@@ -89,7 +89,7 @@ fn stated_unit(symbol: &str, column: &str, path: &Path) -> Result<f64, Error> {
 
 fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
     let names = folded(headings);
-    // Whole seconds with nanoseconds beside them come after all names of time.
+    // Integer seconds with a column of nanoseconds rank after all names of time.
     let stamped = |heading| nanoseconds_of(heading, &names).map(|_| NAMES.len());
     let of_time = headings.iter().enumerate().filter(|(_, h)| !is_nanoseconds(h, &names));
     let mut ranked: Vec<(usize, usize)> =
@@ -117,16 +117,17 @@ fn recognise(headings: &[Heading], path: &Path) -> Result<Chosen, Error> {
     })
 }
 
-/// Spellings of whole seconds and of the nanoseconds after them, as ROS stamps are written.
+/// Spellings of integer seconds and of their nanoseconds, as ROS stamps are written.
 const STAMPS: [[&str; 2]; 4] =
     [["secs", "nsecs"], ["sec", "nanosec"], ["sec", "nsec"], ["seconds", "nanoseconds"]];
 
-/// The folded names of columns, each with the first column of that name.
+/// Maps the folded names of columns to the first column of that name.
 fn folded(headings: &[Heading]) -> HashMap<String, usize> {
     headings.iter().enumerate().rev().map(|(k, heading)| (fold(&heading.name), k)).collect()
 }
 
-/// The column of nanoseconds beside that of whole seconds: `stamp.nsecs` beside `stamp.secs`.
+/// Returns the column of nanoseconds that belongs to one of integer seconds: `stamp.nsecs` to
+/// `stamp.secs`.
 fn nanoseconds_of(heading: &Heading, names: &HashMap<String, usize>) -> Option<usize> {
     let name = fold(&heading.name);
     let beside = |[whole, rest]: [&str; 2]| {
@@ -137,7 +138,7 @@ fn nanoseconds_of(heading: &Heading, names: &HashMap<String, usize>) -> Option<u
     STAMPS.into_iter().find_map(beside)
 }
 
-/// Adds the nanoseconds after whole seconds, if all of them are less than a second.
+/// Adds the nanoseconds to integer seconds, if all of them are less than a second.
 pub(crate) fn add_nanoseconds(time_s: &mut [f64], nanoseconds: &[f64]) {
     let is_part = |rest: &f64| rest.is_nan() || (0.0..1e9).contains(rest);
     if time_s.len() == nanoseconds.len() && nanoseconds.iter().all(is_part) {
@@ -145,7 +146,7 @@ pub(crate) fn add_nanoseconds(time_s: &mut [f64], nanoseconds: &[f64]) {
     }
 }
 
-/// Whether a column holds the nanoseconds after the whole seconds of another.
+/// Returns whether a column holds the nanoseconds of another column's integer seconds.
 fn is_nanoseconds(heading: &Heading, names: &HashMap<String, usize>) -> bool {
     let name = fold(&heading.name);
     let after = |[whole, rest]: [&str; 2]| {
@@ -155,12 +156,12 @@ fn is_nanoseconds(heading: &Heading, names: &HashMap<String, usize>) -> bool {
     STAMPS.into_iter().any(after)
 }
 
-/// The seconds in a unit, if it measures time.
+/// Returns the seconds in a unit, if it measures time.
 fn seconds(unit: &Unit) -> Option<f64> {
     Unit::find_as(unit.symbol(), Dimension::Time).map(|unit| unit.factor())
 }
 
-/// How likely a heading is to be that of time: a place in [`NAMES`], `None` for one that is not.
+/// Returns the rank of a heading as a time column: an index into [`NAMES`], `None` for other names.
 fn rank(heading: &Heading) -> Option<usize> {
     if heading.unit.as_ref().is_some_and(|unit| seconds(unit).is_none()) {
         return None;
@@ -170,7 +171,8 @@ fn rank(heading: &Heading) -> Option<usize> {
     place(&name).or_else(|| place(suffixed(&name)?.0))
 }
 
-/// The unit in a time column's name: `t_ms`, `seconds`. Of no other column is that guessed.
+/// Returns the unit in a time column's name: `t_ms`, `seconds`. Other columns' units are never
+/// inferred so.
 fn suffix_unit(name: &str) -> Option<f64> {
     let name = fold(name);
     if SECONDS.contains(&name.as_str()) {
@@ -179,9 +181,9 @@ fn suffix_unit(name: &str) -> Option<f64> {
     suffixed(&name).map(|(_, unit)| unit.factor())
 }
 
-/// `t_ms` or `timeus` as name and unit of time.
+/// Splits `t_ms` or `timeus` into name and unit of time.
 fn suffixed(name: &str) -> Option<(&str, Unit)> {
-    /// Units told without a separator; `s` is not one, for "times" is a plural.
+    /// Units recognised without a separator; `s` is not one, because "times" is a plural.
     const JOINED: &[&str] = &["us", "ms", "ns", "sec"];
     let joined = || {
         let (base, unit) =
@@ -192,8 +194,8 @@ fn suffixed(name: &str) -> Option<(&str, Unit)> {
     Some((base, Unit::find_as(unit, Dimension::Time)?))
 }
 
-/// Reads a cell of the time column, which holds numbers or date-times, never both: the first
-/// readable one tells.
+/// Reads a cell of the time column, which holds either numbers or date-times; the first readable
+/// cell decides.
 pub(crate) fn time_cell(stamped: &mut Option<bool>, found: Cell, cell: &[u8]) -> Cell {
     match found {
         Cell::Number(_) | Cell::Ambiguous(_) if *stamped.get_or_insert(false) => Cell::Text,
@@ -213,7 +215,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whole_seconds_are_joined_with_the_nanoseconds_beside_them() {
+    fn integer_seconds_are_joined_with_their_nanoseconds() {
         let of = |headers: &[&str]| {
             let headings: Vec<Heading> = headers.iter().map(|h| Heading::parse(h)).collect();
             let chosen = choose(None, &headings, Path::new("log.csv")).ok()?;
@@ -238,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_surest_name_is_taken_wherever_it_stands() {
+    fn the_most_certain_name_is_used_in_any_position() {
         assert_eq!(chosen(&["u", "stamp", "Time [ms]"]), Some((2, Some(1e-3))));
         assert_eq!(chosen(&["seconds", "t"]), Some((1, None)));
         assert_eq!(chosen(&["TimeUS", "Roll"]), Some((0, Some(1e-6))));

@@ -1,4 +1,4 @@
-//! Units of measure as logs write them.
+//! Units of measure in logs.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::dimension::Dimension;
 use crate::spelling::nearest;
 use crate::symbol::{self, Definition, UNITS, meanings, normalise, symbols_of};
 
-/// A unit of measure: its symbol as written, what it measures, and its size in SI.
+/// A unit of measure: its symbol as written, its quantity, and its size in SI.
 ///
 /// # Example
 /// ```
@@ -25,11 +25,11 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// Recognises a unit, lenient in spelling: `µs`, `us`; `m/s`, `m s-1`; `Kg f`, `kgf`.
+    /// Recognises a unit in various spellings: `µs`, `us`; `m/s`, `m s-1`; `Kg f`, `kgf`.
     ///
     /// Case is ignored where no other unit differs by case alone (`kn` is a knot, `kN` a
-    /// kilonewton, so `KN` is refused). A symbol of several meanings gets the one that logs mean
-    /// most: `us` is a pulse width, `lb`, `kg` and `g` are masses; [`Unit::parse_as`] states
+    /// kilonewton, so `KN` is refused). A symbol of several meanings gets the most common one in
+    /// logs: `us` is a pulse width, `lb`, `kg` and `g` are masses; [`Unit::parse_as`] selects
     /// another.
     ///
     /// # Errors
@@ -38,12 +38,12 @@ impl Unit {
         Self::find(text).ok_or_else(|| unknown(text, None))
     }
 
-    /// [`Unit::parse`] for text that need not be a unit.
+    /// Does the same as [`Unit::parse`] for text that may not be a unit.
     pub(crate) fn find(text: &str) -> Option<Self> {
         meanings(text).next().map(|meaning| Self::written(text, meaning))
     }
 
-    /// [`Unit::parse_as`] for text that need not be a unit.
+    /// Does the same as [`Unit::parse_as`] for text that may not be a unit.
     pub(crate) fn find_as(text: &str, expected: Dimension) -> Option<Self> {
         let meaning = meanings(text).find(|meaning| meaning.dimension == expected)?;
         Some(Self::written(text, meaning))
@@ -77,7 +77,7 @@ impl Unit {
         Err(Error::Dimension { unit: symbol, found: dimension, expected, accepted })
     }
 
-    /// The same symbol read as a unit of `expected`: see [`Unit::parse_as`].
+    /// Interprets the same symbol as a unit of `expected`: see [`Unit::parse_as`].
     ///
     /// # Errors
     /// [`Error::Dimension`] where the symbol does not measure `expected`.
@@ -85,7 +85,7 @@ impl Unit {
         Self::parse_as(&self.symbol, expected)
     }
 
-    /// Whether both symbols may mean the same: `kg` and `kgf` do as forces.
+    /// Returns whether both symbols may mean the same: `kg` and `kgf` do as forces.
     pub(crate) fn agrees_with(&self, other: &Self) -> bool {
         meanings(&self.symbol).any(|meaning| {
             let same = Self::find_as(&other.symbol, meaning.dimension);
@@ -93,17 +93,17 @@ impl Unit {
         })
     }
 
-    /// The symbol as the log wrote it.
+    /// Returns the symbol as the log wrote it.
     pub fn symbol(&self) -> &str {
         &self.symbol
     }
 
-    /// What the unit measures.
+    /// Returns the quantity that the unit measures.
     pub fn dimension(&self) -> Dimension {
         self.dimension
     }
 
-    /// The size of the unit in the SI unit of its dimension (for a pulse width, in µs).
+    /// Returns the size of the unit in the SI unit of its dimension (for a pulse width, in µs).
     pub fn factor(&self) -> f64 {
         self.factor
     }
@@ -113,7 +113,7 @@ impl Unit {
         value * self.factor
     }
 
-    /// The symbols of all known units, one spelling of each.
+    /// Returns the symbols of all known units, one spelling of each.
     pub fn known() -> impl Iterator<Item = &'static str> {
         symbol::known()
     }

@@ -1,4 +1,4 @@
-//! What archives hold, as far as it can be had.
+//! Unpacks archives as far as possible.
 
 use std::io::{self, Read};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -6,35 +6,35 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::error::TooMuch;
 use crate::hashed::Hashed;
 
-/// An archive may hold so much, however small it is,
+/// Number of bytes that any archive may hold, however small.
 const ALWAYS: u64 = 16 << 20;
-/// and so many times its own size: tables compress to a tenth, zeros to a thousandth.
+/// Maximum compression ratio: tables compress to a tenth, zeros to a thousandth.
 const TIMES: u64 = 200;
 
-/// The most that may be unpacked of so many bytes.
+/// Returns the maximum plausible unpacked size of this many packed bytes.
 pub(crate) fn limit(packed: u64) -> u64 {
     ALWAYS.saturating_add(packed.saturating_mul(TIMES))
 }
 
-/// How unpacking ended, for those who did not do it.
+/// Outcome of unpacking, shared with readers.
 pub(crate) struct Unpacking {
     packing: &'static str,
     cut: Mutex<Option<(u64, String)>>,
 }
 
 impl Unpacking {
-    /// What the archive is: "gzip".
+    /// Returns the kind of archive: "gzip".
     pub(crate) fn packing(&self) -> &'static str {
         self.packing
     }
 
-    /// Where in what the archive holds it ended before its time, and why.
+    /// Returns the position in the content at which it was truncated or damaged, and the reason.
     pub(crate) fn cut(&self) -> Option<(u64, String)> {
         self.cut.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// What an archive holds; damage ends it, and is remembered.
+/// Content of an archive; damage ends it and is recorded.
 pub(crate) struct Unpacked {
     unpacker: Option<Box<dyn Read + Send>>,
     raw: Hashed,
@@ -74,7 +74,7 @@ impl Read for Unpacked {
         let read = match unpacker.read(buffer) {
             Ok(read) => read,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => return Err(error),
-            // Of an archive within, or of the disk.
+            // The error is that of an inner archive, or of the disk.
             Err(error) if is_too_much(&error) || error.raw_os_error().is_some() => {
                 return Err(error);
             }

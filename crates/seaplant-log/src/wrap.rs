@@ -1,47 +1,48 @@
-//! Clocks that start again from their lowest value: midnight, the end of a week, a full counter.
+//! Unwraps clocks that restart from their lowest value: at midnight, at the end of a week, at the
+//! overflow of a counter.
 
 use crate::epoch::DAY_S;
 
-/// A clock that starts again.
+/// A cyclic clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Cycle {
-    /// Its lowest value, and how far above that it starts again, in the unit of the column.
+    /// Its lowest value and its period, in the unit of the column.
     low: f64,
     length: f64,
     name: &'static str,
 }
 
-/// What ran out at midnight.
+/// Name of the period that ends at midnight.
 pub(crate) const DAY: &str = "the day";
 
-/// What was made of a clock that started again.
+/// Result of unwrapping.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Wrapped {
-    /// How often.
+    /// Number of overflows.
     pub(crate) count: usize,
-    /// The first row after it first did.
+    /// First row after the first overflow.
     pub(crate) row: usize,
-    /// The time before and after, in the unit of the column.
+    /// Time before and after, in the unit of the column.
     pub(crate) step: [f64; 2],
-    /// What ran out: "the day".
+    /// Name of the period: "the day".
     pub(crate) cycle: &'static str,
 }
 
-/// Carries on times of day, where midnight passes; seconds.
+/// Unwraps times of day that pass midnight; seconds.
 ///
-/// A time more than half a day before its forerunner is of the next day. One that much after it is
-/// a late row of the day before, if any midnight has passed.
+/// A time more than half a day before its predecessor belongs to the next day. One that much after
+/// it is a late row of the day before, if any midnight has passed.
 pub(crate) fn carry_on_days(time_s: &mut [f64]) -> Option<Wrapped> {
     let midnight = Cycle { low: 0.0, length: DAY_S, name: DAY };
     unwrap(time_s, midnight, 0.5 * DAY_S)
 }
 
-/// Carries on numbers that start again at the end of a day, of a week of satellite time, or of
-/// what a counter holds: only where they come within twenty of their steps, of both ends.
+/// Unwraps numbers that restart at the end of a day, of a GPS week, or of a counter: only where
+/// they come within twenty steps of both ends.
 ///
-/// `second` is one in the unit of the column.
+/// `second` is one second in the unit of the column.
 pub(crate) fn carry_on_counts(time: &mut [f64], second: f64) -> Option<Wrapped> {
-    /// A cut or a lost packet, but no new start of a log.
+    /// A gap or a lost packet, but not the start of another log.
     const STEPS: f64 = 20.0;
     let backward = |w: &&[f64]| w[1] < w[0];
     let step = usual_step(time)?;
@@ -57,7 +58,7 @@ pub(crate) fn carry_on_counts(time: &mut [f64], second: f64) -> Option<Wrapped> 
     unwrap(time, cycle, cycle.length - 2.0 * near)
 }
 
-/// What may run out.
+/// Returns the periods that may apply.
 fn cycles(time: &[f64], second: f64) -> Vec<Cycle> {
     let mut known = vec![
         Cycle { low: 0.0, length: DAY_S * second, name: DAY },
@@ -75,7 +76,7 @@ fn cycles(time: &[f64], second: f64) -> Vec<Cycle> {
     known
 }
 
-/// The median of the steps ahead.
+/// Returns the median of the forward steps.
 fn usual_step(time: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0).collect();
     if steps.is_empty() {
@@ -85,8 +86,8 @@ fn usual_step(time: &[f64]) -> Option<f64> {
     Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Adds a cycle after each step back by more than `far`, and takes it away again at a step ahead
-/// by as much, which a late row makes.
+/// Adds a period after each backward step of more than `far`, and subtracts it at an equal forward
+/// step, which a late row causes.
 fn unwrap(time: &mut [f64], cycle: Cycle, far: f64) -> Option<Wrapped> {
     let mut found: Option<Wrapped> = None;
     let mut turns = 0.0;
@@ -121,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn each_cycle_is_told_by_both_its_ends() {
+    fn each_cycle_is_determined_by_both_its_ends() {
         let count = |full: f64, low: f64, step: f64| -> Vec<f64> {
             (-30..30).map(|k| low + (f64::from(k) * step + full).rem_euclid(full)).collect()
         };

@@ -8,7 +8,7 @@ use common::python::made;
 use common::{Sample, notes, without_folder};
 use seaplant_log::{Error, Log, ReadOptions, read, read_table};
 
-/// What seconds since 1970 resolve in a double.
+/// Resolution of seconds since 1970 in a double.
 const RESOLUTION_S: f64 = 2.4e-7;
 
 fn open(path: &Path) -> Log {

@@ -15,7 +15,7 @@ fn open(path: &Path) -> Log {
     read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn of(bytes: &[u8]) -> Log {
+fn read_log(bytes: &[u8]) -> Log {
     let log = read_bytes(Path::new("log.BIN"), bytes, &ReadOptions::default());
     log.unwrap_or_else(|error| panic!("{error}"))
 }
@@ -44,7 +44,7 @@ fn a_log_of_ardusub_is_read_as_pymavlink_reads_it() {
     assert_eq!(log.sources()[0].format, "ArduPilot DataFlash");
     assert_eq!(log.settings()["FRAME_CONFIG"], 1.0);
     assert_eq!(log.settings()["MOT_1_DIRECTION"], -1.0);
-    // Of 876 records, five set again what was set.
+    // Of 876 records, five repeat a setting.
     assert_eq!(log.settings().len(), 871);
 }
 
@@ -61,11 +61,11 @@ fn later_starts_of_the_autopilot_follow_at_a_distance() {
 }
 
 #[test]
-fn a_log_that_is_cut_gives_what_precedes_the_cut() {
+fn a_truncated_log_gives_what_precedes_the_end() {
     let Some(made) = made("dataflash") else { return };
     let bytes = std::fs::read(made.file("starts.BIN")).unwrap();
     // FMT of itself and of ATT are 89 bytes each; an ATT record takes 13.
-    let log = of(&bytes[..89 * 2 + 13 * 20 + 7]);
+    let log = read_log(&bytes[..89 * 2 + 13 * 20 + 7]);
     let roll = log.channel("ATT.Roll").unwrap();
     assert_eq!((roll.len(), roll.time_s()[19]), (20, 3.9));
     assert_eq!(
@@ -78,16 +78,17 @@ fn a_log_that_is_cut_gives_what_precedes_the_cut() {
 fn damaged_stretches_are_skipped_and_counted() {
     let Some(made) = made("dataflash") else { return };
     let bytes = std::fs::read(made.file("starts.BIN")).unwrap();
-    let whole = of(&bytes[..89 * 2 + 13 * 50]);
+    let whole = read_log(&bytes[..89 * 2 + 13 * 50]);
     let start = |record: usize| 89 * 2 + 13 * record;
-    // Five bytes are lost in record 10, the marks of record 30 are overwritten, noise stands before 40.
+    // Record 10 loses five bytes, the marks of record 30 are overwritten, and noise precedes record
+    // 40.
     let mut damaged = bytes[..start(50)].to_vec();
     damaged.splice(start(40)..start(40), *b"noise\xa3\x95");
     damaged[start(30)] = 0;
     damaged.drain(start(10) + 4..start(10) + 9);
-    let log = of(&damaged);
+    let log = read_log(&damaged);
     let (found, sound) = (log.channel("ATT.Roll").unwrap(), whole.channel("ATT.Roll").unwrap());
-    // A record is believed if another follows it.
+    // A record is accepted if another follows it.
     let lost = [10, 29, 30, 39];
     let kept: Vec<f64> = (0..50).filter(|k| !lost.contains(k)).map(|k| sound.values()[k]).collect();
     assert_eq!(found.values(), kept);
@@ -104,14 +105,14 @@ fn erased_memory_after_the_last_record_is_no_damage() {
     for fill in [0, 0xff] {
         let mut padded = bytes[..89 * 2 + 13 * 50].to_vec();
         padded.resize(padded.len() + 300, fill);
-        let log = of(&padded);
+        let log = read_log(&padded);
         assert_eq!(log.channel("ATT.Roll").unwrap().len(), 50);
         assert_eq!(notes(&log).len(), 1);
     }
 }
 
 #[test]
-fn what_cannot_be_read_is_told_and_the_rest_is_read() {
+fn unreadable_parts_are_reported_and_the_rest_is_read() {
     let Some(made) = made("dataflash") else { return };
     let log = open(&made.file("odd.BIN"));
     made.agrees("odd.BIN", &log, RESOLUTION_S);

@@ -1,4 +1,4 @@
-//! Every error, by its message.
+//! Checks every error by its message.
 
 mod common;
 
@@ -10,7 +10,7 @@ use seaplant_log::{Error, Log, ReadOptions, read, read_table};
 const THREE_ROWS: &str = "time [s],u [m/s]\n0,1\n1,2\n2,3\n";
 
 #[test]
-fn a_file_that_is_not_there_is_told_with_its_path() {
+fn a_file_that_is_not_there_is_reported_with_its_path() {
     let error = read(Path::new("no-such-folder/log.csv"), &ReadOptions::default()).unwrap_err();
     assert!(matches!(error, Error::Io { .. }));
     let message = error.to_string();
@@ -41,7 +41,7 @@ fn no_file_at_all_is_refused() {
 }
 
 #[test]
-fn binary_files_are_named_for_what_they_are() {
+fn binary_files_are_named_by_their_format() {
     let tar = [&[b'a'; 257][..], b"ustar\0"].concat();
     let cases: [(&[u8], &str); 8] = [
         (b"PK\x03\x04....", "a zip archive (unpack it first)"),
@@ -101,7 +101,7 @@ fn a_header_that_does_not_fit_its_rows_is_refused() {
 }
 
 #[test]
-fn a_header_alone_and_a_single_row_are_told_apart() {
+fn a_header_alone_and_a_single_row_are_distinguished() {
     let message = |rows, needed| {
         format!(
             "log.csv holds {rows} usable row(s) of data and at least {needed} are needed; check \
@@ -245,7 +245,7 @@ fn an_unknown_column_is_answered_with_the_nearest_and_the_first_twelve() {
 }
 
 #[test]
-fn a_name_in_two_files_asks_for_the_file() {
+fn a_name_in_two_files_requires_the_file() {
     let a = Sample::new("dvl.csv", THREE_ROWS);
     let b = Sample::new("nav.csv", THREE_ROWS);
     let files = [&a, &b].map(|s| (s.path().to_owned(), ReadOptions::default()));
@@ -264,7 +264,7 @@ fn a_name_in_two_files_asks_for_the_file() {
 }
 
 #[test]
-fn files_of_one_name_are_told_apart_by_their_folders() {
+fn files_of_one_name_are_distinguished_by_their_folders() {
     let a = Sample::new("dvl.csv", THREE_ROWS);
     let b = Sample::new("dvl.csv", THREE_ROWS);
     let files = [&a, &b].map(|s| (s.path().to_owned(), ReadOptions::default()));

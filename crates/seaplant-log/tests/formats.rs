@@ -1,11 +1,11 @@
-//! The shapes that text tables come in.
+//! Layouts of text tables.
 
 mod common;
 
 use common::{Sample, notes, options, read_text};
 use seaplant_log::{Dimension, Error, Log, ReadOptions, Unit, read, read_table};
 
-/// The values of `u` at their times.
+/// Returns the values of `u` with their times.
 fn u(log: &Log) -> Vec<(f64, f64)> {
     let u = log.channel("u").expect("the log has a column u");
     u.time_s().iter().copied().zip(u.values().iter().copied()).collect()
@@ -14,7 +14,7 @@ fn u(log: &Log) -> Vec<(f64, f64)> {
 const EXPECTED: [(f64, f64); 3] = [(0.0, 1.5), (0.5, -2.0), (1.0, 1e-3)];
 
 #[test]
-fn delimiters_and_newlines_are_told_by_content() {
+fn delimiters_and_newlines_are_determined_by_content() {
     let cells = ["time [s]", "u [m/s]", "0", "1.5", "0.5", "-2", "1.0", "1e-3"];
     for delimiter in [",", ";", "\t", " ", "   ", " \t", ", "] {
         for newline in ["\n", "\r\n", "\r", "\n\n", "\r\n\r\n"] {
@@ -47,7 +47,7 @@ fn quoted_cells_and_outer_blanks_do_not_matter() {
 }
 
 #[test]
-fn what_stands_above_the_header_is_passed_over() {
+fn lines_above_the_header_are_skipped() {
     let rows = "time [s],u,v\n0,1.5,0\n0.5,-2,0\n1.0,1e-3,0\n";
     for preamble in [
         "# recorded in the pool, 3 people, fine weather\n",
@@ -269,7 +269,7 @@ fn a_source_carries_the_hash_of_its_bytes() {
 }
 
 #[test]
-fn a_namesake_with_values_goes_before_one_without() {
+fn a_namesake_with_values_is_preferred() {
     let full = Sample::new("a.csv", "time [s],u\n0,1\n1,2\n");
     let empty = Sample::new("b.csv", "time [s],v,u\n0,1,\n1,2,\n");
     let files = [&empty, &full].map(|s| (s.path().to_owned(), ReadOptions::default()));
@@ -296,7 +296,7 @@ fn a_table_keeps_its_rows_and_lines() {
 
 #[test]
 fn rows_of_growing_length_are_all_read() {
-    // The first thousand rows are short, so that the file seems to have more than it has; then
+    // The first thousand rows are short, so that the file seems to have more rows than it has; then
     // the other way round.
     let short = |k: usize| format!("{k},1\n");
     let long = |k: usize| format!("{k}.{:040},1.{:0200}\n", 0, 0);
@@ -339,7 +339,8 @@ fn thousands_of_columns_are_all_read() {
     for row in 0..ROWS {
         text += &format!("{row}");
         for column in 0..COLUMNS {
-            // Each column lacks a value where others do not, so that few share their times.
+            // Each column lacks other values than its neighbours, so that few columns share their
+            // times.
             let missing = column % ROWS == row || column / ROWS == row;
             text += &if missing { ",".to_owned() } else { format!(",{}.5", row * column) };
         }
@@ -358,7 +359,7 @@ fn thousands_of_columns_are_all_read() {
 
 #[test]
 fn bytes_that_are_no_utf_8_spoil_no_more_than_their_cell() {
-    // Windows-1252: a degree sign, a micro sign; then a byte that the wire garbled.
+    // Windows-1252: a degree sign, a micro sign; then a corrupted byte.
     let text =
         b"t (s),heading (\xb0),T1 (\xb5s)\n0,10,1500\n1,1\x92,1510\n2,12,15\xff0\n3,13,1530\n";
     let log = read_text(text).unwrap();
@@ -383,7 +384,7 @@ fn bytes_that_are_no_utf_8_spoil_no_more_than_their_cell() {
 }
 
 #[test]
-fn garbled_bytes_in_the_rows_alone_are_told() {
+fn garbled_bytes_in_the_rows_alone_are_reported() {
     let log = read_text(b"t (s),u (m/s)\n0,1\n1,\x80\xc6\xfe\n2,3\n").unwrap();
     assert_eq!(log.channel("u").unwrap().values(), [1.0, 3.0]);
     assert_eq!(
@@ -394,7 +395,7 @@ fn garbled_bytes_in_the_rows_alone_are_told() {
 }
 
 #[test]
-fn whole_seconds_and_nanoseconds_of_two_columns_are_one_time() {
+fn integer_seconds_and_nanoseconds_of_two_columns_are_one_time() {
     let text = "header_stamp_secs,header_stamp_nsecs,u\n1700000000,5000000,1\n\
                 1700000000,950000000,2\n1700000001,0,3\n";
     let log = read_text(text).unwrap();

@@ -21,7 +21,7 @@ const ASSUMED: [&str; 2] = [
     "the time column \"dvl.time\" states no unit; seconds assumed, so a row every 0.020000 s",
 ];
 
-/// What is left out of the logs of every version, and why.
+/// Fields left out of the logs of every version, with the reasons.
 const LEFT_OUT: [&str; 7] = [
     "\"steps\" is a cell array: save what it holds as variables of their own; left out",
     "\"mass\" is a single number; left out",
@@ -32,7 +32,7 @@ const LEFT_OUT: [&str; 7] = [
     "\"vehicle\" holds text; left out",
 ];
 
-/// The notes of a file without its name, sorted.
+/// Returns the notes of a file without its name, sorted.
 fn sorted_notes(log: &Log, name: &str) -> Vec<String> {
     let mut notes: Vec<String> = notes(log);
     notes.iter_mut().for_each(|note| *note = note.replace(&format!("{name}: "), ""));
@@ -94,7 +94,7 @@ fn time_is_had_by_any_name() {
          give an equal sampling rate there if the rows are equally spaced; the columns are \"u\", \
          \"ms\", \"log.v\""
     );
-    // Milliseconds in a double, and back, s.
+    // Rounding error of a conversion to milliseconds and back, s.
     made.agrees("named.mat", &read(&path, &options("ms", Some("ms"))).unwrap(), 1e-6);
     let error = read(&path, &options("mss", None)).unwrap_err().to_string();
     assert!(
@@ -122,7 +122,7 @@ fn time_may_be_a_column_of_a_matrix() {
 fn days_of_the_calendar_are_seconds_since_1970() {
     let Some(made) = made("matlab") else { return };
     let log = open(&made.file("days.mat"));
-    // Days since the year 0 in a double resolve 10 us, s.
+    // Resolution of days since the year 0 in a double, 10 us, in s.
     made.agrees("days.mat", &log, 1e-5);
     assert_eq!(
         notes(&log),
@@ -175,7 +175,7 @@ fn a_file_that_is_cut_gives_the_variables_before() {
 fn a_damaged_variable_costs_no_other() {
     let Some(made) = made("matlab") else { return };
     let mut bytes = std::fs::read(made.file("v7.mat")).unwrap();
-    // The second element is a variable: the first starts behind the header.
+    // The second element is a variable: the first starts after the header.
     let length = u32::from_le_bytes(bytes[132..136].try_into().unwrap()) as usize;
     let second = 128 + 8 + length;
     let size = u32::from_le_bytes(bytes[second + 4..second + 8].try_into().unwrap());
@@ -193,7 +193,7 @@ fn a_damaged_variable_costs_no_other() {
 }
 
 #[test]
-fn what_is_no_matlab_file_after_all_is_refused() {
+fn a_damaged_matlab_file_is_refused() {
     let sample = Sample::new("log.mat", [b"MATLAB 5.0 MAT-file".as_slice(), &[b' '; 109]].concat());
     assert_eq!(
         failure(sample.path()),
@@ -222,13 +222,13 @@ fn files_that_matlab_wrote_are_read_as_scipy_has_them() {
             made.agrees(&name, &log, 0.0);
         }
     }
-    // By MATLAB 7.4, of 2007, in an early form of HDF5 that the library does not know.
+    // Written by MATLAB 7.4, of 2007, in an early form of HDF5 that the library does not support.
     let message = failure(&made.file("testhdf5_7.4_GLNX86.mat"));
     assert!(message.contains("\"testdouble\" is damaged, or stored in a way of HDF5"), "{message}");
 }
 
 #[test]
-fn what_a_file_holds_in_place_of_numbers_is_told() {
+fn content_that_is_not_numeric_is_reported() {
     let Some(made) = made("matlab") else { return };
     assert_eq!(
         failure(&made.file("table.mat")),

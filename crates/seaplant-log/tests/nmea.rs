@@ -9,7 +9,7 @@ use common::python::made;
 use common::{Sample, notes, without_folder};
 use seaplant_log::{Log, ReadOptions, read};
 
-/// Microseconds since 1970 in doubles, and times of receipt to the millisecond of them, s.
+/// Rounding of microseconds since 1970 in doubles, and of times of receipt to the millisecond, s.
 const RESOLUTION_S: f64 = 1e-6;
 
 fn open(path: &Path) -> Log {
@@ -132,7 +132,7 @@ fn a_recording_is_as_another_decoder_has_it() {
     assert_eq!(
         notes(&log),
         [
-            // The recorder wrote the time of its zone.
+            // The recorder wrote local time.
             "nmea_log.txt: times are those of receipt before the sentences, taken as UTC where no \
              offset is stated: seconds since the Unix epoch; they are 25200.0 s behind the UTC in \
              the sentences",

@@ -1,4 +1,4 @@
-//! Every note, by its message and by what it says was done.
+//! Checks every note, by its message and by the action that it describes.
 
 mod common;
 
@@ -80,7 +80,7 @@ fn a_header_within_the_rows_is_skipped() {
 }
 
 #[test]
-fn a_stray_pair_of_quotes_that_swallows_rows_is_told() {
+fn a_stray_pair_of_quotes_that_swallows_rows_is_reported() {
     let log = read_text("time [s],u\n0,1\n1,\"2\n2,3\n3,\"4\n4,5\n").unwrap();
     assert_eq!(
         notes(&log)[0],
@@ -136,7 +136,7 @@ fn a_second_column_of_one_name_is_renamed() {
 }
 
 #[test]
-fn a_choice_between_time_columns_is_told() {
+fn a_choice_between_time_columns_is_reported() {
     let log = read_text("utc,time [s],u\n1600000000,0,1\n1600000001,1,2\n").unwrap();
     assert_eq!(
         notes(&log),
@@ -162,7 +162,7 @@ fn seconds_are_assumed_aloud() {
 }
 
 #[test]
-fn decimal_commas_are_told() {
+fn decimal_commas_are_reported() {
     let log = read_text("t [s];u\n0;7\n0,5;8,25\n1;-1,5e1\n").unwrap();
     assert_eq!(
         notes(&log),
@@ -180,7 +180,7 @@ fn points_among_decimal_commas_are_not_guessed_at() {
 }
 
 #[test]
-fn another_encoding_is_told() {
+fn another_encoding_is_reported() {
     let log = read_text(b"time [s],H\xf6he [m],T1 [\xb5s]\n0,1,2\n1,2,3\n").unwrap();
     assert_eq!(notes(&log), ["log.csv: the text is not UTF-8; read as windows-1252"]);
     assert_eq!(log.channel("Höhe").unwrap().values(), [1.0, 2.0]);
@@ -278,7 +278,7 @@ fn counts_that_only_1970_explains_are_taken_as_such() {
 }
 
 #[test]
-fn what_times_count_from_is_told_of_clean_logs_too() {
+fn the_epoch_of_clean_logs_is_reported_too() {
     for (text, epoch) in [
         ("time [s],u\n0,1\n1,2\n", Epoch::Unstated),
         ("time [s],u\n1600000000.5,1\n1600000001.5,2\n", Epoch::Unix),

@@ -1,4 +1,4 @@
-//! Numbers that a text table does not state plainly: read right, or refused at their line.
+//! Ambiguous numbers in text tables: read correctly, or refused with their line.
 
 mod common;
 
@@ -68,7 +68,7 @@ fn a_row_of_units_that_agrees_with_the_header_is_read() {
 }
 
 #[test]
-fn points_between_thousands_are_told_by_the_other_numbers() {
+fn points_between_thousands_are_determined_by_the_other_numbers() {
     let decimals = read_text("t [s];rpm\n0,5;588\n1,0;1.588\n1,5;-12.588\n").unwrap();
     assert_eq!(values(&decimals, "rpm"), [588.0, 1588.0, -12_588.0]);
     assert!(notes(&decimals).contains(
@@ -84,7 +84,7 @@ fn points_between_thousands_are_told_by_the_other_numbers() {
 }
 
 #[test]
-fn points_before_decimals_are_told_by_the_other_numbers() {
+fn points_before_decimals_are_determined_by_the_other_numbers() {
     let log = read_text("t [s];depth\n1.000;1.588\n1.125;0.588\n1.250;1.5\n").unwrap();
     assert_eq!(values(&log, "depth"), [1.588, 0.588, 1.5]);
     assert_eq!(log.channel("depth").unwrap().time_s(), [1.0, 1.125, 1.25]);
@@ -100,7 +100,7 @@ fn points_before_decimals_are_told_by_the_other_numbers() {
 }
 
 #[test]
-fn thousands_that_nothing_tells_from_decimals_are_refused() {
+fn ambiguous_thousands_are_refused() {
     let message = |line, column, text| {
         format!(
             "log.csv:{line}: \"{text}\" in column \"{column}\" may have decimals or thousands, and no \
@@ -126,7 +126,7 @@ fn thousands_that_nothing_tells_from_decimals_are_refused() {
           decimals or thousands; left out"
         ]
     );
-    // Where times are doubtful, nothing can be read.
+    // Where times are ambiguous, nothing can be read.
     assert_eq!(
         failure("t [s];u\n998;0.5\n999;0.6\n1.000;0.7\n1.001;0.8\n"),
         message(4, "t [s]", "1.000")

@@ -23,14 +23,14 @@ fn tables_in_archives_are_read_as_python_wrote_them() {
         made.agrees(name, &log, 0.0);
         let source = &log.sources()[0];
         assert_eq!((source.format.as_str(), notes(&log).len()), (format, 0));
-        // Size and hash are of the archive, which is what provenance names.
+        // Size and hash are of the archive, which provenance names.
         assert_eq!(source.bytes, std::fs::metadata(&path).unwrap().len());
         assert_eq!(read_table(&path).unwrap().rows(), 20_000);
     }
 }
 
 #[test]
-fn an_archive_that_is_cut_gives_the_whole_lines_before_the_cut() {
+fn a_truncated_archive_gives_its_complete_lines() {
     let Some(made) = made("packed") else { return };
     let log = read(&made.file("cut.csv.gz"), &ReadOptions::default()).unwrap();
     made.agrees("cut.csv.gz", &log, 0.0);
@@ -42,7 +42,7 @@ fn an_archive_that_is_cut_gives_the_whole_lines_before_the_cut() {
 }
 
 #[test]
-fn a_wrong_checksum_is_told() {
+fn a_wrong_checksum_is_reported() {
     let Some(made) = made("packed") else { return };
     let log = read(&made.file("checksum.csv.gz"), &ReadOptions::default()).unwrap();
     made.agrees("checksum.csv.gz", &log, 0.0);
@@ -86,7 +86,7 @@ fn an_archive_without_content_is_refused() {
 #[test]
 fn an_archive_in_an_archive_in_an_archive_is_refused() {
     let pack = |bytes: Vec<u8>| {
-        // One stored block: nothing but a frame around the bytes.
+        // One stored block: only a frame around the bytes.
         let mut packed = b"\x1f\x8b\x08\0\0\0\0\0\0\x03\x01".to_vec();
         packed.extend((bytes.len() as u16).to_le_bytes());
         packed.extend((!(bytes.len() as u16)).to_le_bytes());

@@ -43,7 +43,7 @@ fn old_instruments_know_no_century() {
 }
 
 #[test]
-fn what_a_serial_port_gave_is_read_between_text_and_damage() {
+fn ensembles_are_read_between_text_and_damage() {
     let Some(made) = made("pd0") else { return };
     let log = open(&made.file("port.pd0"));
     made.agrees("port.pd0", &log, RESOLUTION_S);
@@ -52,7 +52,7 @@ fn what_a_serial_port_gave_is_read_between_text_and_damage() {
     assert_eq!(
         notes(&log),
         [
-            // The rest of the first ensemble; the damaged one; 204 bytes that are none.
+            // The rest of the first ensemble; the damaged one; 204 bytes that are no ensemble.
             format!(
                 "port.pd0: 3 stretches are damaged, the first at byte 0; {} bytes skipped",
                 whole - 100 + (whole + 67) + 204

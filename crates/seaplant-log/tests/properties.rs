@@ -1,4 +1,4 @@
-//! What holds of any bytes.
+//! Invariants for arbitrary bytes.
 
 mod common;
 
@@ -6,7 +6,7 @@ use common::{Sample, read_text};
 use proptest::prelude::*;
 use seaplant_log::{Log, ReadOptions, Unit, read, read_table};
 
-/// What a [`Log`] promises of its channels.
+/// Checks the invariants of a [`Log`]'s channels.
 fn check(log: &Log) {
     for channel in log.channels() {
         assert!(!channel.is_empty());
@@ -36,7 +36,7 @@ fn read_all_ways(bytes: &[u8]) {
     }
 }
 
-/// Text that is nearly a table: the cells, delimiters and newlines that tables go wrong by.
+/// Generates text that resembles a table: cells, delimiters and newlines that cause errors.
 fn nearly_a_table() -> impl Strategy<Value = String> {
     let cell = prop_oneof![
         4 => (-1e3..1e3_f64).prop_map(|x| format!("{x:.3}")),

@@ -1,5 +1,5 @@
-//! Logs that others measured. They are looked for in the folder that `SEAPLANT_DATA` names, from
-//! the workspace, else in `../shared/data`; a test whose files are absent says so.
+//! Logs measured by third parties. They are looked for in the folder in `SEAPLANT_DATA`, relative
+//! to the workspace, else in `../shared/data`; a test whose files are absent reports it.
 
 mod common;
 
@@ -21,7 +21,7 @@ fn open(path: &Path) -> Log {
     read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What a column of a spreadsheet export holds, by the plainest reader there is.
+/// Reads a column of a spreadsheet export with the simplest possible reader.
 fn plainly(path: &Path, column: usize) -> Vec<f64> {
     let text = std::fs::read_to_string(path).unwrap();
     let cells = text.lines().skip(1).map(|line| line.split(',').nth(column).unwrap_or_default());
@@ -112,7 +112,7 @@ fn workbooks_hold_what_their_twins_in_csv_hold() {
         let twin = path.with_extension("csv");
         let name = twin.file_name().unwrap().to_str().unwrap().to_lowercase();
         let (workbook, text) = (open(&path), open(&path.with_file_name(name)));
-        // Beside them the workbooks number their rows, in a column without a name.
+        // The workbooks also number their rows, in a column without a name.
         assert_eq!(workbook.channels().len(), text.channels().len() + 1);
         assert_eq!(workbook.channels()[0].column, "column 1");
         for expected in text.channels() {

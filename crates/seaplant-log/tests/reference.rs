@@ -1,4 +1,4 @@
-//! The values of a file as Python's csv module reads them.
+//! Compares the values of a file with those that Python's csv module reads.
 
 use std::path::Path;
 

@@ -8,7 +8,7 @@ use common::{Sample, notes, without_folder};
 
 use seaplant_log::{Error, Log, ReadOptions, Stamp, read};
 
-/// Seconds since 1970 in a double, of a stamp and a receipt in nanoseconds.
+/// Resolution of seconds since 1970 in a double, for stamps and receipts in nanoseconds.
 const RESOLUTION_S: f64 = 2.5e-7;
 
 fn open(path: &std::path::Path) -> Log {
@@ -64,7 +64,7 @@ fn times_of_receipt_are_had_by_choice() {
 }
 
 #[test]
-fn what_was_decided_and_left_out_is_told() {
+fn decisions_and_omissions_are_reported() {
     let Some(made) = made("ros") else { return };
     let log = open(&made.file("zstd.mcap"));
     assert_eq!(
@@ -105,7 +105,7 @@ fn what_was_decided_and_left_out_is_told() {
     );
 }
 
-/// The messages of a topic that lie wholly before each byte of a file without chunks.
+/// Counts the messages of a topic that lie completely before each byte of a file without chunks.
 fn messages_before(bytes: &[u8], topic: &str) -> Vec<usize> {
     let number = |at: usize, size: usize| {
         bytes[at..at + size].iter().rev().fold(0, |n, &byte| n << 8 | usize::from(byte))
@@ -146,13 +146,13 @@ fn a_file_that_is_cut_gives_all_messages_before_the_cut() {
 }
 
 #[test]
-fn a_chunk_that_is_cut_gives_what_can_be_unpacked_of_it() {
+fn a_truncated_chunk_gives_its_intact_part() {
     let Some(made) = made("ros") else { return };
     for name in ["plain.mcap", "zstd.mcap", "lz4.mcap", "plain.bag", "lz4.bag", "iron.db3"] {
         let bytes = std::fs::read(made.file(name)).unwrap();
         let whole = open(&made.file(name));
         let whole = whole.channel("/everything/f64").unwrap();
-        // The more is left, the more is read; the parts of the file are about equal.
+        // The longer the remaining file, the more is read; the parts of the file are about equal.
         for tenth in 3..9 {
             let sample = Sample::new("cut", &bytes[..bytes.len() * tenth / 10]);
             let log = open(sample.path());
@@ -167,7 +167,7 @@ fn a_chunk_that_is_cut_gives_what_can_be_unpacked_of_it() {
 }
 
 #[test]
-fn damage_costs_what_it_hits() {
+fn damage_costs_only_the_damaged_records() {
     let Some(made) = made("ros") else { return };
     for name in [
         "plain.mcap",
@@ -191,7 +191,7 @@ fn damage_costs_what_it_hits() {
         assert!(channel.len() * 3 > whole.len(), "{name}: {}", channel.len());
         let told = notes(&log).iter().any(|note| note.contains("damaged, the first at byte"));
         assert!(told, "{name}: {:?}", notes(&log));
-        // What is there is right.
+        // The values present are right.
         for (time, value) in channel.time_s().iter().zip(channel.values()) {
             let at = whole.time_s().iter().position(|t| t == time).unwrap();
             assert_eq!(*value, whole.values()[at], "{name}");
@@ -222,7 +222,7 @@ fn a_bag_in_an_archive_is_read() {
     }
 }
 
-/// A file of one topic `/a`, each message received a second after the one before.
+/// Reads a file of one topic `/a` whose messages are one second apart.
 fn file(definition: &str, messages: &[&[u8]]) -> Result<Log, Error> {
     let mut file = McapFile::new();
     file.topic(0, "/a", "a/msg/A", definition);
@@ -236,13 +236,13 @@ fn file(definition: &str, messages: &[&[u8]]) -> Result<Log, Error> {
 const STAMPED: &str = "std_msgs/Header header\nuint8 a\n===\nMSG: std_msgs/Header\n\
                        builtin_interfaces/Time stamp\nstring frame_id\n";
 
-/// A stamped message, its frame unnamed.
+/// Encodes a stamped message without a frame name.
 fn stamped(s: u8, value: u8) -> Vec<u8> {
     [&[s, 0, 0, 0], &[0; 4][..], &[1, 0, 0, 0, 0, value]].concat()
 }
 
 #[test]
-fn stamps_that_nobody_set_give_way_to_receipt() {
+fn unset_stamps_are_replaced_by_receipt() {
     let log = file(STAMPED, &[&stamped(0, 5), &stamped(0, 6)]).unwrap();
     assert_eq!(log.channel("/a/a").unwrap().time_s(), [1.0, 2.0]);
     let clock = "a.mcap: times are those of receipt, seconds since the Unix epoch; no message has a \
@@ -255,7 +255,7 @@ fn stamps_that_nobody_set_give_way_to_receipt() {
 }
 
 #[test]
-fn clocks_that_differ_are_told() {
+fn clocks_that_differ_are_reported() {
     let log = file(STAMPED, &[&stamped(101, 5), &stamped(102, 6)]).unwrap();
     let clock = "a.mcap: times are header stamps, seconds since the Unix epoch; the first stamp of \"/a\" \
                  is 100.000 s after its receipt: the clocks differ, so take `stamp = \"receive\"` \
@@ -311,7 +311,7 @@ fn elements_that_change_names_are_left_out() {
 }
 
 #[test]
-fn what_is_no_bag_is_refused() {
+fn a_file_that_is_not_a_bag_is_refused() {
     let refused = |bytes: &[u8]| {
         let sample = Sample::new("a.log", bytes);
         let error = read(sample.path(), &ReadOptions::default()).unwrap_err();
@@ -343,12 +343,12 @@ fn what_is_no_bag_is_refused() {
 
 #[test]
 fn negative_times_and_the_second_version_of_cdr_are_read() {
-    // A duration of -1 s and -5e8 ns, as ROS 1 writes it.
+    // A duration of -1 s and -5e8 ns, as ROS 1 encodes it.
     let mut file = McapFile::new();
     file.channel(0, "/a", "a/A", ("ros1msg", "duration d\n"), "ros1");
     let content = [(-1i32).to_le_bytes(), (-500_000_000i32).to_le_bytes()].concat();
     file.message(0, 1, &content);
-    // Doubles at multiples of four.
+    // Doubles are aligned to four bytes.
     file.topic(1, "/b", "b/msg/B", "uint32 n\nfloat64 x\n");
     let content = [&[0, 7, 0, 0][..], &[1, 0, 0, 0], &2.5f64.to_le_bytes()].concat();
     file.message(1, 1, &content);
@@ -385,7 +385,7 @@ fn chunks_that_swell_past_any_log_are_refused() {
 }
 
 #[test]
-fn a_write_ahead_log_beside_a_bag_is_told() {
+fn a_write_ahead_log_beside_a_bag_is_reported() {
     let Some(made) = made("ros") else { return };
     let sample = Sample::new("iron.db3", std::fs::read(made.file("iron.db3")).unwrap());
     std::fs::write(sample.folder().join("iron.db3-wal"), "frames").unwrap();

@@ -1,7 +1,7 @@
-//! Surveys of large files: what they say agrees with the reading of the whole.
+//! Surveys of large files agree with complete readings.
 //!
-//! That the whole is read right, the tests of each format show; here the logs are long and even, by
-//! the writers of other projects (`reference/make_survey.py`).
+//! The tests of each format check complete readings; here the logs are long and even, by the
+//! writers of other projects (`reference/make_survey.py`).
 #![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
 mod common;
@@ -12,19 +12,19 @@ use common::python::made;
 use common::{Sample, data};
 use seaplant_log::{Channel, Figure, ReadOptions, Survey, Thoroughness, read, survey};
 
-/// Parts small enough for logs of some hundred kilobytes to be large.
+/// Parts so small that logs of some hundred kilobytes are large.
 const HOW: Thoroughness = Thoroughness { whole_up_to: 1 << 16, parts: 6, part_bytes: 1 << 13 };
 
-/// Estimates of steady logs are so near, as part of the number: records of two kinds fall unevenly
-/// into parts of 8 KiB.
+/// Relative tolerance of estimates of steady logs: records of two kinds are unevenly spread over
+/// parts of 8 KiB.
 const NEAR: f64 = 0.05;
 
 fn surveyed(path: &Path) -> Survey {
     survey(path, &ReadOptions::default(), HOW).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Checks every channel of a survey against the whole: each sample that was read is one of the
-/// file's, what is called exact is, and estimates are within `near`.
+/// Checks every channel of a survey against the complete file: each sample that was read is one of
+/// the file's, numbers marked exact are exact, and estimates are within `near`.
 fn agrees(path: &Path, survey: &Survey, near: f64) {
     let whole = read(path, &ReadOptions::default()).unwrap();
     let columns: Vec<&str> = whole.channels().iter().map(|c| c.column.as_str()).collect();
@@ -53,7 +53,7 @@ fn agrees(path: &Path, survey: &Survey, near: f64) {
     }
 }
 
-/// Every sample of one is in the other.
+/// Checks that every sample of one is in the other.
 fn is_part(part: &Channel, all: &Channel) {
     for (time, value) in part.time_s().iter().zip(part.values()) {
         let place = all.time_s().binary_search_by(|t| t.total_cmp(time));
@@ -62,7 +62,7 @@ fn is_part(part: &Channel, all: &Channel) {
     }
 }
 
-/// Whether only parts were read, a few hundredths to a third of the file.
+/// Returns whether only parts were read, a few hundredths to a third of the file.
 fn in_parts(survey: &Survey) -> bool {
     let [file] = survey.files() else { panic!("one file") };
     assert_eq!(file.sha256.is_none(), file.parts.is_some());
@@ -144,7 +144,7 @@ fn a_doppler_log_is_surveyed_by_ensembles() {
     for seen in survey.channels() {
         let all = whole.channel(&seen.read.column).unwrap();
         is_part(&seen.read, all);
-        // The bottom is lost now and then, at the start, too.
+        // Bottom lock is lost now and then, also at the start.
         let first_s = all.time_s()[0];
         assert!(seen.first_s.is_estimate() || seen.first_s.value() == first_s);
     }
@@ -155,7 +155,7 @@ fn a_doppler_log_is_surveyed_by_ensembles() {
 }
 
 #[test]
-fn a_small_file_is_read_whole() {
+fn a_small_file_is_read_completely() {
     let Some(made) = made("survey") else { return };
     let path = made.file("log.csv");
     let survey = survey(&path, &ReadOptions::default(), Thoroughness::default()).unwrap();
@@ -183,7 +183,7 @@ fn a_file_that_is_cut_off_is_surveyed_up_to_the_cut() {
         assert_eq!(words(survey.notes()), words(whole.notes()));
         assert_eq!(words(survey.notes()).len(), 1);
     }
-    // The index is at the end: all that precedes the cut is read.
+    // The index is at the end: everything before the truncation is read.
     for name in ["log.mcap", "log.bag", "log.db3"] {
         let bytes = std::fs::read(made.file(name)).unwrap();
         let cut = Sample::new(name, &bytes[..bytes.len() / 2]);
@@ -193,14 +193,14 @@ fn a_file_that_is_cut_off_is_surveyed_up_to_the_cut() {
     }
 }
 
-/// A table of 40 000 rows; `row` gives the text of each.
+/// Makes a table of 40 000 rows; `row` gives the text of each.
 fn table(row: impl Fn(usize) -> String) -> Sample {
     let rows: String = (0..40_000).map(row).collect();
     Sample::new("log.csv", format!("time [s],u [m/s],what\n{rows}"))
 }
 
 #[test]
-fn a_table_with_cells_of_several_lines_is_read_whole() {
+fn a_table_with_cells_of_several_lines_is_read_completely() {
     let sample = table(|k| match k % 50 {
         0 => format!("{k},1.5,\"dive\n{k},9,9\"\n"),
         _ => format!("{k},1.5,\n"),
@@ -227,7 +227,7 @@ fn a_note_on_a_line_that_cannot_be_counted_names_none() {
 }
 
 #[test]
-fn a_clock_that_steps_between_parts_has_the_whole_read() {
+fn a_clock_that_steps_between_parts_is_read_completely() {
     let sample = table(|k| format!("{},1.5,3\n", if k < 20_000 { k } else { k - 8_000 }));
     let error = survey(sample.path(), &ReadOptions::default(), HOW).unwrap_err();
     let whole = read(sample.path(), &ReadOptions::default()).unwrap_err();
@@ -235,11 +235,11 @@ fn a_clock_that_steps_between_parts_has_the_whole_read() {
 }
 
 #[test]
-fn damage_in_a_part_has_the_whole_read() {
+fn damage_in_a_part_causes_a_complete_reading() {
     let Some(made) = made("survey") else { return };
     for name in ["log.BIN", "log.mcap", "log.bag"] {
         let mut bytes = std::fs::read(made.file(name)).unwrap();
-        // In the first part, past the header of a bag, over more than one record.
+        // In the first part, after the header of a bag, across several records.
         bytes[7_000..7_200].fill(0x55);
         let damaged = Sample::new(name, bytes);
         let survey = surveyed(damaged.path());

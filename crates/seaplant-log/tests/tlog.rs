@@ -8,7 +8,7 @@ use common::python::made;
 use common::{data, notes};
 use seaplant_log::{Log, ReadOptions, Stamp, read, read_bytes};
 
-/// Doubles resolve today's Unix time to less than this, s.
+/// Resolution of today's Unix time in a double, s.
 const RESOLUTION_S: f64 = 1e-6;
 
 fn open(path: &Path, stamp: Stamp) -> Log {
@@ -16,7 +16,7 @@ fn open(path: &Path, stamp: Stamp) -> Log {
     read(path, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn of(bytes: &[u8]) -> Log {
+fn read_log(bytes: &[u8]) -> Log {
     let options = ReadOptions { stamp: Stamp::Receive, ..ReadOptions::default() };
     let log = read_bytes(Path::new("log.tlog"), bytes, &options);
     log.unwrap_or_else(|error| panic!("{error}"))
@@ -30,7 +30,7 @@ fn a_log_of_a_ground_station_is_read_as_pymavlink_reads_it() {
     made.agrees("small.tlog", &log, RESOLUTION_S);
     assert_eq!(log.sources()[0].format, "MAVLink telemetry");
     assert_eq!(log.settings()["FRAME_CONFIG"], 2.0);
-    // pymavlink finds four stretches of bad data, too.
+    // pymavlink also finds four stretches of bad data.
     assert_eq!(
         notes(&log)[0],
         "small.tlog: 4 stretches are damaged, the first at byte 11888; 315 bytes skipped"
@@ -51,7 +51,7 @@ fn every_message_of_either_version_is_read_as_pymavlink_reads_it() {
 }
 
 #[test]
-fn senders_and_instances_are_told_apart() {
+fn senders_and_instances_are_distinguished() {
     let Some(made) = made("tlog") else { return };
     let log = open(&made.file("senders.tlog"), Stamp::Receive);
     for column in [
@@ -96,11 +96,11 @@ fn messages_that_are_not_known_are_counted() {
 }
 
 #[test]
-fn a_log_that_is_cut_gives_what_precedes_the_cut() {
+fn a_truncated_log_gives_what_precedes_the_end() {
     let Some(made) = made("tlog") else { return };
     let bytes = std::fs::read(made.file("private.tlog")).unwrap();
-    // A frame of HEARTBEAT takes 29 bytes, and one that is not known 23.
-    let log = of(&bytes[..29 * 4 + 23 + 12]);
+    // A frame of HEARTBEAT takes 29 bytes, and an unknown one 23.
+    let log = read_log(&bytes[..29 * 4 + 23 + 12]);
     assert_eq!(log.channel("HEARTBEAT.custom_mode").unwrap().len(), 4);
     assert_eq!(
         notes(&log)[0],
@@ -113,13 +113,13 @@ fn a_log_that_is_cut_gives_what_precedes_the_cut() {
 fn damaged_stretches_are_skipped_and_counted() {
     let Some(made) = made("tlog") else { return };
     let mut bytes = std::fs::read(made.file("private.tlog")).unwrap();
-    // The second frame loses its checksum, the third bytes, and noise stands before the sixth.
+    // The second frame has a wrong checksum, the third lost bytes, and noise precedes the sixth.
     bytes[29 + 23 + 20] ^= 1;
     bytes.splice(29 * 5 + 23 * 2..29 * 5 + 23 * 2, *b"noise\0");
     bytes.drain(29 * 2 + 23 + 10..29 * 2 + 23 + 15);
-    let log = of(&bytes);
+    let log = read_log(&bytes);
     let mode = log.channel("HEARTBEAT.custom_mode").unwrap();
-    // Nothing but what follows vouches for a message that is not known, here the one before noise.
+    // An unknown message is accepted only if a frame follows it; here it precedes noise.
     let kept: Vec<f64> = (0..20).filter(|k| ![1, 2].contains(k)).map(f64::from).collect();
     assert_eq!(mode.values(), kept);
     assert_eq!(

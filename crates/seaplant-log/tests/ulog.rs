@@ -42,7 +42,7 @@ fn logs_of_px4_are_read_as_pyulog_reads_them() {
 }
 
 #[test]
-fn what_a_logger_appends_is_read_after_a_message_that_was_left_unfinished() {
+fn appended_data_are_read_after_an_incomplete_message() {
     let Some(made) = made("ulog") else { return };
     let log = open(&made.file("appended.ulg"));
     let x = log.channel("sensor.x").unwrap();
@@ -52,7 +52,7 @@ fn what_a_logger_appends_is_read_after_a_message_that_was_left_unfinished() {
 }
 
 #[test]
-fn a_log_that_is_cut_gives_what_precedes_the_cut() {
+fn a_truncated_log_gives_what_precedes_the_end() {
     let Some(made) = made("ulog") else { return };
     let bytes = std::fs::read(made.file("seed.ulg")).unwrap();
     let log = read_bytes(Path::new("log.ulg"), &bytes[..bytes.len() - 5], &ReadOptions::default());

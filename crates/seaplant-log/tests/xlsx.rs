@@ -51,7 +51,7 @@ fn a_sheet_is_had_by_its_name() {
 
 #[test]
 fn date_cells_are_times() {
-    /// Days since 1900 in a double, to the nearest microsecond, resolve less than this, s.
+    /// Resolution of days since 1900 in a double, and rounding to the nearest microsecond, s.
     const RESOLUTION_S: f64 = 1.5e-6;
     let Some(made) = made("xlsx") else { return };
     for name in ["dates.xlsx", "dates-1904.xlsx", "day.xlsx", "spans.xlsx"] {

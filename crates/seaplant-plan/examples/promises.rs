@@ -1,12 +1,12 @@
-//! Promises of plans and results of fits, over vehicles drawn at random.
+//! Compares predicted intervals of plans with those of fits, over vehicles drawn at random.
 //!
 //! ```sh
 //! cargo run -p seaplant-plan --example promises -- 12 0   # vehicles, and the first seed
 //! ```
 //!
-//! Each vehicle is believed by hull formulas. Its plan is driven twice: by the believed plant, and by a
-//! plant drawn from the prior. The logs are fitted by the filter error method; the standard deviations
-//! that the fits state are divided by those that the plan promised, both in SI units.
+//! The prior of each vehicle comes from hull formulas. Its plan is driven twice: by the prior's
+//! plant, and by a plant drawn from the prior. The logs are fitted by the filter error method; the
+//! standard deviations of the fits are divided by those that the plan predicted, both in SI units.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +23,7 @@ type Failure = Box<dyn std::error::Error>;
 /// Half of a 95 % interval in standard deviations.
 const HALF_95: f64 = 1.959_964;
 
-/// A vehicle of two, three or six axes.
+/// Returns a vehicle of two, three or six axes.
 fn vehicle(random: &mut ChaCha8Rng, kind: usize) -> Result<Vehicle, Failure> {
     let length = random.random_range(0.4..1.5);
     let size =
@@ -73,12 +73,12 @@ fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
-/// Results of fits over promises.
+/// Ratios of fitted to predicted uncertainty.
 #[derive(Default)]
 struct Tally {
-    /// Stated over promised standard deviations.
+    /// Fitted over predicted standard deviations.
     ratios: Vec<f64>,
-    /// Errors over stated standard deviations.
+    /// Errors over fitted standard deviations.
     errors: Vec<f64>,
 }
 
@@ -190,7 +190,7 @@ fn main() -> Result<(), Failure> {
             sum.add(own);
         }
         for (kind, minutes) in &made.unplanned {
-            // No time is enough for one that never reaches the goals.
+            // Infinite for a plan that never reaches the goals.
             let minutes = minutes.unwrap_or(f64::INFINITY);
             if let Some(needed) = made.minutes_needed {
                 factors.entry(*kind).or_default().push(minutes / needed);

@@ -1,4 +1,4 @@
-//! Minutes for each manoeuvre: a convex program with a certified gap.
+//! Allocates minutes to manoeuvres by a convex program with a certified gap.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -24,10 +24,10 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// All of them.
+    /// All criteria.
     pub const ALL: [Self; 3] = [Self::Worst, Self::Mean, Self::Volume];
 
-    /// As files and flags write it.
+    /// Returns the name in files and flags.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Worst => "worst",
@@ -37,7 +37,7 @@ impl Criterion {
     }
 }
 
-/// A combination of coefficients, g, and the standard deviation that it may have.
+/// A combination of coefficients, g, and the standard deviation allowed for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
     /// g, shape (p,), for each plant that the vehicle may have.
@@ -58,7 +58,7 @@ pub struct Target {
 pub struct Program {
     /// J, shape (p, p), of each manoeuvre and each plant, by second.
     pub rates: Vec<Vec<DMatrix<f64>>>,
-    /// B, shape (p, p): what is known before.
+    /// B, shape (p, p): prior information.
     pub before: DMatrix<f64>,
     /// The goals.
     pub targets: Vec<Target>,
@@ -68,31 +68,31 @@ pub struct Program {
     pub seconds: f64,
 }
 
-/// Shares of the time, and how near they are to the best ones.
+/// Shares of the time, and the certified distance to the optimum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allocation {
     /// w, shape (K,).
     pub shares: Vec<f64>,
-    /// The objective there: of `worst` and `mean` in squares of goals, of `volume` −ln det / p.
+    /// The objective there: for `worst` and `mean` in squares of goals, for `volume` −ln det / p.
     pub value: f64,
     /// No shares have an objective below this one.
     pub bound: f64,
-    /// The certified gap: of `worst` and `mean` the part by which intervals could be narrower; of
-    /// `volume` that by which their geometric mean could be.
+    /// The certified gap: for `worst` and `mean` the fraction by which intervals could be narrower;
+    /// for `volume` that of their geometric mean.
     pub gap: f64,
 }
 
-/// Each manoeuvre keeps this share of an equal one, so that M stays regular; at most this part of the
-/// information is lost by it, and added to the gap.
+/// Each manoeuvre keeps this share of an equal one, so that M stays regular; the loss of
+/// information is at most this fraction, and added to the gap.
 const FLOOR: f64 = 1e-3;
 /// The gap at which the program is solved.
 const SOLVED: f64 = 4e-3;
-/// Steps after which the best so far is taken, with the gap that it has.
+/// Number of steps after which the best so far is used, with its gap.
 const MOST_STEPS: usize = 150;
-/// The level of the next point between bound and best, as a part.
+/// The level of the next point between bound and best, as a fraction.
 const LEVEL: f64 = 0.35;
 
-/// A linear function that is nowhere above a convex one: value and slope at a point.
+/// A linear function nowhere above a convex one: value and slope at a point.
 struct Cut {
     value: f64,
     slope: DVector<f64>,
@@ -102,8 +102,8 @@ struct Cut {
 impl Program {
     /// Allocates the time.
     ///
-    /// A level bundle method: every point adds a plane below each objective; the least of the greatest
-    /// plane, a linear program, bounds what any shares could reach.
+    /// A level bundle method: every point adds a plane below each objective; the minimum of their
+    /// maximum, a linear program, bounds what any shares can reach.
     ///
     /// # Errors
     /// [`Error::Allocation`] if there is nothing to allocate, or the solver stops.
@@ -149,7 +149,7 @@ impl Program {
             if value < best.0 {
                 best = (value, at.clone());
             }
-            // Planes far below the greatest one bound nothing.
+            // Planes far below the maximum do not affect the bound.
             let near = value - 0.9 * value.abs();
             let is_volume = self.criterion == Criterion::Volume;
             cuts.extend(here.into_iter().filter(|cut| is_volume || cut.value >= near));
@@ -165,7 +165,7 @@ impl Program {
         Ok(Allocation { shares: shares.iter().copied().collect(), value, bound, gap })
     }
 
-    /// The part by which intervals could be narrower.
+    /// Returns the fraction by which intervals could be narrower.
     fn gap(&self, value: f64, bound: f64) -> f64 {
         match self.criterion {
             Criterion::Volume => 1.0 - (-0.5 * (value - bound).max(0.0)).exp(),
@@ -173,7 +173,7 @@ impl Program {
         }
     }
 
-    /// The variance of each target over what it may be, at shares of the time.
+    /// Returns the ratio of each target's variance to the allowed one, at shares of the time.
     pub fn ratios(&self, shares: &[f64]) -> Option<Vec<f64>> {
         let inverses = self.inverses(&DVector::from_row_slice(shares))?;
         Some(self.targets.iter().map(|target| ratio(target, &inverses)).collect())
@@ -191,7 +191,7 @@ impl Program {
         (0..plants).map(of).collect()
     }
 
-    /// The planes below the objectives at a point.
+    /// Returns the planes below the objectives at a point.
     fn cuts(&self, at: &DVector<f64>) -> Option<Vec<Cut>> {
         let inverses = self.inverses(at)?;
         let n = inverses.len() as f64;
@@ -229,7 +229,7 @@ impl Program {
         }
     }
 
-    /// The least value that the greatest plane has on the simplex.
+    /// Returns the minimum of the planes' maximum on the simplex.
     fn least_of_cuts(&self, cuts: &[Cut], count: usize) -> Result<f64, Error> {
         let scale = cuts.iter().map(|cut| cut.value.abs()).fold(f64::INFINITY, f64::min).max(1e-9);
         // w, then t: t ≥ (value + slope (w − at)) / scale.
@@ -246,14 +246,14 @@ impl Program {
         goal[count] = 1.0;
         let nothing = CscMatrix::zeros((count + 1, count + 1));
         let x = on_simplex(&nothing, &goal, (rows, ends), count)?;
-        // The value of the planes there, lowered by what the solver may be off by.
+        // The value of the planes there, less the solver's tolerance.
         let w = DVector::from_row_slice(&x[..count]);
         let plane = |cut: &Cut| cut.value + cut.slope.dot(&(&w - &cut.at));
         let greatest = cuts.iter().map(plane).fold(f64::NEG_INFINITY, f64::max);
         Ok(greatest - TOLERANCE * greatest.abs())
     }
 
-    /// The shares nearest to some for which all planes are below a level.
+    /// Returns the shares nearest to given ones for which all planes are below a level.
     fn nearest_below(
         &self,
         cuts: &[Cut],
@@ -283,7 +283,7 @@ fn ratio(target: &Target, inverses: &[DMatrix<f64>]) -> f64 {
     forms.sum::<f64>() / (inverses.len() as f64 * target.std * target.std)
 }
 
-/// The inverse of a positive definite matrix, scaled first.
+/// Inverts a positive definite matrix, scaled first.
 pub(crate) fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = matrix.nrows();
     let scale = DVector::from_fn(n, |k, _| matrix[(k, k)].max(f64::MIN_POSITIVE).sqrt().recip());
@@ -297,7 +297,7 @@ fn ln_det(matrix: &DMatrix<f64>) -> f64 {
     factor.map_or(f64::INFINITY, |f| 2.0 * f.l_dirty().diagonal().map(f64::ln).sum())
 }
 
-/// Minimises `½ xᵀ P x + qᵀ x` with rows below their ends, over x whose first `count` numbers are
+/// Minimises `½ xᵀ P x + qᵀ x` with rows below their bounds, over x whose first `count` numbers are
 /// shares.
 fn on_simplex(
     p: &CscMatrix<f64>,
@@ -338,7 +338,7 @@ fn on_simplex(
 mod tests {
     use super::*;
 
-    /// The line through two points on [−1, 1]: D-optimal are the ends, half each [Kiefer1974].
+    /// For the line through two points on [−1, 1] the ends are D-optimal, half each [Kiefer1974].
     #[test]
     fn half_of_the_time_at_each_end_is_best_for_a_line() {
         let of = |x: f64| vec![DMatrix::from_row_slice(2, 2, &[1.0, x, x, x * x])];
@@ -353,7 +353,7 @@ mod tests {
         assert!((found.shares[0] - 0.5).abs() < 0.02, "{found:?}");
         assert!((found.shares[4] - 0.5).abs() < 0.02, "{found:?}");
         assert!(found.gap < 0.01);
-        // The equivalence theorem itself: tr(M⁻¹ J_k) ≤ p, equal where there is time.
+        // The equivalence theorem: tr(M⁻¹ J_k) ≤ p, with equality where time is allocated.
         let inverse = &program.inverses(&DVector::from_vec(found.shares)).expect("regular")[0];
         for rates in &program.rates {
             // A share of 0.48 in place of ½ is 1/0.96 of it.
@@ -361,7 +361,7 @@ mod tests {
         }
     }
 
-    /// With J = diag(a) alone and diag(b) alone, `Σ 1/(w a)` is least at w ∝ 1/√a.
+    /// With J = diag(a) alone and diag(b) alone, `Σ 1/(w a)` is minimal at w ∝ 1/√a.
     #[test]
     fn the_mean_takes_shares_by_the_roots() {
         let rates = [(1.0, 0.0), (0.0, 16.0)]

@@ -1,4 +1,5 @@
-//! A manoeuvre as a vehicle drives it: excitation, hold, limits, thrusters, motion.
+//! Simulates a vehicle that drives a manoeuvre: excitation, station-keeping controller, limits,
+//! thrusters, motion.
 
 use nalgebra::{DVector, Rotation3, Vector3, Vector6};
 use rand::SeedableRng;
@@ -14,7 +15,7 @@ use crate::logging::Logging;
 use crate::manoeuvre::Manoeuvre;
 use crate::rig::Rig;
 
-/// From one command to the next, s.
+/// Period of commands, s.
 pub(crate) const TICK_S: f64 = 0.1;
 /// Steps of the simulation in a tick.
 const STEPS: usize = 2;
@@ -22,11 +23,11 @@ const STEPS: usize = 2;
 const STEP_S: f64 = TICK_S / STEPS as f64;
 /// Damping ratio of the hold.
 pub(crate) const DAMPING: f64 = 0.8;
-/// From this use of a limit on, excitation is taken back …
+/// Use of a limit from which the excitation is reduced …
 pub(crate) const TAKEN_BACK: f64 = 0.75;
-/// … until nothing of it is left at this one.
+/// … and at which it is zero.
 pub(crate) const TAKEN: f64 = 0.9;
-/// The hold that brings a vehicle back, rad/s.
+/// Natural frequency of the controller that brings a vehicle back, rad/s.
 pub(crate) const BACK: f64 = 0.5;
 
 /// The controller that drives a manoeuvre: the same in simulations and in scripts.
@@ -35,7 +36,7 @@ pub(crate) struct Pilot<'a> {
     pub(crate) rig: &'a Rig,
     pub(crate) limits: &'a Limits,
     pub(crate) manoeuvre: &'a Manoeuvre,
-    /// Diagonal of M of the believed plant, by which holds are scaled.
+    /// Diagonal of M of the prior's plant, which scales controllers' gains.
     pub(crate) mass: [f64; 6],
     /// Stopping distance over squared speed, s²/m: m/F of the weakest translation.
     pub(crate) stop_s2: f64,
@@ -59,13 +60,13 @@ impl<'a> Pilot<'a> {
         Self { rig, limits, manoeuvre, mass, stop_s2, trim_n }
     }
 
-    /// The part of the excitation that limits leave.
+    /// Returns the fraction of the excitation that limits permit.
     pub(crate) fn part(&self, state: &State) -> f64 {
         let most = self.limits.most_used(state, self.stop_s2);
         ((TAKEN - most.part) / (TAKEN - TAKEN_BACK)).clamp(0.0, 1.0)
     }
 
-    /// The wrench that holds a state to that of the beginning, with natural frequencies by axis.
+    /// Returns the wrench that holds the initial state, with natural frequencies by axis.
     fn hold(&self, state: &State, rad_s: &[f64; 6]) -> Vector6<f64> {
         let turn = Rotation3::from_euler_angles(state[3], state[4], state[5]);
         let away = turn.inverse() * Vector3::new(state[0], state[1], state[2]);
@@ -82,7 +83,7 @@ impl<'a> Pilot<'a> {
         })
     }
 
-    /// The thrust of each thruster at a time since the manoeuvre began, N.
+    /// Returns the thrust of each thruster at a time since the start of the manoeuvre, N.
     pub(crate) fn thrusts(&self, t_s: f64, state: &State) -> DVector<f64> {
         let part = self.part(state);
         let own = self.hold(state, &self.manoeuvre.hold_rad_s);
@@ -103,7 +104,7 @@ impl<'a> Pilot<'a> {
         self.rig.thrusts(&hold, &excited)
     }
 
-    /// The thrusts that follow `before` within the slew that is allowed, N.
+    /// Returns the thrusts that follow `before` within the allowed slew, N.
     pub(crate) fn slewed(&self, before: &DVector<f64>, wanted: &DVector<f64>) -> DVector<f64> {
         DVector::from_fn(wanted.len(), |k, _| {
             let [reverse, ahead] = self.rig.allowed[k];
@@ -123,11 +124,11 @@ pub(crate) struct Driven {
     pub(crate) inputs: Vec<Vec<f64>>,
     /// Pose from the beginning and velocity over ground at each.
     pub(crate) states: Vec<State>,
-    /// The same as instruments measure it.
+    /// The states as instruments measure them.
     pub(crate) measured: Vec<State>,
     /// The greatest use of a limit.
     pub(crate) worst: crate::limits::Use,
-    /// The mean part of the excitation that limits left.
+    /// Mean fraction of the excitation that limits permitted.
     pub(crate) part: f64,
 }
 
@@ -143,8 +144,8 @@ pub(crate) struct Sea<'a> {
 
 /// Drives a manoeuvre for some seconds from rest.
 ///
-/// The vehicle moves by the classical Runge–Kutta method in steps of 0.05 s; propellers lag in speed,
-/// and thrust changes within a step as they do.
+/// The motion is integrated by the classical Runge–Kutta method in steps of 0.05 s; the speed of
+/// propellers lags, and thrust changes within a step accordingly.
 ///
 /// # Errors
 /// As [`StateSpace::new`], and where the motion runs away.
@@ -176,7 +177,8 @@ pub(crate) fn drive(
         part: 0.0,
     };
     let h = STEP_S;
-    // Parts of a step that a lagging propeller leaves after half of a step and after all of it.
+    // Fractions of a change that a lagging propeller has left after half of a step and after all of
+    // it.
     let [half, whole] = [0.5, 1.0].map(|part| match rig.lag_s > 0.0 {
         true => (-part * h / rig.lag_s).exp(),
         false => 0.0,
@@ -233,14 +235,14 @@ fn stepped(
     Ok(x + (a + (b + c) * 2.0 + d) * (h / 6.0))
 }
 
-/// Instruments with white noise, and the state that a controller takes from them.
+/// Instruments with white noise, and the controller's state estimate.
 ///
-/// A controller that read the true state would write errors of the measurement into its thrust, and a fit
-/// of the log, which has the thrust and the measurement alone, would be biased.
+/// A controller with the true state would feed measurement errors back differently, and a fit of
+/// the log, which has only thrust and measurements, would be biased.
 struct Instruments<'a> {
     logging: &'a Logging,
     random: ChaCha8Rng,
-    /// North, east and down by the velocities that were measured, m.
+    /// North, east and down from integrated measured velocity, m.
     position: Vector3<f64>,
 }
 
@@ -264,8 +266,8 @@ impl<'a> Instruments<'a> {
         State::from_fn(|k, _| state[k] + std(k) * normal(&mut self.random))
     }
 
-    /// The measured state with the position that velocity leads to; depth as measured. Channels that are
-    /// not logged are taken to be known on board.
+    /// Returns the measured state with dead-reckoned position and measured depth. Channels that are
+    /// not logged are assumed to be known on board.
     fn estimate(&mut self, state: &State, measured: &State) -> State {
         let Logging { velocity_hz, rate_hz, attitude_hz, depth_hz, .. } = *self.logging;
         let is_logged = |k: usize| match k {
@@ -285,11 +287,11 @@ impl<'a> Instruments<'a> {
     }
 }
 
-/// The stream of random numbers of the instruments, behind those of the axes.
+/// Random stream of the instruments, after those of the axes.
 const INSTRUMENTS_STREAM: u64 = 6;
 
-/// The disturbing force at both ends and in the middle of every step of the simulation: a first-order
-/// Gauss–Markov process on each axis, N and N m.
+/// Returns the disturbing force at both ends and in the middle of every step of the simulation: a
+/// first-order Gauss–Markov process on each axis, N and N m.
 fn disturbances(plant: &Plant, sea: Sea<'_>, steps: usize) -> Vec<Vector6<f64>> {
     let count = 2 * steps + 1;
     let mut forces = vec![Vector6::zeros(); count];

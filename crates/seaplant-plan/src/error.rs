@@ -2,14 +2,14 @@
 
 use seaplant::Dof;
 
-/// Why there is no plan.
+/// Reason why there is no plan.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The plant, its thrusters or its records cannot be.
+    /// An invalid plant, thruster or record.
     #[error(transparent)]
     Plant(#[from] seaplant::Error),
-    /// A vehicle file says too little to guess a plant from.
+    /// A vehicle file with too little information for a prior.
     #[error("vehicle `{name}`: {found}; {advice}")]
     Prior {
         /// The vehicle.
@@ -29,7 +29,7 @@ pub enum Error {
         /// The unit of its input.
         unit: &'static str,
     },
-    /// A limit that cannot be.
+    /// An invalid limit.
     #[error("limit {name} is {found}; expected {expected}")]
     Limit {
         /// Its key.
@@ -39,29 +39,29 @@ pub enum Error {
         /// The accepted values.
         expected: String,
     },
-    /// No manoeuvre is left.
+    /// No manoeuvre is possible.
     #[error("no manoeuvre is allowed: {reason}")]
     NoMotion {
-        /// The limits in the way.
+        /// The limits that prevent it.
         reason: String,
     },
-    /// A goal that cannot be read.
+    /// An unreadable goal.
     #[error("goal `{text}`: {reason}")]
     Goal {
-        /// As it was given.
+        /// The goal as given.
         text: String,
         /// The reason, and the accepted form.
         reason: String,
     },
-    /// A goal that no allowed manoeuvre serves.
+    /// A goal that no allowed manoeuvre excites.
     #[error("goal `{goal}`: no allowed manoeuvre excites it: {limit}")]
     NotExcited {
         /// The coefficient.
         goal: String,
-        /// The limit that is in the way.
+        /// The limit that prevents it.
         limit: String,
     },
-    /// A setting that cannot be.
+    /// An invalid setting.
     #[error("{name} is {found}; expected {expected}")]
     Setting {
         /// Its name.

@@ -1,4 +1,4 @@
-//! Files that a vehicle plays: tables of commands.
+//! Tables of commands for a vehicle to play back.
 
 use seaplant::ThrusterInput;
 
@@ -11,10 +11,11 @@ use crate::rig::Rig;
 /// One revolution a minute, rad/s.
 const RPM: f64 = std::f64::consts::PI / 30.0;
 
-/// The commands of a manoeuvre in CSV: time and the input of every thruster, every 0.1 s.
+/// Formats the commands of a manoeuvre as CSV: time and the input of every thruster, every 0.1 s.
 ///
-/// They are those of the believed plant in still water, holds included: open loop, a vehicle drifts
-/// from them, and whoever plays them watches the limits. Inputs are in rpm, µs, or from −1 to 1.
+/// They are those of the prior's plant in still water, including its controller: played back in
+/// open loop, a vehicle drifts from them, and its operators must watch the limits. Inputs are in
+/// rpm, µs, or from −1 to 1.
 ///
 /// # Errors
 /// As [`plan`](crate::plan()), for a prior that is not that of the plan.

@@ -22,11 +22,11 @@ pub struct Forecast {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// The believed value.
+    /// The prior value.
     pub value: f64,
-    /// Half of its 95 % interval today; none without earlier trials.
+    /// Half of its 95 % interval before the trial; none without earlier trials.
     pub before: Option<f64>,
-    /// Half of its 95 % interval after the trial, by this trial and earlier ones.
+    /// Half of its 95 % interval after the trial, from this trial and earlier ones.
     pub after: f64,
     /// Half of the widest interval that meets the goal; none for a coefficient without a goal.
     pub goal: Option<f64>,
@@ -39,7 +39,7 @@ impl Forecast {
     }
 }
 
-/// Minutes are whole halves: so much wider than its goal an interval still meets it.
+/// Relative tolerance of a goal: minutes are rounded to halves.
 const ROUNDED: f64 = 0.02;
 
 /// Half 95 % intervals against minutes.
@@ -47,13 +47,13 @@ const ROUNDED: f64 = 0.02;
 pub struct Chart {
     /// Minutes.
     pub minutes: Vec<f64>,
-    /// Half 95 % intervals of each goal, as a part of its value.
+    /// Half 95 % intervals of each goal, relative to its value.
     pub parts: BTreeMap<String, Vec<f64>>,
 }
 
-/// The range in which the time that goals need is searched, minutes.
+/// Search range of the time that goals need, minutes.
 pub(crate) const TIMES_MIN: [f64; 2] = [2.0, 600.0];
-/// Drag is evaluated at this part of the greatest speed that limits and thrust allow.
+/// Fraction of the greatest speed that limits and thrust allow at which drag is evaluated.
 const DRAG_AT: f64 = 0.7;
 
 /// Goals, and the information on them before the trial.
@@ -65,7 +65,7 @@ pub(crate) struct Forecaster<'a> {
     pub(crate) goals: Vec<Goal>,
     targets: Vec<Target>,
     names: Vec<String>,
-    /// Information before the trial: priors of a fit's actuator, and earlier trials.
+    /// Prior information: of a fit's actuator, and of earlier trials.
     before: DMatrix<f64>,
 }
 
@@ -109,7 +109,7 @@ impl<'a> Forecaster<'a> {
         }
     }
 
-    /// The time at which all goals are met, shares being as they are.
+    /// Returns the time at which all goals are met with these shares.
     pub(crate) fn seconds_needed(&self, used: &[Candidate], shares: &[f64]) -> Option<f64> {
         let meets = |minutes: f64| {
             let ratios = self.program(used, 60.0 * minutes).ratios(shares);
@@ -151,7 +151,7 @@ impl<'a> Forecaster<'a> {
         self.goals.iter().enumerate().map(of).collect()
     }
 
-    /// The variance that a combination has by the trials before.
+    /// Returns the variance of a combination from earlier trials.
     fn variance_today(&self, weights: &DVector<f64>) -> Option<f64> {
         let (names, covariance) = self.prior.known.as_ref()?;
         let places: Vec<(usize, f64)> = self
@@ -213,8 +213,8 @@ impl<'a> Forecaster<'a> {
     }
 }
 
-/// The information of earlier trials on some numbers: the inverse of their marginal covariance, without
-/// the variance that fits state however long the trial. Numbers that the earlier trials lack stay
+/// Returns the information of earlier trials on some numbers: the inverse of their marginal
+/// covariance, without the variance floor of fits. Numbers that the earlier trials lack remain
 /// unknown.
 fn information_today(
     (known, covariance): &(Vec<String>, DMatrix<f64>),

@@ -18,14 +18,14 @@ pub(crate) const HALF_95: f64 = 1.959_964;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Width {
-    /// Half of it, as a part of the value.
+    /// Half of it, relative to the value.
     Part(f64),
     /// Half of it, in SI units.
     Amount(f64),
 }
 
-/// A goal: the interval of a coefficient by its name (`mass.surge`, `yaw: |r|r`), the drag of an axis
-/// (`drag.surge`), or the speed that half of its greatest force leads to (`speed.surge`).
+/// A goal: the interval of a coefficient by its name (`mass.surge`, `yaw: |r|r`), the drag of an
+/// axis (`drag.surge`), or the steady speed at half of its greatest force (`speed.surge`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Goal {
     /// The coefficient, drag or speed.
@@ -61,9 +61,9 @@ impl std::str::FromStr for Goal {
 pub(crate) struct Scale<'a> {
     pub(crate) plants: &'a [Plant],
     pub(crate) rig: &'a Rig,
-    /// Speed and rate at which drag is wanted, m/s and rad/s.
+    /// Speed and rate at which drag is evaluated, m/s and rad/s.
     pub(crate) speed: (f64, f64),
-    /// Standard deviation of the scale of thrust, as a part: motion alone cannot reduce it.
+    /// Relative standard deviation of the scale of thrust, which motion alone cannot reduce.
     pub(crate) thrust_part: f64,
     /// The count of fitted numbers in addition to coefficients.
     pub(crate) more: usize,
@@ -77,12 +77,12 @@ pub(crate) struct Combination {
     pub(crate) unit: String,
     /// True if it is proportional to the scale of thrust.
     pub(crate) scales: bool,
-    /// The variance that a fit states of it however long the trial: `Σ (g_k · PRECISION · θ_k)²`.
+    /// The variance floor of a fit however long the trial: `Σ (g_k · PRECISION · θ_k)²`.
     floor: f64,
 }
 
 impl Combination {
-    /// The variance that no trial reduces: of the scale of thrust, known to a part, and of a fit's
+    /// Returns the variance that no trial reduces: of the scale of thrust, and of a fit's
     /// precision.
     pub(crate) fn irreducible(&self, thrust_part: f64) -> f64 {
         let off = if self.scales { thrust_part * self.value } else { 0.0 };
@@ -90,15 +90,14 @@ impl Combination {
     }
 }
 
-/// Returns the variance of a combination of a plant's coefficients, each of which a fit states to no
-/// better than its precision.
+/// Returns the variance of a combination of a plant's coefficients at the precision floor of fits.
 fn floor(plant: &Plant, weights: &DVector<f64>) -> f64 {
     let parts = plant.coefficients().iter().zip(weights.iter());
     parts.map(|(value, weight)| (weight * PRECISION * value).powi(2)).sum()
 }
 
 impl Scale<'_> {
-    /// Goals of a user who states none: mass and drag of every axis that thrusters push.
+    /// Returns the default goals: mass and drag of every axis with thrust.
     pub(crate) fn usual(&self) -> Vec<Goal> {
         let of = |dof: Dof| {
             [("mass", MASS_PART), ("drag", DRAG_PART)].map(|(what, part)| Goal {
@@ -137,7 +136,7 @@ impl Scale<'_> {
         }
         let weights = |plant: &Plant| {
             let own = self.combination(plant, &goal.name)?;
-            // For a part, each plant's own value counts.
+            // For a relative goal, each plant's own value is used.
             let by = match goal.width {
                 Width::Part(_) if own.value != 0.0 => (believed.value / own.value).abs(),
                 _ => 1.0,
@@ -204,7 +203,7 @@ impl Scale<'_> {
     }
 }
 
-/// Usual goals: half of a 95 % interval, as a part of mass and of drag.
+/// Default goals: half of a 95 % interval, relative to mass and drag.
 const MASS_PART: f64 = 0.05;
 const DRAG_PART: f64 = 0.10;
 

@@ -8,10 +8,11 @@
 //! minutes    a convex program with a certified gap
 //! ```
 //!
-//! [`plan()`] does all of it; [`rehearse`] drives the plan with a simulated vehicle and gives its
+//! [`plan()`] does all of it; [`rehearse`] drives the plan with a simulated vehicle and returns its
 //! logs; [`commands_csv`], [`lua_script`] and [`deck_page`] make files to play and to print.
 
 mod allocate;
+mod description;
 mod drive;
 mod error;
 mod files;
@@ -28,7 +29,6 @@ mod record;
 mod rehearse;
 mod request;
 mod rig;
-mod spoken;
 mod wave;
 mod weigh;
 mod words;

@@ -11,9 +11,9 @@ use crate::Error;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
-    /// The part of its greatest thrust that a thruster may give.
+    /// The fraction of its greatest thrust that a thruster may give.
     pub thrust_part: f64,
-    /// The greatest change of a thruster's thrust, as a part of its greatest in each second.
+    /// The greatest change of a thruster's thrust, as a fraction of its greatest thrust per second.
     pub slew_per_s: f64,
     /// The greatest speed, m/s.
     pub speed_m_s: f64,
@@ -47,7 +47,7 @@ impl Default for Limits {
     }
 }
 
-/// A limit by name, and which part of it is used: 1 is at the limit.
+/// The name of a limit and the fraction of it that is used: 1 is at the limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Use {
     pub(crate) part: f64,
@@ -87,8 +87,8 @@ impl Limits {
         Ok(())
     }
 
-    /// The limit that is used most, a vehicle stopping within `stop_s2` v² m; positions from where
-    /// it began.
+    /// Returns the limit that is used most by a vehicle that stops within `stop_s2` v² m; positions
+    /// are relative to the start.
     pub(crate) fn most_used(&self, state: &State, stop_s2: f64) -> Use {
         let nu: Vector6<f64> = state.fixed_rows::<6>(6).into_owned();
         let v = Vector3::new(nu[0], nu[1], nu[2]);

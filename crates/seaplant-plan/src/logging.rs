@@ -184,5 +184,5 @@ impl Logging {
     }
 }
 
-/// A period of fewer samples loses its highest harmonics.
+/// Minimum number of samples per period to resolve its highest harmonics.
 const SAMPLES_A_PERIOD: f64 = 30.0;

@@ -1,4 +1,4 @@
-//! A script that ArduPilot plays.
+//! Writes a script for ArduPilot.
 
 use std::fmt::Write as _;
 
@@ -12,15 +12,15 @@ use crate::prior::Prior;
 use crate::rig::Rig;
 use crate::wave::Wave;
 
-/// The part of the script that is the same for all vehicles.
+/// Part of the script that is common to all vehicles.
 const SCRIPT: &str = include_str!("../templates/plan.lua");
 
 /// Pulse widths of command 0 and from there to ±1, µs.
 const COMMAND_US: (f64, f64) = (1500.0, 400.0);
 
-/// A Lua script for ArduPilot that drives the manoeuvres of a plan: excitation, hold and limits as
-/// [`plan`](crate::plan()) simulates them, and aborts on stick input, lost heartbeat, depth, attitude
-/// and position.
+/// Writes a Lua script for ArduPilot that drives the manoeuvres of a plan: excitation, controller
+/// and limits as [`plan`](crate::plan()) simulates them, and aborts on stick input, lost heartbeat,
+/// depth, attitude and position.
 ///
 /// # Errors
 /// [`Error::Setting`] if a thruster takes neither a command nor a pulse width.
@@ -96,12 +96,12 @@ pub fn lua_script(prior: &Prior, plan: &Plan) -> Result<String, Error> {
     Ok(text)
 }
 
-/// A name that ends no comment.
+/// Returns a name that ends no comment.
 fn one_line(name: &str) -> String {
     name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-/// A number as Lua reads it: single precision on board.
+/// Formats a number in single precision, which Lua uses on board.
 fn number(x: f64) -> String {
     if x.is_finite() { format!("{x:.7e}") } else { "nil".to_owned() }
 }
@@ -182,8 +182,8 @@ mod tests {
     use crate::limits::Limits;
     use crate::request::Request;
 
-    /// ArduPilot's bindings, replaced by a recorder: what the script reads is in `world`, what it does
-    /// is in `done`.
+    /// ArduPilot's bindings, replaced by a recorder: the script's inputs are in `world`, its
+    /// outputs in `done`.
     const BINDINGS: &str = r"
         world = { ms = 100000, heartbeat = 100000, armed = true, angles = {0, 0, 0}, gyro = {0, 0, 0},
                   place = {0, 0, 0}, moving = {0, 0, 0}, depth = 5, pwm = {1500, 1500, 1500, 1500, 1500, 1500},
@@ -210,7 +210,7 @@ mod tests {
         SRV_Channels = { set_output_pwm_chan_timeout = function(_, channel, pwm) done.outputs[channel + 1] = pwm end }
     ";
 
-    /// Six axes and eight thrusters, planned for one draw.
+    /// Plans six axes and eight thrusters, for one draw.
     fn planned() -> (Prior, Plan, Limits) {
         let path = "published:bluerov2-heavy-von-benzon-2022".as_ref();
         let file = seaplant_campaign::read_plant_file(path).expect("read").expect("a table");

@@ -1,4 +1,4 @@
-//! The library of manoeuvres.
+//! Library of manoeuvres.
 
 use std::collections::BTreeMap;
 
@@ -17,15 +17,15 @@ use crate::wave::{Wave, seed_of};
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// Harmonics with phases of low peaks, on one axis.
+    /// Harmonics with a low crest factor, on one axis.
     Multisine,
-    /// The same on all axes at once, each with harmonics of its own.
+    /// The same on all axes at once, each with other harmonics.
     AllAxes,
     /// Levels as a pilot holds them on a joystick.
     Joystick,
-    /// As long one way as the other, then rest.
+    /// Equally long both ways, then rest.
     Doublet,
-    /// Ahead, and the heading to and fro.
+    /// Ahead, with alternating heading.
     Zigzag,
     /// Ahead while turning one way, then the other.
     Circle,
@@ -35,18 +35,18 @@ pub enum Kind {
     StopAndGo,
     /// Down until steady, and up.
     AscentAndDescent,
-    /// Tilted, then let go.
+    /// Tilted, then released.
     Release,
-    /// Thrusters that push against each other while the vehicle surges.
+    /// Thrusters that act against each other while the vehicle surges.
     OpposingThrusters,
-    /// One sinusoid and joystick steps together, as of the paper: to compare with.
+    /// One sinusoid and joystick steps together, as in the paper, for comparison.
     SinusoidAndJoystick,
-    /// Harmonics with Schroeder's phases, which sweep through their frequencies: to compare with.
+    /// Harmonics with Schroeder's phases, which sweep through their frequencies, for comparison.
     Sweep,
 }
 
 impl Kind {
-    /// In words.
+    /// Returns the name in words.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Multisine => "multisine",
@@ -66,7 +66,7 @@ impl Kind {
     }
 }
 
-/// A manoeuvre: forces in time, and how the vehicle is held meanwhile.
+/// A manoeuvre: forces in time, and the controller of the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Manoeuvre {
     /// Its name in files: `surge-multisine-20s`.
@@ -81,15 +81,15 @@ pub struct Manoeuvre {
     pub period_s: f64,
     /// Force on each axis, N and N m.
     pub waves: BTreeMap<Dof, Wave>,
-    /// Thrust that cancels, by thruster, and how it changes: of opposing thrusters.
+    /// Thrust that cancels, by thruster, and its time course, for opposing thrusters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub opposing: Option<(Vec<f64>, Wave)>,
-    /// Natural frequency of the hold of each axis, rad/s; zero of one that is left to itself.
+    /// Natural frequency of the controller of each axis, rad/s; zero for an axis without control.
     pub hold_rad_s: [f64; 6],
 }
 
 impl Manoeuvre {
-    /// The same, forces times a factor.
+    /// Scales all forces by a factor.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         let waves = self.waves.iter().map(|(dof, wave)| (*dof, wave.scaled(factor))).collect();
         let opposing = self.opposing.clone().map(|(of, wave)| (of, wave.scaled(factor)));
@@ -97,15 +97,15 @@ impl Manoeuvre {
     }
 }
 
-/// Natural frequency of the hold of axes that are not driven, rad/s …
+/// Natural frequency of the controller of axes that are not driven, rad/s …
 const HELD: f64 = 0.6;
-/// … and of driven axes, as a part of the manoeuvre's slowest frequency.
+/// … and of driven axes, as a fraction of the manoeuvre's lowest frequency.
 const DRIVEN_PART: f64 = 0.3;
 /// Harmonics of a multisine.
 const HARMONICS: [u32; 6] = [1, 2, 3, 4, 6, 9];
-/// The part of the greatest force that a driven axis gets, the rest being for the hold …
+/// Fraction of the greatest force that drives an axis, the rest being for the controller …
 const DRIVEN_FORCE: f64 = 0.8;
-/// … and as a part of the drag at the greatest speed.
+/// … and as a fraction of the drag at the greatest speed.
 const DRIVEN_SPEED: f64 = 1.4;
 /// Least and greatest periods, s.
 const PERIODS_S: [f64; 2] = [4.0, 120.0];
@@ -116,12 +116,12 @@ const TURNS: [f64; 3] = [1.5, 4.0, 10.0];
 struct AxisScale {
     dof: Dof,
     force: f64,
-    /// `m / (d_L + 2 d_Q v)` at the speed that the force leads to, s.
+    /// `m / (d_L + 2 d_Q v)` at the speed that the force produces, s.
     time_s: f64,
 }
 
 impl AxisScale {
-    fn of(plant: &Plant, rig: &Rig, limits: &Limits, dof: Dof) -> Option<Self> {
+    fn new(plant: &Plant, rig: &Rig, limits: &Limits, dof: Dof) -> Option<Self> {
         let most = rig.most[dof.index()];
         let value = |term: Basis| plant.coefficient(&term).unwrap_or(0.0).max(0.0);
         let mass = plant.coefficient(&Basis::Mass(dof, dof)).filter(|_| most > 0.0)?;
@@ -234,7 +234,8 @@ impl Library {
         self.add(Kind::Spiral, period_s, spiral, &free);
     }
 
-    /// Harmonics of one base in turn go to the axes, so that their sensitivities differ.
+    /// Distributes the harmonics of one base over the axes in turn, so that their sensitivities
+    /// differ.
     fn of_all(&mut self, scales: &[AxisScale], turns: f64) {
         let slowest = scales.iter().map(|scale| scale.period_s(turns)).fold(0.0, f64::max);
         let n = scales.len() as u32;
@@ -286,10 +287,11 @@ fn release(force: f64, period_s: f64) -> Wave {
     Wave::Steps { steps: rows.map(|(t, x)| [t * period_s, x * force]).to_vec(), period_s }
 }
 
-/// All manoeuvres that a vehicle's thrusters can drive, at the greatest forces that limits may allow.
+/// Returns all manoeuvres that a vehicle's thrusters can drive, at the greatest forces that limits
+/// may allow.
 pub(crate) fn library(plant: &Plant, rig: &Rig, limits: &Limits, seed: u64) -> Vec<Manoeuvre> {
     let scales: Vec<AxisScale> =
-        rig.pushed().filter_map(|dof| AxisScale::of(plant, rig, limits, dof)).collect();
+        rig.pushed().filter_map(|dof| AxisScale::new(plant, rig, limits, dof)).collect();
     let mut library = Library { held: held(rig), seed, made: Vec::new() };
     scales.iter().for_each(|scale| library.of_axis(scale));
     let of = |dof: Dof| scales.iter().find(|scale| scale.dof == dof);
@@ -306,9 +308,10 @@ pub(crate) fn library(plant: &Plant, rig: &Rig, limits: &Limits, seed: u64) -> V
     library.made
 }
 
-/// The force that drives an axis within the limits, N or N m; none of one that thrusters do not push.
+/// Returns the force that drives an axis within the limits, N or N m; `None` for an axis without
+/// thrust.
 pub(crate) fn driving_force(plant: &Plant, rig: &Rig, limits: &Limits, dof: Dof) -> Option<f64> {
-    AxisScale::of(plant, rig, limits, dof).map(|scale| scale.force)
+    AxisScale::new(plant, rig, limits, dof).map(|scale| scale.force)
 }
 
 /// Returns manoeuvres without a plan: each axis by itself, by the paper's sinusoid and joystick, or by a
@@ -322,13 +325,13 @@ pub(crate) fn unplanned(
 ) -> Vec<Manoeuvre> {
     let mut library = Library { held: held(rig), seed, made: Vec::new() };
     for dof in rig.pushed() {
-        let Some(scale) = AxisScale::of(plant, rig, limits, dof) else { continue };
+        let Some(scale) = AxisScale::new(plant, rig, limits, dof) else { continue };
         let seed = seed_of(seed, &format!("{} {dof}", kind.name()));
         let period_s = scale.period_s(TURNS[1]);
         let wave = match kind {
             Kind::Sweep => Wave::sweep(scale.force, scale.period_s(TURNS[2]), SWEPT),
             _ => {
-                // The paper's joystick is 500 N beside a sinusoid of 1800 N.
+                // The paper's joystick has 500 N, and its sinusoid 1800 N.
                 let rate = std::f64::consts::TAU / period_s;
                 let sine = Wave::Sines { sines: vec![[0.78 * scale.force, rate, 0.0]] };
                 let joystick = Wave::joystick(0.22 * scale.force, [5.0, 20.0], seed);
@@ -347,12 +350,12 @@ fn held(rig: &Rig) -> [f64; 6] {
     std::array::from_fn(|k| if rig.most[k] > 0.0 { HELD } else { 0.0 })
 }
 
-/// Manoeuvres like one that is worth minutes: of other periods and, of multisines, other phases.
+/// Returns variants of a useful manoeuvre: with other periods and, for multisines, other phases.
 pub(crate) fn refinements(manoeuvre: &Manoeuvre) -> Vec<Manoeuvre> {
     REFINED.iter().map(|factor| stretched(manoeuvre, *factor)).collect()
 }
 
-/// Periods times these.
+/// Factors of the period.
 const REFINED: [f64; 2] = [0.7, 1.4];
 
 fn stretched(manoeuvre: &Manoeuvre, factor: f64) -> Manoeuvre {

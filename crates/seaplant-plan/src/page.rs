@@ -1,4 +1,4 @@
-//! The chart of intervals against minutes, and a page to print for the deck.
+//! Draws the chart of intervals against minutes, and writes a page to print for the deck.
 
 use std::fmt::Write as _;
 
@@ -12,20 +12,21 @@ use crate::Error;
 use crate::plan::Plan;
 use crate::words::goal_rows;
 
-/// Size of the chart, and of what is around its field, px.
+/// Size of the chart and of its margins, px.
 const SIZE: (f64, f64) = (760.0, 360.0);
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 170.0;
 const ABOVE: f64 = 16.0;
 const BELOW: f64 = 46.0;
 
-/// Colours that stay apart in print and for eyes that confuse red and green.
+/// Colours that are distinguishable in print and with red-green colour blindness.
 const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5c5c5c", "#7a3e9d"];
 
-/// Half 95 % intervals of the goals, in per cent of their values, against minutes of driving, as SVG.
+/// Draws half 95 % intervals of the goals, in per cent of their values, against minutes of driving,
+/// as SVG.
 ///
-/// The vertical axis is logarithmic; a dot marks what is wanted, at the planned minutes.
+/// The vertical axis is logarithmic; a dot marks the goal at the planned minutes.
 pub fn chart_svg(plan: &Plan) -> String {
     let (width, height) = SIZE;
     let all = || plan.chart.parts.values().flatten().copied().filter(|x| *x > 0.0);
@@ -123,7 +124,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The values that the template of the deck page shows.
+/// Values for the template of the deck page.
 #[derive(Serialize)]
 struct Deck<'a> {
     plan: &'a Plan,

@@ -23,7 +23,7 @@ pub struct Plan {
     pub vehicle: String,
     /// The axes of its plant.
     pub axes: Vec<Dof>,
-    /// Source of the believed plant, and its uncertainty.
+    /// Source of the prior plant, and its uncertainty.
     pub prior: String,
     /// The request.
     pub request: Request,
@@ -31,7 +31,7 @@ pub struct Plan {
     pub manoeuvres: Vec<Planned>,
     /// Minutes of driving.
     pub minutes: f64,
-    /// Minutes that the goals need with these shares; none if no time is enough.
+    /// Minutes that the goals need with these shares; none if they cannot be met.
     pub minutes_needed: Option<f64>,
     /// Predicted intervals of the goals.
     pub goals: Vec<Forecast>,
@@ -40,7 +40,7 @@ pub struct Plan {
     /// Optimality certificate of the minutes.
     pub certificate: Certificate,
     /// Minutes that each kind of unplanned driving needs for the same goals, axis by axis in equal
-    /// parts, where that was asked for; none of one for which no time is enough.
+    /// parts, if requested; none for a kind that cannot meet them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub unplanned: BTreeMap<Kind, Option<f64>>,
     /// Half 95 % intervals of the goals against minutes.
@@ -66,7 +66,7 @@ pub struct Planned {
     pub velocity: BTreeMap<Dof, [f64; 2]>,
     /// The limit that keeps it from stronger forces.
     pub limited_by: String,
-    /// In words.
+    /// The manoeuvre in words.
     pub words: String,
 }
 
@@ -75,21 +75,22 @@ pub struct Planned {
 pub struct Certificate {
     /// The minimised objective.
     pub criterion: Criterion,
-    /// Upper bound on the part by which other shares of these manoeuvres could narrow the intervals.
+    /// Upper bound on the fraction by which other shares of these manoeuvres could narrow the
+    /// intervals.
     pub gap: f64,
     /// The count of candidate manoeuvres.
     pub candidates: usize,
 }
 
-/// Runs in disturbances, each with another plant that the vehicle may have.
+/// Runs in disturbances, each with another plant drawn from the prior.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LimitCheck {
     /// The count of runs.
     pub runs: usize,
     /// The count of runs beyond a limit.
     pub broken: usize,
-    /// The greatest part of a limit that was used.
+    /// The greatest fraction of a limit that was used.
     pub greatest: f64,
-    /// The name of that limit.
+    /// Name of that limit.
     pub of: String,
 }

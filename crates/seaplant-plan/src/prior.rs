@@ -1,4 +1,4 @@
-//! The believed plant of a vehicle before the trial.
+//! Prior plants of a vehicle before the trial.
 
 use std::collections::BTreeMap;
 
@@ -13,60 +13,60 @@ use seaplant::{Dof, Vehicle};
 
 use crate::Error;
 
-/// A plant that is believed, and how well.
+/// A plant with prior uncertainty.
 #[derive(Clone, Debug)]
 pub struct Prior {
-    /// The plant on the terms that a fit would have, with thrusters.
+    /// The plant with the terms of a fit, with thrusters.
     pub model: PlantModel,
-    /// Names and covariance of coefficients known from earlier trials; none without results.
+    /// Names and covariance of coefficients from earlier trials; none without results.
     pub known: Option<(Vec<String>, DMatrix<f64>)>,
-    /// Standard deviation of each coefficient: a part of its value that is drawn as a factor, or an
-    /// amount of one that may be zero.
+    /// Standard deviation of each coefficient: relative, for a random factor, or absolute, for one
+    /// that may be zero.
     pub(crate) spread: Vec<Spread>,
     /// The source of the numbers, in words.
     pub words: String,
-    /// Standard deviation of thrust that motion does not reveal, as a part.
+    /// Relative standard deviation of thrust that motion does not reveal.
     pub thrust_part: f64,
 }
 
 /// The distribution of a coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Spread {
-    /// By a factor e^(σ n).
+    /// A factor e^(σ n).
     Factor(f64),
-    /// By σ n.
+    /// An addend σ n.
     Amount(f64),
 }
 
-/// Spread of what hull formulas give: of mass with the water around it, drag and righting moment.
+/// Relative spread of hull formulas: of effective mass, drag and righting moment.
 const OF_FORMULAS: [f64; 3] = [0.25, 0.5, 0.4];
-/// Spread of what published tables say, whose authors disagree.
+/// Relative spread of published tables, whose authors disagree.
 const OF_TABLES: [f64; 3] = [0.15, 0.3, 0.3];
-/// W − B of a trimmed vehicle, as a part of its weight.
+/// W − B of a trimmed vehicle, as a fraction of its weight.
 const TRIM: f64 = 0.005;
-/// Thrusters whose lag nobody states are taken to have this one, s.
+/// Assumed lag of thrusters without a stated one, s.
 const USUAL_LAG_S: f64 = 0.15;
 /// Drag coefficient of a hull's box in a flow across one of its faces.
 ///
 /// # Source
 /// [Faltinsen1990, §7], for bluff bodies.
 const DRAG_COEFFICIENT: f64 = 1.0;
-/// Linear drag equals quadratic drag at this speed, m/s and rad/s.
+/// Speed at which linear equals quadratic drag, m/s and rad/s.
 const LINEAR_UP_TO: f64 = 0.1;
-/// The part of the inertia of the water in the hull's volume that moves with a hull that turns.
+/// Fraction of the inertia of the water in the hull's volume that turns with the hull.
 const TURNING_PART: f64 = 0.25;
-/// A centre of gravity lies below that of buoyancy by so much of the hull's height.
+/// Distance of the centre of gravity below that of buoyancy, as a fraction of the hull's height.
 const RIGHTING_PART: f64 = 0.05;
 
 impl Prior {
-    /// A prior by hull formulas from a vehicle's mass, size and thrusters.
+    /// Builds a prior by hull formulas from a vehicle's mass, size and thrusters.
     ///
     /// ```text
     /// m_i = m + k_i ρ V,   k of the ellipsoid in the hull's box,   V = √(m/ρ · π/6 L W H)
     /// d_Q = ½ ρ C_D A,   C_D = 1;   d_L = d_Q · 0.1 m/s
     /// ```
     ///
-    /// Moments follow from strips of the box's faces. The plant has the axes that thrusters push, or
+    /// Moments follow from strips of the box's faces. The plant has the axes with thrust, or
     /// `axes`.
     ///
     /// # Errors
@@ -94,7 +94,7 @@ impl Prior {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn of_vehicle(vehicle: &Vehicle, axes: &[Dof]) -> Result<Self, Error> {
-        let hull = Hull::of(vehicle)?;
+        let hull = Hull::new(vehicle)?;
         let axes = if axes.is_empty() { hull.pushed_axes(vehicle) } else { axes.to_vec() };
         if axes.is_empty() {
             let reason = format!(
@@ -137,8 +137,8 @@ impl Prior {
         Self::of_parts(model, words, OF_FORMULAS)
     }
 
-    /// A prior from a published table or plant file, or from results, whose covariance is what is
-    /// known today.
+    /// Builds a prior from a published table or plant file, or from results, whose covariance is
+    /// the prior's.
     ///
     /// # Errors
     /// [`Error::Prior`] for a plant that reads rudders, fins or wind; [`Error::Axis`] for an axis
@@ -209,7 +209,7 @@ impl Prior {
         Ok(Self { model, known: None, spread, words, thrust_part })
     }
 
-    /// Plants that the vehicle may have: the believed one first, then draws.
+    /// Returns plants drawn from the prior, its mean first.
     pub(crate) fn draws(&self, count: usize, seed: u64) -> Result<Vec<Plant>, Error> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let own = &self.model.plant;
@@ -222,7 +222,7 @@ impl Prior {
         Ok(plants)
     }
 
-    /// One draw, if a vehicle can have it; masses of two axes keep their correlation.
+    /// Draws one plant, if it is physical; masses of two axes keep their correlation.
     fn drawn(&self, own: &Plant, random: &mut ChaCha8Rng) -> Option<Plant> {
         let structure = own.structure();
         let moves: Vec<f64> = self.spread.iter().map(|_| normal(random)).collect();
@@ -245,16 +245,16 @@ impl Prior {
         Plant::new(structure.clone(), coefficients?).ok()
     }
 
-    /// The same with other plants at hand: results draw theirs by their covariance.
+    /// Returns draws, or for results draws by their covariance.
     pub(crate) fn plants(&self, draws: Draws) -> Result<Vec<Plant>, Error> {
         self.draws(draws.count.max(1), draws.seed)
     }
 }
 
-/// For a draw that a vehicle can have, so many are tried.
+/// Maximum number of attempts for a physical draw.
 const MOST_TRIES: usize = 1000;
 
-/// The plant on the terms that a fit of its axes has by itself, beside its own.
+/// Returns the plant with the default terms of a fit of its axes, in addition to its own.
 fn fitted(plant: &Plant, axes: &[Dof]) -> Result<Plant, Error> {
     let axes = if axes.is_empty() { plant.axes() } else { axes };
     let own = plant.structure();
@@ -304,7 +304,7 @@ fn spread_of_covariance(
     structure.terms().iter().zip(plant.coefficients()).map(of).collect()
 }
 
-/// A hull as formulas take it.
+/// Hull data for the formulas.
 struct Hull {
     mass: f64,
     size: [f64; 3],
@@ -316,7 +316,7 @@ struct Hull {
 }
 
 impl Hull {
-    fn of(vehicle: &Vehicle) -> Result<Self, Error> {
+    fn new(vehicle: &Vehicle) -> Result<Self, Error> {
         let refuse = |found: &str, advice: &str| Error::Prior {
             name: vehicle.name.clone(),
             found: found.to_owned(),
@@ -363,8 +363,8 @@ impl Hull {
         Ok(Self { mass, size, density, rigid, righting, weight_excess })
     }
 
-    /// The axes that thrusters push by themselves: of six, or where they do not level roll and pitch,
-    /// of the other four, the hull holding these two.
+    /// Returns the axes that thrusters can drive separately: of six, or if they cannot control roll
+    /// and pitch, of the other four, with these two held by the hull.
     fn pushed_axes(&self, vehicle: &Vehicle) -> Vec<Dof> {
         let tilts = [Dof::Roll, Dof::Pitch];
         let of_six = pushed_alone(vehicle, &Dof::ALL);
@@ -390,7 +390,7 @@ impl Hull {
         }
     }
 
-    /// The volume that stands for hull and water in it, m³: between what floats and what fills the
+    /// Returns the volume of the hull and the water in it, m³: between the displaced volume and the
     /// ellipsoid in the box.
     fn volume(&self) -> f64 {
         let ellipsoid = std::f64::consts::PI / 6.0 * self.size.iter().product::<f64>();
@@ -422,8 +422,8 @@ impl Hull {
         }
     }
 
-    /// d_Q: of a face across a translation; of strips of two faces about an axis,
-    /// `½ ρ C_D ∫|x|³ h dx = ½ ρ C_D h l⁴/32`.
+    /// Returns d_Q: of a face across a translation; of strips of two faces about an axis, `½ ρ C_D
+    /// ∫|x|³ h dx = ½ ρ C_D h l⁴/32`.
     fn drag(&self, dof: Dof) -> f64 {
         let [l, w, h] = self.size;
         let of = 0.5 * self.density * DRAG_COEFFICIENT;
@@ -439,7 +439,7 @@ impl Hull {
     }
 }
 
-/// The axes among some that thrusters push without pushing the others.
+/// Returns the axes among some that thrusters can drive without driving the others.
 fn pushed_alone(vehicle: &Vehicle, among: &[Dof]) -> Vec<Dof> {
     let thrusters = &vehicle.thrusters;
     let wrenches = DMatrix::from_fn(among.len(), thrusters.len(), |row, k| {
@@ -453,13 +453,14 @@ fn pushed_alone(vehicle: &Vehicle, among: &[Dof]) -> Vec<Dof> {
     among.iter().enumerate().filter_map(alone).collect()
 }
 
-/// A vehicle weighs no more than this times the water that its box holds.
+/// Largest ratio of a vehicle's mass to that of the water in its box.
 const HEAVIEST: f64 = 3.0;
 
-/// Lamb's α, β, γ of an ellipsoid: `a b c ∫₀^∞ ds / ((a² + s) Δ)`, Δ = √((a²+s)(b²+s)(c²+s)).
+/// Computes Lamb's α, β, γ of an ellipsoid: `a b c ∫₀^∞ ds / ((a² + s) Δ)`, Δ =
+/// √((a²+s)(b²+s)(c²+s)).
 ///
-/// With s = t²/(1 − t)² the integrand is smooth over 0 to 1; Simpson's rule of 400 panels is right to
-/// 1e-6 of axes a hundred times apart.
+/// With s = t²/(1 − t)² the integrand is smooth over 0 to 1; Simpson's rule with 400 panels is
+/// accurate to 1e-6 for ratios of axes up to a hundred.
 fn ellipsoid_factors(axes: [f64; 3]) -> [f64; 3] {
     const PANELS: usize = 400;
     let scale = axes.iter().copied().fold(0.0, f64::max);

@@ -9,12 +9,12 @@ use crate::drive::{Driven, TICK_S};
 use crate::logging::Logging;
 use crate::rig::Rig;
 
-/// Commands that are given this often are logged no finer, Hz.
+/// Highest rate at which commands are logged, Hz.
 const FASTEST_HZ: f64 = 1.0 / TICK_S;
 
 impl Logging {
-    /// Returns the log of a run as it was measured. Velocities are those of the plant's axes: noise of
-    /// others would enter by the Coriolis forces of what the plant lacks.
+    /// Returns the log of a run as measured. Velocities are those of the plant's axes: noise of
+    /// others would enter by Coriolis forces that the plant lacks.
     pub(crate) fn recording(
         &self,
         rig: &Rig,

@@ -1,4 +1,4 @@
-//! The plan driven by a simulated vehicle: logs before the dive.
+//! Drives the plan with a simulated vehicle, for logs before the dive.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,7 +23,7 @@ pub struct Rehearsal {
     pub seed: u64,
     /// Length of the held-out trial, s; none of zero.
     pub hold_out_s: f64,
-    /// True to drive the believed plant in place of a draw from the prior.
+    /// True to drive the prior's mean plant in place of a draw.
     pub is_believed: bool,
 }
 
@@ -36,7 +36,7 @@ impl Default for Rehearsal {
 /// Drives a plan with a vehicle whose plant is a draw from the prior, in disturbances, and returns its
 /// logs with the truth.
 ///
-/// Instruments sit at the vehicle's origin. The held-out trial is joystick steps on all axes.
+/// Instruments are at the vehicle's origin. The held-out trial is joystick steps on all axes.
 ///
 /// # Errors
 /// As [`plan`](crate::plan()); [`Error::Plant`] if the motion runs away.
@@ -82,7 +82,7 @@ pub fn rehearse(
     })
 }
 
-/// Joystick steps on all axes that the plan drives, half as strong.
+/// Makes joystick steps on all axes that the plan drives, half as strong.
 fn hold_out(plan: &Plan, rehearsal: Rehearsal) -> Option<Planned> {
     if rehearsal.hold_out_s <= 0.0 {
         return None;
@@ -116,7 +116,7 @@ fn hold_out(plan: &Plan, rehearsal: Rehearsal) -> Option<Planned> {
     Some(Planned { manoeuvre, minutes: rehearsal.hold_out_s / 60.0, ..first.clone() })
 }
 
-/// The vehicle as its analyst describes it, with instruments at its origin.
+/// Returns the vehicle as its analyst describes it, with instruments at its origin.
 fn believed_vehicle(vehicle: &Vehicle, prior: &Prior, plan: &Plan) -> Vehicle {
     let logging = &plan.request.logging;
     let at_origin = |std: f64| Sensor { std: Some(std), ..Sensor::default() };
@@ -133,7 +133,7 @@ fn believed_vehicle(vehicle: &Vehicle, prior: &Prior, plan: &Plan) -> Vehicle {
     Vehicle { name, thrusters, sensors, rigid_body: prior.model.rigid_body, ..vehicle.clone() }
 }
 
-/// The plant that the plan was made for.
+/// Returns the plant that the plan was made for.
 fn plan_of(believed: &Plant) -> CoupledPlan {
     let structure = believed.structure();
     let couples = |symmetry: Symmetry| {

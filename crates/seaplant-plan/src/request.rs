@@ -29,16 +29,16 @@ pub struct Request {
     pub limits: Limits,
     /// Logged channels.
     pub logging: Logging,
-    /// Standard deviation of the disturbance on each axis, as a part of the force that drives it within
-    /// the limits; that of the trials where results state one.
+    /// Standard deviation of the disturbance on each axis, as a fraction of the force that drives
+    /// it within the limits; that of the trials where results state one.
     pub disturbance_part: f64,
     /// Its correlation time, s.
     pub disturbance_correlation_s: f64,
-    /// The current that is expected, north and east, m/s.
+    /// The expected current, north and east, m/s.
     pub current_m_s: [f64; 2],
     /// The input of full thrust from neutral, for curves that state no end, in their own unit.
     pub full_input: Option<f64>,
-    /// The count of plants drawn from the prior that the plan is averaged over.
+    /// The number of plants drawn from the prior over which the plan is averaged.
     pub draws: usize,
     /// Runs in disturbances that check the limits.
     pub checks: usize,
@@ -105,8 +105,8 @@ impl Request {
         Ok(())
     }
 
-    /// The disturbance of each axis, from trials before or as a part of the force that drives it, and
-    /// the noise of the instruments.
+    /// Returns the disturbance of each axis, from earlier trials or as a fraction of the force that
+    /// drives it, and the noise of the instruments.
     pub(crate) fn noises(&self, prior: &Prior, rig: &Rig) -> ExpectedNoises {
         let plant = &prior.model.plant;
         let of = |dof: &Dof| {
@@ -121,7 +121,7 @@ impl Request {
     }
 }
 
-/// The force that an axis that nothing pushes resists with at its limits.
+/// Returns the resistance at its limits of an axis without thrust.
 fn resistance(plant: &Plant, dof: Dof, limits: &Limits) -> f64 {
     let value = |term: Basis| plant.coefficient(&term).unwrap_or(0.0).abs();
     let v = if dof.is_rotation() { limits.rate_rad_s } else { limits.speed_m_s };

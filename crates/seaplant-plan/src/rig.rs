@@ -1,4 +1,4 @@
-//! The thrusters: how a wrench is shared out, and what input makes a thrust.
+//! Thrusters: allocation of a wrench, and inputs for a thrust.
 
 use nalgebra::{DMatrix, DVector, Vector6};
 use seaplant::exchange::PlantModel;
@@ -14,29 +14,29 @@ pub(crate) struct Rig {
     pub(crate) wrenches: DMatrix<f64>,
     /// The thrusts of one newton or newton metre on each axis, shape (n, 6).
     pub(crate) share: DMatrix<f64>,
-    /// The greatest thrust in reverse and ahead that is allowed, N.
+    /// The greatest allowed thrust in reverse and ahead, N.
     pub(crate) allowed: Vec<[f64; 2]>,
-    /// Thrusts that cancel on all axes, as columns of unit greatest part; none of most vehicles.
+    /// Thrusts that cancel on all axes, as columns of unit maximum; most vehicles have none.
     pub(crate) cancelling: Vec<DVector<f64>>,
-    /// The greatest force each way on every axis by itself; zero where thrusters do not push.
+    /// The greatest force each way on every axis by itself; zero for axes without thrust.
     pub(crate) most: [f64; 6],
     /// Time constant of the thrusters, s.
     pub(crate) lag_s: f64,
     /// Delay of the thrusters, s.
     pub(crate) delay_s: f64,
-    /// Thrust in reverse over what the curves say.
+    /// Ratio of reverse thrust to the curves.
     pub(crate) reverse_ratio: f64,
 }
 
-/// Singular values below this part of the greatest are no way to push.
+/// Relative singular values below this count as zero.
 const RANK: f64 = 1e-6;
 
-/// A wrench is pushed if it comes out to this part.
+/// Relative accuracy to which a wrench must be produced.
 const PUSHED: f64 = 1e-3;
 
 impl Rig {
-    /// The thrusters of a plant; `full_input` ends curves that state no end, from neutral in their
-    /// own unit.
+    /// Collects the thrusters of a plant; `full_input` ends curves that state no end, from neutral
+    /// in their own unit.
     pub(crate) fn new(
         model: &PlantModel,
         thrust_part: f64,
@@ -100,12 +100,13 @@ impl Rig {
         })
     }
 
-    /// The axes that thrusters push.
+    /// Iterates over the axes with thrust.
     pub(crate) fn pushed(&self) -> impl Iterator<Item = Dof> + '_ {
         Dof::ALL.into_iter().filter(|dof| self.most[dof.index()] > 0.0)
     }
 
-    /// Thrusts of a hold and as much of an excitation as the thrusters have left, N.
+    /// Returns the thrusts of the controller and as much of an excitation as the thrusters can add,
+    /// N.
     pub(crate) fn thrusts(&self, hold: &Vector6<f64>, excited: &DVector<f64>) -> DVector<f64> {
         let held = &self.share * hold;
         let room = |k: usize, x: f64| self.allowed[k][usize::from(x > 0.0)].abs();
@@ -118,14 +119,14 @@ impl Rig {
         &held + excited * part(excited, &left)
     }
 
-    /// The input that makes a thrust, in the unit of the curve.
+    /// Returns the input for a thrust, in the unit of the curve.
     pub(crate) fn input(&self, k: usize, thrust: f64) -> f64 {
         let curve = &self.thrusters[k].curve;
-        // Thrust that a curve does not give was never allowed.
+        // A thrust beyond the curve is never allowed.
         curve.input_for(thrust, None).unwrap_or_else(|| curve.neutral())
     }
 
-    /// The wrench of some inputs as thrusters turn, N and N m.
+    /// Returns the wrench of some inputs, including the dynamics of the thrusters, N and N m.
     pub(crate) fn wrench(&self, inputs: &[f64]) -> Vector6<f64> {
         let mut wrench = Vector6::zeros();
         for (k, (thruster, input)) in self.thrusters.iter().zip(inputs).enumerate() {
@@ -143,7 +144,7 @@ impl Rig {
     }
 }
 
-/// The most that thrusters give on an axis and no other each way; zero if they cannot.
+/// Returns the greatest force each way on an axis and no other; zero if it is impossible.
 fn greatest(
     wrenches: &DMatrix<f64>,
     share: &DMatrix<f64>,
@@ -160,7 +161,7 @@ fn greatest(
     each.map(|(x, ends)| weakest(ends) / x.abs()).fold(f64::INFINITY, f64::min)
 }
 
-/// Thrusts without a wrench: eigenvectors of WᵀW without a value.
+/// Returns thrusts without a wrench: eigenvectors of WᵀW with eigenvalue zero.
 fn null_space(wrenches: &DMatrix<f64>) -> Vec<DVector<f64>> {
     let eigen = (wrenches.transpose() * wrenches).symmetric_eigen();
     let top = eigen.eigenvalues.amax();

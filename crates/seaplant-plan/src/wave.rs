@@ -1,4 +1,4 @@
-//! Forces of a manoeuvre in time.
+//! Time courses of a manoeuvre's forces.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 pub enum Wave {
     /// `Σ a sin(ω t + φ)`: rows of amplitude, rad/s, rad.
     Sines {
-        /// The rows.
+        /// One row per sine.
         sines: Vec<[f64; 3]>,
     },
-    /// Values from instants on, repeated: rows of s since the beginning of each period, value.
+    /// Values from instants on, repeated: rows of s since the start of each period, value.
     Steps {
         /// The rows; times increase from 0.
         steps: Vec<[f64; 2]>,
@@ -23,13 +23,13 @@ pub enum Wave {
     },
     /// The sum of others.
     Sum {
-        /// These.
+        /// The summands.
         waves: Vec<Wave>,
     },
 }
 
 impl Wave {
-    /// The value at a time since the manoeuvre began, s.
+    /// Returns the value at a time since the start of the manoeuvre, s.
     ///
     /// ```
     /// use seaplant_plan::Wave;
@@ -50,7 +50,7 @@ impl Wave {
         }
     }
 
-    /// The same times a factor.
+    /// Scales the values by a factor.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         match self {
             Self::Sines { sines } => Self::Sines {
@@ -66,7 +66,7 @@ impl Wave {
         }
     }
 
-    /// The same, as many times slower.
+    /// Stretches the time by a factor.
     pub(crate) fn stretched(&self, factor: f64) -> Self {
         match self {
             Self::Sines { sines } => Self::Sines {
@@ -82,10 +82,10 @@ impl Wave {
         }
     }
 
-    /// A sum of harmonics of equal amplitude and greatest value `most`, its phases chosen so that
-    /// the peaks are low for the power.
+    /// Creates a sum of harmonics of equal amplitude and greatest value `most`, with phases of a
+    /// low crest factor.
     ///
-    /// The start is Schroeder's; then each phase in turn takes the best of some drawn ones.
+    /// Starts from Schroeder's phases; then each phase in turn takes the best of some random ones.
     ///
     /// # Source
     /// \[Schroeder1970\].
@@ -108,7 +108,8 @@ impl Wave {
         Self::Sines { sines: harmonics.iter().zip(&phases).map(row).collect() }
     }
 
-    /// Harmonics of equal amplitude with Schroeder's phases, which sweep through their frequencies.
+    /// Creates harmonics of equal amplitude with Schroeder's phases, which sweep through their
+    /// frequencies.
     pub(crate) fn sweep(most: f64, period_s: f64, count: u32) -> Self {
         let n = f64::from(count);
         let rate = std::f64::consts::TAU / period_s;
@@ -120,8 +121,8 @@ impl Wave {
         Self::Sines { sines: harmonics.iter().zip(&phases).map(row).collect() }
     }
 
-    /// Levels as a pilot holds them on a joystick: drawn lengths, both ways and none, and as much one
-    /// way as the other.
+    /// Creates levels as a pilot holds them on a joystick: of random lengths, both ways and zero,
+    /// with zero mean.
     pub(crate) fn joystick(most: f64, hold_s: [f64; 2], seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let (mut steps, mut t) = (Vec::new(), 0.0);
@@ -141,18 +142,18 @@ impl Wave {
     }
 }
 
-/// Rounds of trying phases.
+/// Number of rounds of the phase search.
 const ROUNDS: usize = 30;
-/// Points of a period on which a peak is sought.
+/// Number of points of a period at which the peak is evaluated.
 const POINTS: usize = 128;
-/// Pairs of joystick levels in a period.
+/// Number of pairs of joystick levels in a period.
 const JOYSTICK_PAIRS: usize = 6;
-/// Levels, as parts of the greatest.
+/// Levels, as fractions of the greatest.
 const LEVELS: [f64; 4] = [0.35, 0.55, 0.8, 1.0];
-/// The part of pairs that a pause follows.
+/// Fraction of pairs that are followed by a pause.
 const REST: f64 = 0.3;
 
-/// The greatest value of a sum of unit harmonics.
+/// Returns the greatest value of a sum of unit harmonics.
 fn peak(harmonics: &[u32], phases: &[f64]) -> f64 {
     let at = |k: usize| {
         let turn = std::f64::consts::TAU * k as f64 / POINTS as f64;
@@ -162,9 +163,9 @@ fn peak(harmonics: &[u32], phases: &[f64]) -> f64 {
     (0..POINTS).map(at).fold(0.0, f64::max)
 }
 
-/// A seed of its own for everything that is drawn.
+/// Derives a separate seed for every random quantity.
 pub(crate) fn seed_of(seed: u64, name: &str) -> u64 {
-    // FNV-1a: the same on every machine, and apart for names that differ by a letter.
+    // FNV-1a: the same on every machine, and different for names that differ by a letter.
     let start = 0xcbf2_9ce4_8422_2325_u64 ^ seed;
     name.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
@@ -187,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joystick_pushes_as_much_one_way_as_the_other() {
+    fn a_joystick_has_zero_mean() {
         let wave = Wave::joystick(5.0, [2.0, 6.0], 3);
         let Wave::Steps { period_s, .. } = &wave else { panic!("steps") };
         let n = (period_s / 0.01) as usize;

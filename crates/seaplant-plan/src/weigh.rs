@@ -1,4 +1,4 @@
-//! Fisher information of each manoeuvre on the plants that a vehicle may have.
+//! Fisher information of each manoeuvre for plants drawn from the prior.
 
 use nalgebra::DMatrix;
 use seaplant::estimate::{Actuator, ExpectedNoises, Information, information, information_before};
@@ -13,23 +13,23 @@ use crate::manoeuvre::Manoeuvre;
 use crate::rig::Rig;
 use crate::wave::seed_of;
 
-/// Length of the run by which the information of a manoeuvre is calculated, s.
+/// Duration of the run from which the information of a manoeuvre is computed, s.
 pub(crate) const WEIGHED_S: f64 = 120.0;
 
-/// A manoeuvre within its limits, and its information by second.
+/// A manoeuvre within its limits, and its information per second.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     pub(crate) manoeuvre: Manoeuvre,
-    /// Information a second of each plant that the vehicle may have.
+    /// Information per second for each drawn plant.
     pub(crate) rates: Vec<DMatrix<f64>>,
-    /// Least and greatest velocity of each axis of the believed plant, m/s and rad/s.
+    /// Least and greatest velocity of each axis of the prior's plant, m/s and rad/s.
     pub(crate) velocity: [[f64; 2]; 6],
-    /// The factor by which limits made forces smaller, and the limit that did.
+    /// Factor by which limits reduced the forces, and the limit that did.
     pub(crate) factor: f64,
     pub(crate) limit: &'static str,
 }
 
-/// Everything that candidates share.
+/// Data common to all candidates.
 pub(crate) struct Bench<'a> {
     pub(crate) plants: &'a [Plant],
     pub(crate) vehicle: &'a Vehicle,
@@ -41,21 +41,21 @@ pub(crate) struct Bench<'a> {
     pub(crate) seed: u64,
 }
 
-/// Factors on the forces of a manoeuvre, the first that keeps the limits being taken.
+/// Factors on the forces of a manoeuvre; the first that respects the limits is used.
 const FACTORS: [f64; 10] = [1.0, 0.85, 0.7, 0.55, 0.42, 0.3, 0.2, 0.12, 0.06, 0.03];
 
-/// Manoeuvres use no more of a limit than this while they are weighed: other disturbances and plants
-/// use more.
+/// Greatest use of a limit while the information is computed: other disturbances and plants use
+/// more.
 const LEFT: f64 = 0.85;
 
-/// The part of an excitation that limits may take back while a manoeuvre is weighed.
+/// Least fraction of an excitation that limits must leave while the information is computed.
 const KEPT: f64 = 0.97;
 
-/// Information a second of each drawn plant, and the least and greatest velocity of each axis.
+/// Information per second for each drawn plant, and the least and greatest velocity of each axis.
 type Weighed = (Vec<DMatrix<f64>>, [[f64; 2]; 6]);
 
 impl Bench<'_> {
-    /// The thrusters' numbers as a fit has them.
+    /// Returns the thrusters' parameters in the form of a fit.
     pub(crate) fn actuator(&self) -> Actuator {
         Actuator {
             lag_s: self.rig.lag_s,
@@ -70,8 +70,8 @@ impl Bench<'_> {
         information_before(&self.plants[0], &self.actuator())
     }
 
-    /// Weighs manoeuvres, each at the greatest forces that limits allow; those that limits leave
-    /// nothing of come with a factor of zero.
+    /// Computes the information of manoeuvres, each at the greatest forces that limits allow;
+    /// manoeuvres that limits prevent get a factor of zero.
     pub(crate) fn candidates(&self, manoeuvres: &[Manoeuvre]) -> Result<Vec<Candidate>, Error> {
         let made = parallel::of_each(manoeuvres.len(), |k| self.candidate(&manoeuvres[k]));
         made.into_iter().collect()
@@ -95,14 +95,14 @@ impl Bench<'_> {
         Ok(Candidate { manoeuvre: manoeuvre.clone(), rates, velocity, factor: 0.0, limit })
     }
 
-    /// The limit that takes a manoeuvre back, if one does: with every plant and in disturbances.
+    /// Returns the limit that a manoeuvre violates, if any, with every plant and in disturbances.
     fn within_limits(&self, manoeuvre: &Manoeuvre) -> Result<Option<&'static str>, Error> {
         let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
         for (k, plant) in self.plants.iter().enumerate() {
             let seed = seed_of(self.seed ^ k as u64, &manoeuvre.name);
             let Self { noises, logging, current, .. } = *self;
             let sea = Sea { noises, logging, current, seed };
-            // A motion that runs away breaks the limit of speed before anything else.
+            // A diverging motion violates the limit of speed first.
             let Ok(driven) = drive(plant, &pilot, WEIGHED_S, Some(sea)) else {
                 return Ok(Some("speed_m_s"));
             };
@@ -134,7 +134,7 @@ impl Bench<'_> {
         Ok((rates, velocity))
     }
 
-    /// The record of a run without noise.
+    /// Returns the record of a run without noise.
     pub(crate) fn record(&self, name: &str, driven: &Driven) -> Result<CoupledRecord, Error> {
         let depth_m = self.limits.start_depth_m;
         let recording = self.logging.recording(self.rig, driven, self.plants[0].axes(), depth_m)?;

@@ -1,4 +1,4 @@
-//! A plan in words.
+//! Formats a plan as text.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use seaplant::spoken;
 use crate::forecast::Forecast;
 use crate::plan::Plan;
 
-/// A name, a value with half of its interval before and after, and the goal.
+/// Formats a name, a value with half of its interval before and after, and the goal.
 fn of_forecast(forecast: &Forecast) -> [String; 5] {
     let Forecast { name, unit, value, before, after, goal } = forecast;
     let width = |half: f64| match *value {
@@ -23,7 +23,7 @@ fn of_forecast(forecast: &Forecast) -> [String; 5] {
     ]
 }
 
-/// Rows of columns that are as wide as their widest word.
+/// Formats rows with columns as wide as their widest word.
 pub(crate) fn table<const N: usize>(head: [&str; N], rows: &[[String; N]]) -> String {
     let width = |k: usize| {
         let of = |row: &[String; N]| row[k].chars().count();
@@ -42,13 +42,13 @@ pub(crate) fn table<const N: usize>(head: [&str; N], rows: &[[String; N]]) -> St
     lines.join("\n")
 }
 
-/// Heads and rows of the goals.
+/// Returns the header and the rows of the goals.
 pub(crate) fn goal_rows(plan: &Plan) -> ([&'static str; 5], Vec<[String; 5]>) {
     let head = ["goal", "believed", "today", "after", "wanted"];
     (head, plan.goals.iter().map(of_forecast).collect())
 }
 
-/// The whole plan, as a terminal shows it.
+/// Formats the complete plan for a terminal.
 pub fn words(plan: &Plan) -> String {
     let mut text = String::new();
     let _ = writeln!(text, "{}: {} min of driving", plan.vehicle, spoken(plan.minutes));

@@ -1,4 +1,4 @@
-//! The work of planning: from a prior, goals and limits to a plan.
+//! Plans a trial from a prior, goals and limits.
 
 use std::collections::BTreeMap;
 
@@ -18,16 +18,15 @@ use crate::rig::Rig;
 use crate::wave::seed_of;
 use crate::weigh::{Bench, Candidate};
 
-/// Time comes in these, minutes.
+/// Resolution of minutes.
 const STEP_MIN: f64 = 0.5;
-/// A manoeuvre of a share below this is left out if intervals widen by less than this part without it.
+/// Relative widening of intervals below which a manoeuvre of small share is left out.
 const WORTH: f64 = 0.02;
-/// A manoeuvre of more than this share is refined.
+/// Share above which a manoeuvre is refined.
 const REFINED: f64 = 0.08;
-/// The time of which information is weighed first, minutes.
+/// Time for which information is first evaluated, minutes.
 const FIRST_MIN: f64 = 30.0;
-/// A goal whose interval would be wider than so many times what is wanted with every manoeuvre at full
-/// time is not excited.
+/// Ratio of the interval at full time to the goal above which a goal counts as not excited.
 const NOT_EXCITED: f64 = 20.0;
 
 /// Plans a trial.
@@ -110,7 +109,7 @@ fn no_motion(refused: &[Candidate], request: &Request) -> Error {
     Error::NoMotion { reason: format!("{}; widen these", said.join(", ")) }
 }
 
-/// A limit with its value.
+/// Formats a limit with its value.
 fn said_limit(name: &str, limits: &Limits) -> String {
     match name {
         "box_m" => format!("box_m = [{}, {}]", limits.box_m[0], limits.box_m[1]),
@@ -123,7 +122,7 @@ fn said_limit(name: &str, limits: &Limits) -> String {
     }
 }
 
-/// Inputs of all steps after the weighing.
+/// Inputs of all steps after the information is computed.
 struct Work<'a> {
     prior: &'a Prior,
     bench: &'a Bench<'a>,
@@ -136,7 +135,7 @@ impl Work<'_> {
         self.prior.known.is_some()
     }
 
-    /// Refuses goals that no manoeuvre serves, with the limit that is in the way.
+    /// Rejects goals that no manoeuvre excites, naming the limit that prevents it.
     fn check_goals(&self, used: &[Candidate], refused: &[Candidate]) -> Result<(), Error> {
         let all = self.forecaster.program(used, 60.0 * TIMES_MIN[1] * used.len() as f64);
         let shares = vec![1.0 / used.len() as f64; used.len()];
@@ -171,7 +170,7 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// The axes that a goal is about.
+    /// Returns the axes of a goal.
     fn axes_of(&self, name: &str) -> Vec<Dof> {
         let structure = self.bench.plants[0].structure();
         match structure.term_named(name) {
@@ -201,7 +200,7 @@ impl Work<'_> {
             .filter(|((_, minutes), _)| **minutes > 0.0)
             .map(|((candidate, minutes), share)| self.planned(candidate, *minutes, *share))
             .collect();
-        // The long and slow first: what fails then is seen early.
+        // The longest first, to balance the load of the threads.
         manoeuvres.sort_by(|a, b| b.minutes.total_cmp(&a.minutes));
         let check = self.limit_check(&manoeuvres)?;
         let unplanned = match self.request.compare {
@@ -237,7 +236,8 @@ impl Work<'_> {
         })
     }
 
-    /// Shares without those that hardly narrow an interval, the least first.
+    /// Returns the shares without manoeuvres that hardly narrow an interval, starting with the
+    /// smallest.
     fn worth_driving(&self, used: &[Candidate], shares: &[f64], seconds: f64) -> Vec<f64> {
         let program = self.forecaster.program(used, seconds);
         let widest = |shares: &[f64]| {
@@ -263,7 +263,7 @@ impl Work<'_> {
         kept.iter().map(|share| share / sum).collect()
     }
 
-    /// Minutes that driving without a plan needs.
+    /// Returns the minutes that driving without a plan needs.
     fn unplanned(&self) -> Result<BTreeMap<Kind, Option<f64>>, Error> {
         let bench = self.bench;
         let of = |kind: Kind| {
@@ -282,7 +282,7 @@ impl Work<'_> {
         let manoeuvre = candidate.manoeuvre.clone();
         let velocity: BTreeMap<Dof, [f64; 2]> =
             manoeuvre.axes.iter().map(|dof| (*dof, candidate.velocity[dof.index()])).collect();
-        let words = crate::spoken::of_manoeuvre(&manoeuvre, minutes, &velocity);
+        let words = crate::description::manoeuvre(&manoeuvre, minutes, &velocity);
         let limited_by = candidate.limit.to_owned();
         Planned { manoeuvre, minutes, share, velocity, limited_by, words }
     }
@@ -315,7 +315,7 @@ impl Work<'_> {
                         (check.greatest, check.of) = (worst.part, worst.of.to_owned());
                     }
                 }
-                // A motion that runs away is beyond every limit.
+                // A diverging motion violates every limit.
                 Err(_) => check.broken += 1,
             }
         }
@@ -358,10 +358,10 @@ impl Work<'_> {
     }
 }
 
-/// A run of the check lasts no longer, s.
+/// Maximum duration of a run of the check, s.
 const LONGEST_CHECK_S: f64 = 180.0;
 
-/// Whole steps of time for shares of it, at least two of one that is driven.
+/// Rounds shares of the time to complete steps, at least two for a manoeuvre that is driven.
 fn rounded(shares: &[f64], minutes: f64) -> Vec<f64> {
     let steps = (minutes / STEP_MIN).round().max(LEAST_STEPS);
     let exact: Vec<f64> = shares.iter().map(|share| share * steps).collect();
@@ -376,7 +376,7 @@ fn rounded(shares: &[f64], minutes: f64) -> Vec<f64> {
     whole.iter().map(|x| x * STEP_MIN).collect()
 }
 
-/// A manoeuvre lasts at least so many steps of time.
+/// Minimum duration of a manoeuvre in steps of time.
 const LEAST_STEPS: f64 = 2.0;
 
 #[cfg(test)]
@@ -384,7 +384,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn minutes_are_whole_halves_and_nothing_is_driven_for_seconds() {
+    fn minutes_are_multiples_of_a_half_and_nothing_is_driven_for_seconds() {
         let minutes = rounded(&[0.505, 0.31, 0.185, 0.0], 10.0);
         assert_eq!(minutes.iter().sum::<f64>(), 10.0);
         assert_eq!(minutes[3], 0.0);

@@ -1,4 +1,4 @@
-//! Files of the crate import one way.
+//! Imports between the files of the crate form no cycle.
 
 #[path = "../../seaplant/tests/imports/mod.rs"]
 mod imports;

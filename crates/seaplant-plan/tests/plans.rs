@@ -1,5 +1,5 @@
-//! Plans of whole vehicles: promised intervals are those that fits of the logs state, limits hold, and
-//! what cannot be planned is refused by name.
+//! Plans of complete vehicles: predicted intervals agree with those of fits to the logs, limits
+//! hold, and impossible requests are refused by name.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use seaplant_plan::{
     commands_csv, deck_page, plan, rehearse, words,
 };
 
-/// A boat on surge and yaw with two propellers.
+/// Returns a boat with surge and yaw and two propellers.
 fn boat() -> (Prior, Vehicle) {
     let file: PlantFile = serde_json::from_value(serde_json::json!({
         "schema": "seaplant/plant/1", "name": "boat", "source": "worked by hand",
@@ -61,20 +61,20 @@ fn fit_of(campaign: &TwinCampaign, axes: &[Dof]) -> CoupledFit {
     fit_coupled(&structure, &all, None, false).expect("settles")
 }
 
-/// The promise of a plan, as standard deviations by coefficient.
+/// Returns the predicted standard deviations by coefficient.
 fn promised(plan: &Plan) -> BTreeMap<String, f64> {
     plan.coefficients.iter().map(|one| (one.name.clone(), one.after / 1.959_964)).collect()
 }
 
-/// Standard deviations that fits state are within this part of those promised: they follow from the
-/// disturbances that a trial of minutes happened to have.
+/// Tolerance of fitted relative to predicted standard deviations: fits depend on the realised
+/// disturbances of a trial of minutes.
 const OF_PROMISE: f64 = 0.2;
 
 /// The root mean square of 60 standardised errors has a standard deviation of 9 %: three of them.
 const SCATTER: std::ops::Range<f64> = 0.73..1.27;
 
 #[test]
-fn fits_of_the_believed_vehicle_state_what_the_plan_promised_and_scatter_so() {
+fn fits_of_the_priors_vehicle_agree_with_the_predicted_uncertainty() {
     let (prior, vehicle) = boat();
     let request = Request { minutes: Some(6.0), draws: 1, ..quick() };
     let made = plan(&prior, &vehicle, &request).expect("a plan");
@@ -111,7 +111,7 @@ fn minutes_meet_the_goals_and_the_certificate_holds() {
         assert!(made.goals.iter().all(|goal| goal.after <= 1.1 * goal.goal.expect("a goal")));
         assert!(made.manoeuvres.iter().all(|one| one.minutes >= 1.0));
     }
-    // Minutes go with the inverse of the variance that is left beside what fits state in any case.
+    // Minutes are proportional to the inverse of the variance that remains above the fit's floor.
     let needed = |part: f64| {
         let goals = vec![Goal { name: "mass.surge".to_owned(), width: Width::Part(part) }];
         planned(&Request { goals, ..quick() }).expect("a plan").minutes_needed.expect("enough")
@@ -154,7 +154,7 @@ fn the_same_seed_makes_the_same_plan() {
 }
 
 #[test]
-fn what_cannot_be_planned_is_refused_with_the_limit_in_the_way() {
+fn impossible_plans_are_refused_with_the_limit_that_prevents_them() {
     let refused = |request: Request| planned(&request).expect_err("refused").to_string();
     let goal = |name: &str| vec![Goal { name: name.to_owned(), width: Width::Part(0.05) }];
     let message = refused(Request { goals: goal("mass.sway"), ..quick() });
@@ -170,7 +170,7 @@ fn what_cannot_be_planned_is_refused_with_the_limit_in_the_way() {
 }
 
 #[test]
-fn a_goal_on_an_axis_that_nothing_pushes_names_it() {
+fn a_goal_on_an_axis_without_thrust_names_it() {
     let file: PlantFile = serde_json::from_value(serde_json::json!({
         "schema": "seaplant/plant/1", "name": "sled", "source": "worked by hand",
         "axes": ["surge", "heave"], "mass_matrix": [120.0, 150.0],
@@ -189,7 +189,7 @@ fn a_goal_on_an_axis_that_nothing_pushes_names_it() {
 }
 
 #[test]
-fn missing_channels_and_slow_logs_are_told_before_the_dive() {
+fn missing_channels_and_slow_logs_are_reported_before_the_dive() {
     let mut request = Request { minutes: Some(5.0), ..quick() };
     request.logging.thrusters_hz = 2.0;
     let made = planned(&request).expect("a plan");
@@ -230,9 +230,9 @@ fn the_page_holds_the_plan_and_escapes_names() {
     assert_eq!(chart_svg(&made).matches("<polyline").count(), made.goals.len());
 }
 
-/// The information of a record that is twice as noisy is less, of every coefficient.
+/// A record with twice the noise has less information on every coefficient.
 #[test]
-fn noise_takes_information() {
+fn noise_reduces_information() {
     let (prior, vehicle) = boat();
     let made = plan(&prior, &vehicle, &Request { minutes: Some(2.0), ..quick() }).expect("a plan");
     let campaign = rehearse(&prior, &vehicle, &made, Rehearsal::default()).expect("driven");

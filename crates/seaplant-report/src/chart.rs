@@ -1,7 +1,7 @@
-//! Charts that a reader can zoom: what they show, as data for the page's script.
+//! Charts with zoom, as data for the page's script.
 //!
-//! The script knows nothing of vehicles: a chart is panels below each other that share their
-//! horizontal axis, and a panel is lines, markers and bands with names and inks.
+//! The script knows nothing of vehicles: a chart is a stack of panels with a common horizontal
+//! axis, and a panel is lines, markers and bands with names and inks.
 
 mod drag;
 mod innovations;
@@ -25,13 +25,13 @@ use motion::Motions;
 use together::Togethers;
 pub(crate) use values::{Cut, Values};
 
-/// What a chart shows, and where the page puts it.
+/// Subject of a chart, which determines its place on the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
     Motion(Role),
     /// All axes of a plant of several.
     Together(Role),
-    /// What the simulation's error remembers.
+    /// Autocorrelation of the simulation's error.
     Memory,
     Spectrum,
     Steady,
@@ -48,33 +48,32 @@ pub(crate) struct Chart {
     pub(crate) subject: Subject,
     #[serde(skip)]
     pub(crate) dof: Dof,
-    /// The name of the plant of several axes that it is of.
+    /// Name of the plant of several axes, if it is of one.
     #[serde(skip)]
     pub(crate) plant: Option<String>,
-    /// Unlike any other on the page.
+    /// Unique on the page.
     pub(crate) id: String,
     pub(crate) title: String,
-    /// What it says, in words and numbers.
+    /// Description in words and numbers.
     pub(crate) description: String,
-    /// Files beside the report that have the same: what to call each, and where it is.
+    /// Files of the report with the same content: label and path.
     #[serde(skip)]
     pub(crate) files: Vec<(String, String)>,
-    /// The figures of the same, by the names of their files, where they stand nowhere else on the
-    /// page.
+    /// Figures of the same content, by file name, that are nowhere else on the page.
     #[serde(skip)]
     pub(crate) stills: Vec<String>,
     pub(crate) x: Horizontal,
     pub(crate) panels: Vec<Panel>,
 }
 
-/// The axis that panels share.
+/// Common axis of panels.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Horizontal {
     pub(crate) label: String,
-    /// "s"; empty where the axis has none.
+    /// Unit such as "s"; empty if there is none.
     pub(crate) unit: &'static str,
     pub(crate) logarithmic: bool,
-    /// Names of 0, 1, 2 …, where the axis counts things.
+    /// Names of 0, 1, 2 …, for an axis of items.
     pub(crate) names: Vec<String>,
 }
 
@@ -84,19 +83,19 @@ impl Horizontal {
     }
 }
 
-/// Lines over one another.
+/// A panel of superimposed lines.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Panel {
     pub(crate) label: String,
-    /// px
+    /// Height, px.
     pub(crate) height: u16,
     pub(crate) x: Values,
     pub(crate) lines: Vec<Line>,
-    /// Stretches of x that stand out.
+    /// Highlighted ranges of x.
     pub(crate) bands: Vec<[f64; 2]>,
-    /// Places on x that stand out, each with a word.
+    /// Highlighted values of x, each with a word.
     pub(crate) marks: Vec<(f64, String)>,
-    /// Heights across which a thin line goes.
+    /// Values of y with a thin horizontal line.
     pub(crate) levels: Vec<f64>,
 }
 
@@ -106,10 +105,10 @@ pub(crate) struct Line {
     pub(crate) name: String,
     pub(crate) ink: &'static str,
     pub(crate) y: Values,
-    /// The ends of an interval at each point.
+    /// Ends of an interval at each point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) interval: Option<[Values; 2]>,
-    /// Whether it is drawn before the reader asks for it.
+    /// True if it is initially visible.
     pub(crate) shown: bool,
 }
 
@@ -125,7 +124,7 @@ impl Line {
     }
 }
 
-/// The charts of a report, from series that are seen one at a time.
+/// Charts of a report, from series that are processed one at a time.
 #[derive(Default)]
 pub(crate) struct Charts {
     motions: Motions,
@@ -135,9 +134,9 @@ pub(crate) struct Charts {
 }
 
 impl Charts {
-    /// Takes in what a series has to show; the series is not needed any more then.
+    /// Adds the content of a series, which may then be dropped.
     ///
-    /// `stem` is the name of its files, without folder and ending.
+    /// `stem` is the name of its files, without folder and extension.
     pub(crate) fn add(&mut self, series: &Series, results: &Results, stem: &str) {
         match series {
             Series::Comparison(figure) => match &figure.plant {
@@ -155,7 +154,7 @@ impl Charts {
         }
     }
 
-    /// All charts, those of the parameters among them.
+    /// Returns all charts, including those of the parameters.
     pub(crate) fn all(self, results: &Results) -> Vec<Chart> {
         let Self { motions, together, others, mut ids } = self;
         let mut charts = motions.charts(&mut ids);
@@ -179,14 +178,14 @@ impl Charts {
     }
 }
 
-/// What the page's script reads.
+/// Data for the page's script.
 #[derive(Serialize)]
 pub(crate) struct Sheet<'a, T> {
     pub(crate) charts: &'a [T],
     pub(crate) inks: BTreeMap<&'static str, InkView>,
 }
 
-/// How a line looks, by day and at night.
+/// Look of a line in light and dark mode.
 #[derive(Serialize)]
 pub(crate) struct InkView {
     light: String,
@@ -196,7 +195,7 @@ pub(crate) struct InkView {
 }
 
 impl<'a, T: Serialize> Sheet<'a, T> {
-    pub(crate) fn of(charts: &'a [T]) -> Self {
+    pub(crate) fn new(charts: &'a [T]) -> Self {
         let view = |ink: Ink| {
             let look = ink.look();
             let (light, dark) = (hex(look.light), hex(look.dark));

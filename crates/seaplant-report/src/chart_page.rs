@@ -1,4 +1,4 @@
-//! Pages of charts beside the report: its style and its script, without its sections.
+//! Pages of charts other than the report: with its style and script, without its sections.
 
 use minijinja::Value;
 use minijinja::value::Serde;
@@ -10,24 +10,23 @@ use crate::control::CurveChart;
 use crate::figure::{Ink, curves_scene, inline_svg};
 use crate::page::{Assets, ChartView, Table, environment};
 
-/// What a page shows, from top to bottom.
+/// Content of a page, from top to bottom.
 #[derive(Default)]
 pub(crate) struct ChartPage {
-    /// The first line of the page, by which it is known again.
+    /// First line of the page, by which it is recognised.
     pub(crate) mark: &'static str,
-    /// What kind of page it is.
+    /// Kind of page.
     pub(crate) kind: &'static str,
     pub(crate) title: String,
     pub(crate) lead: Vec<String>,
     pub(crate) table: Table,
     pub(crate) notes: Vec<String>,
     pub(crate) charts: Vec<LiveChart>,
-    /// The files of a log as a campaign names them, where stretches of the charts can be marked as
-    /// trials.
+    /// Files of a log as a campaign names them, if ranges of the charts can be marked as trials.
     pub(crate) logs: Option<String>,
 }
 
-/// A chart for the page's script, with what stands in its place on paper and without script.
+/// A chart for the page's script, with its replacement in print and without script.
 #[derive(Serialize)]
 pub(crate) struct LiveChart {
     pub(crate) id: String,
@@ -40,7 +39,7 @@ pub(crate) struct LiveChart {
     pub(crate) stills: Vec<String>,
 }
 
-/// Adds a button that marks trials to the charts of a log.
+/// Adds a button for marking trials to the charts of a log.
 const MARKS: &str = include_str!("../templates/marks.js");
 
 /// Height of a panel that is a chart by itself, px.
@@ -64,7 +63,7 @@ impl ChartPage {
     pub(crate) fn bytes(&self) -> Result<Vec<u8>, Error> {
         let marks = self.logs.as_ref().map(|_| MARKS);
         let view = View {
-            assets: Assets::of(&self.charts, marks)?,
+            assets: Assets::new(&self.charts, marks)?,
             mark: self.mark,
             kind: self.kind,
             title: &self.title,
@@ -90,9 +89,9 @@ impl LiveChart {
         }
     }
 
-    /// A chart of one panel.
+    /// Creates a chart of one panel.
     pub(crate) fn of_curve(id: String, curve: &CurveChart) -> Result<Self, Error> {
-        let line = |name: &str, ink, y: &[f64]| Line::new(name, ink, Values::of(y));
+        let line = |name: &str, ink, y: &[f64]| Line::new(name, ink, Values::pack(y));
         let mut lines = vec![line(&curve.line.0, Ink::Simulated, &curve.line.1)];
         lines.extend(curve.beside.iter().map(|(name, y)| line(name, Ink::Measured, y)));
         let band = curve.band.iter().flatten();
@@ -120,7 +119,7 @@ impl LiveChart {
         })
     }
 
-    /// A chart for each curve.
+    /// Creates a chart for each curve.
     pub(crate) fn of_curves(curves: &[CurveChart]) -> Result<Vec<Self>, Error> {
         let numbered = curves.iter().enumerate();
         numbered.map(|(k, curve)| Self::of_curve(format!("chart-{}", k + 1), curve)).collect()

@@ -1,29 +1,29 @@
-//! A controller as one page that opens in any browser without a network.
+//! Writes a controller as one page that opens in any browser without a network.
 
 use crate::Error;
 use crate::chart_page::{ChartPage, LiveChart};
 use crate::page::{Row, Table};
 
-/// What is drawn of a controller: one or two lines over a common axis, with a band.
+/// A chart of a controller: one or two lines over a common axis, with a band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveChart {
-    /// Above it.
+    /// Title above it.
     pub title: String,
-    /// Below it, in words and numbers.
+    /// Caption below it, in words and numbers.
     pub caption: String,
-    /// What runs to the right.
+    /// Label of the horizontal axis.
     pub x_label: &'static str,
     /// Its unit.
     pub x_unit: &'static str,
-    /// Whether it runs by decades.
+    /// True for a logarithmic horizontal axis.
     pub is_logarithmic: bool,
-    /// What runs upwards, with its unit.
+    /// Label of the vertical axis, with its unit.
     pub y_label: String,
-    /// To the right.
+    /// Horizontal values.
     pub x: Vec<f64>,
-    /// What the line is called, and where it goes.
+    /// Name and values of the line.
     pub line: (String, Vec<f64>),
-    /// A line beside it.
+    /// Name and values of a second line.
     pub beside: Option<(String, Vec<f64>)>,
     /// The lower and upper end of a 95 % band.
     pub band: Option<[Vec<f64>; 2]>,
@@ -32,9 +32,9 @@ pub struct CurveChart {
 /// The numbers of a controller, a row for each axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ControlTable {
-    /// What each column holds; the first names the axis.
+    /// Headings of the columns; the first names the axis.
     pub columns: Vec<String>,
-    /// Of each axis, with units; as many as there are columns.
+    /// Cells of each axis, with units; as many as there are columns.
     pub rows: Vec<Vec<String>>,
 }
 
@@ -45,7 +45,7 @@ impl ControlTable {
     }
 }
 
-/// The page of a controller: its numbers, what to mind, then its charts.
+/// Writes the page of a controller: its numbers, warnings, then its charts.
 ///
 /// # Errors
 /// [`Error::Figure`], [`Error::Template`], [`Error::Json`].
@@ -78,10 +78,10 @@ pub fn control_page(
     page.bytes()
 }
 
-/// What every such page begins with.
+/// First bytes of every such page.
 const MARK: &str = "<!DOCTYPE html><!-- seaplant control -->";
 
-/// Whether a file begins as such a page.
+/// Returns whether a file begins like such a page.
 pub fn is_control_page(bytes: &[u8]) -> bool {
     bytes.starts_with(MARK.as_bytes())
 }

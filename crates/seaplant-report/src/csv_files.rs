@@ -9,7 +9,7 @@ use crate::{Artifact, Error};
 
 type Writer = csv::Writer<Vec<u8>>;
 
-/// Tables 5 and 6; the second only where steady trials were made.
+/// Returns tables 5 and 6; the second only if there are steady trials.
 pub(crate) fn tables(results: &Results) -> Result<Vec<Artifact<'static>>, Error> {
     let mut tables = vec![artifact("tables/table-5.csv", table_5(results)?)?];
     if !results.steady.is_empty() {
@@ -122,7 +122,7 @@ fn parameter_cells(parameter: Option<&Parameter>) -> [String; 5] {
     })
 }
 
-/// A name as a cell that no spreadsheet takes for a formula.
+/// Formats a name as a cell that no spreadsheet takes for a formula.
 fn text_cell(text: &str) -> String {
     if text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']) {
         format!("'{text}")

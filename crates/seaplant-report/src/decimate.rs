@@ -1,10 +1,9 @@
-//! Long series made short for figures.
+//! Reduces long series for figures.
 
-/// Keeps at most `most` points of a series, the extremes of every part among them.
+/// Keeps at most `most` points of a series, including the extremes of every part.
 ///
-/// The series is cut into equal spans of x; each gives its least and its greatest
-/// value in the order in which they came, and the ends stay. A peak of one sample
-/// survives.
+/// The series is cut into equal spans of x; each keeps its minimum and its maximum in their order,
+/// and the end points are kept. A peak of one sample survives.
 pub(crate) fn decimate(x: &[f64], y: &[f64], most: usize) -> Vec<(f64, f64)> {
     let points = || x.iter().copied().zip(y.iter().copied());
     let n = x.len().min(y.len());
@@ -43,10 +42,10 @@ pub(crate) fn decimate(x: &[f64], y: &[f64], most: usize) -> Vec<(f64, f64)> {
     kept
 }
 
-/// A pause this many times as long as the usual step is a gap, which no line crosses.
+/// Ratio of a pause to the usual step from which it is a gap, which no line crosses.
 const GAP_STEPS: f64 = 5.0;
 
-/// Where a series of instants runs without a gap.
+/// Returns the ranges of a series of instants without gaps.
 pub(crate) fn runs(x: &[f64]) -> Vec<std::ops::Range<usize>> {
     let mut steps: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let middle = steps.len() / 2;
@@ -84,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn short_series_stay_whole() {
+    fn short_series_are_unchanged() {
         assert_eq!(decimate(&[0.0, 1.0], &[5.0, 6.0], 1500), [(0.0, 5.0), (1.0, 6.0)]);
         assert_eq!(decimate(&[], &[], 1500), []);
     }

@@ -1,4 +1,5 @@
-//! Which trials have pictures: all of a usual campaign; of very many, the worst and some others.
+//! Selects the trials that are drawn: all of a usual campaign; of very many, the worst and some
+//! others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,10 +8,10 @@ use seaplant::{Comparison, Role};
 
 use crate::number::count;
 
-/// Of more trials than this of one role, so many are drawn of an axis.
+/// Maximum number of trials of one role that are drawn per axis.
 const MOST: usize = 40;
 
-/// The trials of each axis, and of each plant of several axes, that are drawn.
+/// The drawn trials of each axis, and of each plant of several axes.
 #[derive(Default)]
 pub(crate) struct Drawn {
     /// By axis or plant, and role.
@@ -22,11 +23,11 @@ struct Picked {
     of: usize,
 }
 
-/// Trials in their order, each with the error of the recommended plant.
+/// Trials in order, each with the error of the recommended plant.
 type Errors = Vec<(String, f64)>;
 
 impl Drawn {
-    pub(crate) fn of(results: &Results) -> Self {
+    pub(crate) fn select(results: &Results) -> Self {
         let mut all: BTreeMap<(String, Role), Errors> = BTreeMap::new();
         let scores: BTreeMap<_, _> =
             results.plants.iter().map(|(dof, plant)| (*dof, errors(plant))).collect();
@@ -52,7 +53,7 @@ impl Drawn {
         Self { picked: all.into_iter().map(|(key, errors)| (key, Picked::from(errors))).collect() }
     }
 
-    /// Whether a series has a figure and a chart.
+    /// Returns whether a series has a figure and a chart.
     pub(crate) fn has(&self, series: &Series) -> bool {
         let (of, role, trial) = match series {
             Series::Comparison(figure) => {
@@ -67,7 +68,7 @@ impl Drawn {
         picked.is_none_or(|picked| !picked.is_part() || picked.names.contains(trial))
     }
 
-    /// Which trials of an axis, or of a plant of several, are drawn, if not all are.
+    /// Describes which trials of an axis, or of a plant of several, are drawn, if not all are.
     pub(crate) fn note(&self, of: &str, role: Role) -> Option<String> {
         let picked = self.picked.get(&(of.to_owned(), role))?;
         picked.is_part().then(|| {
@@ -87,7 +88,7 @@ impl Picked {
 }
 
 impl From<Errors> for Picked {
-    /// All, or the half of [`MOST`] with the largest errors, and as many spread over all.
+    /// Selects all, or the half of [`MOST`] with the largest errors, and as many spread over all.
     fn from(mut errors: Errors) -> Self {
         let of = errors.len();
         if of <= MOST {
@@ -101,7 +102,7 @@ impl From<Errors> for Picked {
     }
 }
 
-/// How far a plant's simulation is off on each trial; without end where it diverged.
+/// Returns the simulation error of a plant on each trial; infinite where it diverged.
 fn errors(plant: &PlantResult) -> BTreeMap<&str, f64> {
     let scores = plant.hold_out.iter().chain([&plant.fit]).flat_map(|score| &score.trials);
     scores

@@ -1,30 +1,30 @@
-/// Why a report could not be made or results not be read.
+/// Reason why a report could not be made or results not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Results that this version does not read.
+    /// Results of an unsupported schema.
     #[error(
         "the results say schema `{found}` and this version of Seaplant reads `{known}`; identify again with this version, or read them with the one that wrote them"
     )]
     Schema {
-        /// What they say.
+        /// Their schema.
         found: String,
-        /// What is read.
+        /// The supported schema.
         known: &'static str,
     },
-    /// JSON that is no results file.
+    /// JSON that is not a results file.
     #[error(
         "this is no results.json of Seaplant: it has no `schema` of its own; give the file that `seaplant identify` wrote"
     )]
     NoSchema,
-    /// JSON that is damaged or not of the contract.
+    /// JSON that is damaged or violates the schema.
     #[error("line {line}, column {column}: {cause}; identify again, or correct the file there")]
     Json {
-        /// Where, from 1; 0 on writing.
+        /// Line, from 1; 0 on writing.
         line: usize,
-        /// Where, from 1; 0 on writing.
+        /// Column, from 1; 0 on writing.
         column: usize,
-        /// What is wrong.
+        /// The error.
         cause: String,
     },
     /// Numbers that contradict each other.
@@ -33,13 +33,13 @@ pub enum Error {
     /// A page that could not be filled in.
     #[error("the report's page could not be made: {cause}; please report this with the results")]
     Template {
-        /// Why.
+        /// The reason.
         cause: String,
     },
     /// A figure that could not be drawn.
     #[error("a figure could not be drawn: {cause}; please report this with the results")]
     Figure {
-        /// Why.
+        /// The reason.
         cause: String,
     },
     /// A figure that could not be written as PNG.
@@ -53,7 +53,7 @@ pub enum Error {
 impl From<serde_json::Error> for Error {
     fn from(cause: serde_json::Error) -> Self {
         let text = cause.to_string();
-        // Serde ends its messages with the place, which this one begins with.
+        // Serde's messages end with the position, with which this one begins.
         let told = text.rfind(" at line ").map_or(text.as_str(), |end| &text[..end]);
         Self::Json { line: cause.line(), column: cause.column(), cause: told.to_owned() }
     }

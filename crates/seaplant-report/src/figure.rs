@@ -32,13 +32,13 @@ pub(crate) use thumbnail::Thumbnails;
 /// A figure as files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// A whole SVG document that follows the reader's light or dark setting.
+    /// A complete SVG document that follows the reader's light or dark setting.
     pub svg: Vec<u8>,
     /// 1280 pixels wide, on white.
     pub png: Vec<u8>,
 }
 
-/// What a figure shows.
+/// Subject of a figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Subject {
     /// `plant` is the name of a plant of several axes.
@@ -52,18 +52,18 @@ pub(crate) enum Subject {
     Thrust,
 }
 
-/// A figure with what the page needs to place it.
+/// A figure with its placement on the page.
 #[derive(Clone, Debug)]
-pub(crate) struct Plate {
+pub(crate) struct PlacedFigure {
     pub(crate) subject: Subject,
-    /// Absent for a figure of the whole vehicle.
+    /// Absent for a figure of the complete vehicle.
     pub(crate) dof: Option<Dof>,
-    /// Empty for a figure of the whole vehicle.
+    /// Empty for a figure of the complete vehicle.
     pub(crate) trial: String,
-    /// The name of its files, without folder and ending.
+    /// Name of its files, without folder and extension.
     pub(crate) stem: String,
     pub(crate) caption: String,
-    /// For the page, where styles and title stand elsewhere.
+    /// SVG for the page, which provides styles and title itself.
     pub(crate) inline: String,
     pub(crate) figure: Figure,
 }
@@ -87,14 +87,14 @@ struct Draft {
     scene: Scene,
 }
 
-/// The figures of a report, drawn one by one and painted together.
+/// Figures of a report, drawn one by one and written in parallel.
 #[derive(Default)]
-pub(crate) struct Album {
+pub(crate) struct FigureSet {
     drafts: Vec<Draft>,
 }
 
-impl Album {
-    /// Draws a figure; the series is not needed any more then. `stem` is the name of its files.
+impl FigureSet {
+    /// Draws a figure from a series, which may then be dropped. `stem` is the name of its files.
     pub(crate) fn draw(
         &mut self,
         series: &Series,
@@ -124,8 +124,8 @@ impl Album {
         Ok(())
     }
 
-    /// Every figure, with that of bollard pull where there is one, painted.
-    pub(crate) fn plates(mut self, results: &Results) -> Result<Vec<Plate>, Error> {
+    /// Writes every figure, with that of bollard pull if there is one.
+    pub(crate) fn placed(mut self, results: &Results) -> Result<Vec<PlacedFigure>, Error> {
         if let Some(bollard_pull) = &results.bollard_pull {
             self.drafts.push(Draft {
                 subject: Subject::Thrust,
@@ -139,13 +139,13 @@ impl Album {
     }
 }
 
-fn painted(drafts: Vec<Draft>) -> Result<Vec<Plate>, Error> {
+fn painted(drafts: Vec<Draft>) -> Result<Vec<PlacedFigure>, Error> {
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(drafts.len());
     if workers < 2 {
         return drafts.into_iter().map(Draft::paint).collect();
     }
     let shares = shared_out(drafts, workers);
-    let painted: Vec<Result<Vec<Plate>, Error>> = std::thread::scope(|scope| {
+    let painted: Vec<Result<Vec<PlacedFigure>, Error>> = std::thread::scope(|scope| {
         let running: Vec<_> = shares
             .into_iter()
             .map(|share| scope.spawn(|| share.into_iter().map(Draft::paint).collect()))
@@ -158,13 +158,13 @@ fn painted(drafts: Vec<Draft>) -> Result<Vec<Plate>, Error> {
     })
 }
 
-type Share<'scope> = std::thread::ScopedJoinHandle<'scope, Result<Vec<Plate>, Error>>;
+type Share<'scope> = std::thread::ScopedJoinHandle<'scope, Result<Vec<PlacedFigure>, Error>>;
 
-fn joined(share: Share<'_>) -> Result<Vec<Plate>, Error> {
+fn joined(share: Share<'_>) -> Result<Vec<PlacedFigure>, Error> {
     share.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// Consecutive shares of about equal length.
+/// Splits into consecutive shares of about equal length.
 fn shared_out(mut drafts: Vec<Draft>, workers: usize) -> Vec<Vec<Draft>> {
     let length = drafts.len().div_ceil(workers);
     let mut shares = Vec::new();
@@ -177,8 +177,8 @@ fn shared_out(mut drafts: Vec<Draft>, workers: usize) -> Vec<Vec<Draft>> {
 }
 
 impl Draft {
-    fn paint(self) -> Result<Plate, Error> {
-        Ok(Plate {
+    fn paint(self) -> Result<PlacedFigure, Error> {
+        Ok(PlacedFigure {
             subject: self.subject,
             dof: self.dof,
             trial: self.trial,

@@ -192,7 +192,7 @@ pub(crate) fn comparison(trial: &str, method: Method, role: Role) -> ComparisonF
     ComparisonFigure { plant: None, method, role, comparison }
 }
 
-/// Motion by the plant of sway and yaw.
+/// Returns motion of the plant of sway and yaw.
 fn together(dof: Dof, role: Role) -> ComparisonFigure {
     let mut figure = comparison("held & out", Method::FilterError, role);
     figure.plant = Some("sway-yaw".to_owned());
@@ -229,13 +229,13 @@ fn series() -> Vec<Series> {
     ]
 }
 
-/// What a report is made of.
+/// Content of a report.
 pub(crate) struct Found {
     pub(crate) results: Results,
     pub(crate) series: Vec<Series>,
 }
 
-/// A plant of two axes, one of whose damping is at its limit.
+/// Returns a plant of two axes, one with damping at its limit.
 pub(crate) fn plant_of_several_axes() -> CoupledPlant {
     let coefficient = |value: f64, std: f64, unit: &str, on: &[Dof]| Coefficient {
         value,
@@ -351,7 +351,7 @@ pub(crate) fn plant_of_several_axes() -> CoupledPlant {
     }
 }
 
-/// Everything that results can hold, under names that want to break out.
+/// Returns an identification with everything that results can contain, under hostile names.
 pub(crate) fn identification() -> Found {
     let surge = BTreeMap::from([(Method::RECOMMENDED, plant()), (Method::Paper, paper_plant())]);
     let results = Results {
@@ -451,7 +451,7 @@ pub(crate) fn bollard_pull() -> BollardPullResult {
     }
 }
 
-/// Nothing could be done.
+/// Returns an identification without plants.
 pub(crate) fn empty() -> Found {
     let Found { results, .. } = identification();
     let results = Results {

@@ -12,7 +12,7 @@ struct Envelope {
     schema: Option<String>,
 }
 
-/// The JSON Schema of `results.json`.
+/// Returns the JSON Schema of `results.json`.
 pub fn results_schema() -> serde_json::Value {
     schemars::schema_for!(Results).to_value()
 }

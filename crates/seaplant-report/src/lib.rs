@@ -1,7 +1,7 @@
-//! Turns what an identification found into files: a report that opens in any browser
-//! without a network, figures, tables, and the numbers as JSON and CSV.
+//! Converts the results of an identification to files: a report that opens in any browser without a
+//! network, figures, tables, and the numbers as JSON and CSV.
 //!
-//! [`render`] hands them out one by one; where they are written is the caller's.
+//! [`render`] yields them one by one; the caller decides where they are written.
 
 mod chart;
 mod chart_page;
@@ -41,7 +41,7 @@ pub use visible::is_obeyed;
 /// A file to write.
 #[derive(Debug)]
 pub struct Artifact<'a> {
-    /// Where, relative to the output folder: lower-case ASCII, with `/` between folders.
+    /// Path relative to the output folder: lower-case ASCII, with `/` between folders.
     pub path: String,
     content: Content<'a>,
 }
@@ -49,7 +49,7 @@ pub struct Artifact<'a> {
 #[derive(Debug)]
 enum Content<'a> {
     Bytes(Vec<u8>),
-    /// Tables that are too long to be made in memory.
+    /// Tables that are too long to hold in memory.
     Motion(&'a Comparison),
     Position(&'a PositionComparison, Dof),
 }
@@ -75,10 +75,9 @@ impl Artifact<'_> {
 /// Makes every file of a report and gives each to `put`: `results.json`, `report.html`,
 /// `figures/*.svg` and `*.png`, `series/*.csv`, `tables/*.csv`.
 ///
-/// `series` are what is drawn, such as
-/// [`Identification::series`](seaplant::results::Identification::series); no more than one
-/// of them is held at a time. Paths are unique and safe on every system, whatever the trials
-/// are called.
+/// `series` are the series to draw, such as
+/// [`Identification::series`](seaplant::results::Identification::series); at most one of them is
+/// held at a time. Paths are unique and safe on every system, whatever the names of the trials.
 ///
 /// # Errors
 /// [`Error::Json`], [`Error::Template`], [`Error::Figure`], [`Error::Png`] or
@@ -89,10 +88,10 @@ pub fn render<E: From<Error>>(
     mut put: impl FnMut(&Artifact<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut stems = paths::Paths::default();
-    let mut album = figure::Album::default();
+    let mut figures = figure::FigureSet::default();
     let mut charts = chart::Charts::default();
     let mut thumbnails = figure::Thumbnails::default();
-    let drawn = drawn::Drawn::of(results);
+    let drawn = drawn::Drawn::select(results);
     for series in series {
         let stem = stem(&series, &mut stems);
         if let Series::Comparison(figure) = &series {
@@ -106,12 +105,12 @@ pub fn render<E: From<Error>>(
             }
         }
         if drawn.has(&series) {
-            album.draw(&series, results, &stem)?;
+            figures.draw(&series, results, &stem)?;
             charts.add(&series, results, &stem);
         }
         thumbnails.add(&series, results);
     }
-    let plates = album.plates(results)?;
+    let placed = figures.placed(results)?;
     put(&Artifact::of_bytes("results.json", json::bytes(results)?))?;
     let charts = charts.all(results);
     put(&Artifact::of_bytes(
@@ -120,22 +119,22 @@ pub fn render<E: From<Error>>(
             results,
             page::Pictures {
                 charts: &charts,
-                plates: &plates,
+                placed: &placed,
                 thumbnails: &thumbnails,
                 drawn: &drawn,
             },
         )?,
     ))?;
     drop(charts);
-    for plate in plates {
-        let stem = format!("figures/{}", plate.stem);
-        put(&Artifact::of_bytes(format!("{stem}.svg"), plate.figure.svg))?;
-        put(&Artifact::of_bytes(format!("{stem}.png"), plate.figure.png))?;
+    for drawn in placed {
+        let stem = format!("figures/{}", drawn.stem);
+        put(&Artifact::of_bytes(format!("{stem}.svg"), drawn.figure.svg))?;
+        put(&Artifact::of_bytes(format!("{stem}.png"), drawn.figure.png))?;
     }
     csv_files::tables(results)?.iter().try_for_each(put)
 }
 
-/// What the files of a series are called, without folder and ending.
+/// Returns the stem of a series' files, without folder and extension.
 fn stem(series: &Series, taken: &mut paths::Paths) -> String {
     match series {
         Series::Comparison(figure) => {

@@ -1,4 +1,4 @@
-//! The channels of a log as one page: look, and mark trials.
+//! Writes the channels of a log as one page, for inspection and for marking trials.
 
 use crate::Error;
 use crate::chart::{Cut, Horizontal, Line, Panel};
@@ -8,26 +8,27 @@ use crate::figure::{Ink, curves_scene, inline_svg};
 use crate::number::significant;
 use crate::visible::is_obeyed;
 
-/// A channel as it is drawn.
+/// A channel to draw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     /// Its column.
     pub name: String,
-    /// Its unit, where that is known.
+    /// Its unit, if known.
     pub unit: Option<String>,
     /// Instants, s after the first sample of the log.
     pub time_s: Vec<f64>,
-    /// Values, as many.
+    /// Values, one for each instant.
     pub values: Vec<f64>,
 }
 
-/// Points of all lines of a page together, about: what a browser loads and draws without a pause.
+/// Approximate number of points of all lines of a page: what a browser loads and draws without
+/// delay.
 const POINTS: usize = 4_000_000;
 
 /// Height of a channel's panel, px.
 const PANEL_PX: u16 = 110;
 
-/// The page of a log: a panel for each channel over one time axis. Stretches that are marked become
+/// Writes the page of a log: a panel for each channel over one time axis. Marked ranges become
 /// `[[trial]]` entries of a campaign; `logs` are the files as it names them.
 ///
 /// # Errors
@@ -63,7 +64,7 @@ pub fn log_page(title: &str, logs: &[String], tracks: &[Track]) -> Result<Vec<u8
     page.bytes()
 }
 
-/// `speed, m/s`, unless the column's name states its unit.
+/// Formats `speed, m/s`, unless the column's name states its unit.
 fn label(track: &Track) -> String {
     match &track.unit {
         Some(unit) if track.name.contains(&format!("[{unit}]")) => track.name.clone(),
@@ -78,12 +79,12 @@ fn panel(track: &Track, most: usize) -> Panel {
         label: label(track),
         height: PANEL_PX,
         x: cut.times(),
-        lines: vec![Line::new(&track.name, Ink::Force, cut.of(&track.values))],
+        lines: vec![Line::new(&track.name, Ink::Force, cut.pack(&track.values))],
         ..Panel::default()
     }
 }
 
-/// A channel on paper and without script.
+/// Draws a channel for print and without script.
 fn still(track: &Track) -> Result<String, Error> {
     let scene = curves_scene(&CurveChart {
         title: track.name.clone(),
@@ -100,17 +101,17 @@ fn still(track: &Track) -> Result<String, Error> {
     Ok(inline_svg(&scene))
 }
 
-/// A path as TOML has it between quotation marks, with what a display obeys by its number.
+/// Formats a path as TOML string content, with control characters shown by their number.
 fn toml_text(path: &str) -> String {
     let path = path.replace('\\', "/").replace('"', "\\\"");
     let shown = |c| if is_obeyed(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
     path.chars().map(shown).collect()
 }
 
-/// What every such page begins with.
+/// First bytes of every such page.
 const MARK: &str = "<!DOCTYPE html><!-- seaplant plot -->";
 
-/// Whether a file begins as such a page.
+/// Returns whether a file begins like such a page.
 pub fn is_log_page(bytes: &[u8]) -> bool {
     bytes.starts_with(MARK.as_bytes())
 }
@@ -137,14 +138,14 @@ mod tests {
     }
 
     #[test]
-    fn what_a_display_obeys_is_shown_by_its_number() {
+    fn control_characters_are_shown_by_their_number() {
         let name = "u\u{1b}[2J\u{202e}".to_owned();
         let track = Track { name, unit: None, time_s: vec![0.0, 1.0], values: vec![0.0, 1.0] };
         let page = log_page("a\u{202e}", &["x\u{1b}.csv".to_owned()], &[track]).expect("a page");
         let text = String::from_utf8(page).expect("text");
         assert!(!text.contains(is_obeyed), "{text}");
         assert!(text.contains("u\\\\u{1b}[2J\\\\u{202e}, unit not stated"), "{text}");
-        // The entry of a campaign has the name of the file.
+        // The campaign's entry contains the name of the file.
         assert!(text.contains("data-logs=\"[&quot;x\\u001b.csv&quot;]\""), "{text}");
     }
 

@@ -1,25 +1,25 @@
-//! Numbers as people read them.
+//! Formats numbers for readers.
 
 use seaplant::results::Parameter;
 
-/// Between groups of three digits: narrow, and never broken across lines.
+/// Separator of groups of three digits: narrow and non-breaking.
 const THIN_SPACE: char = '\u{202f}';
 
-/// Stands for a number that is absent.
+/// Replacement of an absent number.
 pub const ABSENT: &str = "–";
 
-/// Beyond these magnitudes a number is written with a power of ten.
+/// Range of magnitudes outside of which a number is written with a power of ten.
 const PLAIN: std::ops::Range<f64> = 1e-4..1e9;
 
-/// Significant digits of a number whose uncertainty is not known.
+/// Significant digits of a number with unknown uncertainty.
 const DIGITS_ALONE: i32 = 4;
 
-/// How many decimals to write: below zero, how many digits before the point are rounded off.
+/// Number of decimals; if negative, number of digits before the point that are rounded off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Decimals(i32);
 
 impl Decimals {
-    /// Two significant digits of the standard deviation decide.
+    /// Returns the decimals for two significant digits of the standard deviation.
     pub(crate) fn of_std(value: f64, std: f64) -> Self {
         if std.is_finite() && std > 0.0 {
             Self::significant(std, 2)
@@ -28,7 +28,7 @@ impl Decimals {
         }
     }
 
-    /// As many as give a number that many significant digits.
+    /// Returns the decimals for this many significant digits.
     pub(crate) fn significant(value: f64, digits: i32) -> Self {
         if !value.is_finite() || value == 0.0 {
             return Self(0);
@@ -40,12 +40,12 @@ impl Decimals {
         Self(digits - 1 - exponent(if carried == 0.0 { value } else { carried }))
     }
 
-    /// A number with these decimals.
+    /// Formats a number with these decimals.
     pub(crate) fn write(self, value: f64) -> String {
         if !value.is_finite() {
             return ABSENT.to_owned();
         }
-        // Formatting rounds decimals exactly; digits before the point it keeps.
+        // Formatting rounds decimals exactly, but keeps all digits before the point.
         let rounded = if self.0 < 0 { round(value, self.0) } else { value };
         let text = format!("{:.*}", self.0.clamp(0, 17) as usize, rounded.abs());
         let zero = text.bytes().all(|b| b == b'0' || b == b'.');
@@ -56,7 +56,7 @@ impl Decimals {
     }
 }
 
-/// To so many decimals; as it is where the power of ten overflows.
+/// Rounds to this many decimals; unchanged where the power of ten overflows.
 fn round(value: f64, decimals: i32) -> f64 {
     let power = 10_f64.powi(decimals);
     let rounded = (value * power).round() / power;
@@ -66,7 +66,7 @@ fn round(value: f64, decimals: i32) -> f64 {
 fn grouped(digits: &str) -> String {
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
     for (k, digit) in digits.chars().enumerate() {
-        // Four digits read well as they are.
+        // Four digits need no separator.
         if k > 0 && digits.len() > 4 && (digits.len() - k).is_multiple_of(3) {
             text.push(THIN_SPACE);
         }
@@ -75,7 +75,7 @@ fn grouped(digits: &str) -> String {
     text
 }
 
-/// A number by itself, with so many significant digits.
+/// Formats a number by itself, with this many significant digits.
 pub fn significant(value: f64, digits: i32) -> String {
     if !value.is_finite() {
         return ABSENT.to_owned();
@@ -86,13 +86,13 @@ pub fn significant(value: f64, digits: i32) -> String {
     Decimals::significant(value, digits).write(value)
 }
 
-/// A number with so many decimals, whatever its size.
+/// Formats a number with this many decimals, whatever its size.
 pub fn decimals(value: f64, decimals: u8) -> String {
     Decimals(i32::from(decimals)).write(value)
 }
 
-/// Writes the minus signs of numbers in running text as numbers have them here; what stands in
-/// backticks, and values of TOML after `=`, are for copying and stay.
+/// Replaces the hyphens of negative numbers in running text by minus signs; text in backticks, and
+/// values of TOML after `=`, are for copying and unchanged.
 pub fn with_minus(text: &str) -> String {
     let mut written = String::with_capacity(text.len());
     let mut is_code = false;
@@ -108,7 +108,7 @@ pub fn with_minus(text: &str) -> String {
     written
 }
 
-/// A number that somebody chose, without trailing zeros.
+/// Formats a number that a user chose, without trailing zeros.
 pub(crate) fn chosen(value: f64) -> String {
     let text = significant(value, DIGITS_ALONE);
     if !text.contains('.') || text.contains('×') {
@@ -117,12 +117,12 @@ pub(crate) fn chosen(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A whole number.
+/// Formats an integer.
 pub(crate) fn count(n: impl Into<u128>) -> String {
     grouped(&n.into().to_string())
 }
 
-/// A number that may be missing.
+/// Formats a number that may be missing.
 pub fn or_absent(value: Option<f64>, digits: i32) -> String {
     value.map_or_else(|| ABSENT.to_owned(), |value| significant(value, digits))
 }
@@ -145,7 +145,7 @@ fn superscript(c: char) -> char {
     }
 }
 
-/// A percentage of two significant digits, with its sign.
+/// Formats a percentage with two significant digits and its sign.
 pub fn signed_percent(part: f64) -> String {
     let percent = 100.0 * part;
     let digits = if percent.abs() < 1.0 { 1 } else { 2 };
@@ -154,7 +154,7 @@ pub fn signed_percent(part: f64) -> String {
     format!("{plus}{text} %")
 }
 
-/// `12 970 ± 250`, the pieces of it.
+/// The parts of `12 970 ± 250`.
 pub struct Rounded {
     /// The estimate.
     pub value: String,
@@ -167,7 +167,7 @@ pub struct Rounded {
 }
 
 impl Rounded {
-    /// Two significant digits of the standard deviation decide all four.
+    /// Rounds all four by two significant digits of the standard deviation.
     pub fn of(parameter: &Parameter) -> Self {
         let Parameter { value, std, low95, high95, .. } = *parameter;
         let decimals = Decimals::of_std(value, std);

@@ -1,4 +1,4 @@
-//! The report: one HTML file that needs nothing else.
+//! Writes the report: one HTML file without dependencies.
 
 mod advice;
 mod axis_section;
@@ -27,12 +27,12 @@ pub(crate) use table::{Row, Table};
 
 use crate::chart::{Chart, Sheet};
 use crate::drawn::Drawn;
-use crate::figure::{Plate, Subject, Thumbnails, style_sheet};
+use crate::figure::{PlacedFigure, Subject, Thumbnails, style_sheet};
 use crate::number::with_minus;
 use crate::visible::{visible, visible_json};
 use crate::{Error, words};
 
-/// Templates by the names by which they include each other.
+/// Templates by the names with which they include each other.
 const TEMPLATES: [(&str, &str); 12] = [
     ("report.html", include_str!("../templates/report.html")),
     ("charts.html", include_str!("../templates/charts.html")),
@@ -48,14 +48,14 @@ const TEMPLATES: [(&str, &str); 12] = [
     ("provenance.html", include_str!("../templates/provenance.html")),
 ];
 
-/// The library of charts, then what draws with it.
+/// The library of charts, then the scripts that use it.
 const SCRIPTS: [&str; 2] =
     [include_str!("../vendor/uplot/uPlot.iife.min.js"), include_str!("../templates/report.js")];
 
-/// What goes with every copy of the library.
+/// Licence that accompanies every copy of the library.
 const CHART_LICENCE: &str = include_str!("../vendor/uplot/LICENSE");
 
-/// What the library's drawings need.
+/// Style of the library's drawings.
 const CHART_STYLE: &str = include_str!("../vendor/uplot/uPlot.min.css");
 
 const STYLE: &str = include_str!("../templates/report.css");
@@ -69,23 +69,27 @@ struct FigureView {
 }
 
 impl FigureView {
-    fn of(plate: &Plate) -> Self {
-        Self { svg: plate.inline.clone(), caption: plate.caption.clone(), stem: plate.stem.clone() }
+    fn new(figure: &PlacedFigure) -> Self {
+        Self {
+            svg: figure.inline.clone(),
+            caption: figure.caption.clone(),
+            stem: figure.stem.clone(),
+        }
     }
 }
 
-/// A chart's place on the page; the script fills it.
+/// Place of a chart on the page, which the script fills.
 #[derive(Serialize)]
 pub(crate) struct ChartView {
     pub(crate) id: String,
     pub(crate) title: String,
     pub(crate) description: String,
     pub(crate) files: Vec<(String, String)>,
-    /// What stands in its place on paper and without script, if the page does not show it anyway.
+    /// Replacement in print and without script, if the page does not show it anyway.
     pub(crate) stills: Vec<String>,
 }
 
-/// What every page brings along: styles, scripts, and the data of its charts.
+/// Content of every page: styles, scripts, and the data of its charts.
 #[derive(Serialize)]
 pub(crate) struct Assets {
     style: &'static str,
@@ -93,14 +97,14 @@ pub(crate) struct Assets {
     chart_style: &'static str,
     chart_licence: &'static str,
     scripts: Vec<&'static str>,
-    /// What the browser may run: nothing else does.
+    /// Hashes of the scripts that the browser may run, and no others.
     script_hashes: Vec<String>,
     sheet: String,
 }
 
 impl Assets {
-    /// Those of a page with these charts, and a script of its own if it has one.
-    pub(crate) fn of(charts: &[impl Serialize], own: Option<&'static str>) -> Result<Self, Error> {
+    /// Collects those of a page with these charts, and a script of its own if it has one.
+    pub(crate) fn new(charts: &[impl Serialize], own: Option<&'static str>) -> Result<Self, Error> {
         let scripts: Vec<&str> = SCRIPTS.into_iter().chain(own).collect();
         let hash = |script: &&str| STANDARD.encode(Sha256::digest(script));
         Ok(Self {
@@ -110,17 +114,17 @@ impl Assets {
             chart_licence: CHART_LICENCE,
             script_hashes: scripts.iter().map(hash).collect(),
             scripts,
-            // Within an element, nothing but its end may begin with this.
-            sheet: visible_json(&Sheet::of(charts))?.replace('<', "\\u003c"),
+            // Within an element, only its end may begin with this.
+            sheet: visible_json(&Sheet::new(charts))?.replace('<', "\\u003c"),
         })
     }
 }
 
-/// The charts of a report, and the figures that stand still.
+/// Charts of a report, and the static figures.
 #[derive(Clone, Copy)]
 pub(crate) struct Pictures<'a> {
     pub(crate) charts: &'a [Chart],
-    pub(crate) plates: &'a [Plate],
+    pub(crate) placed: &'a [PlacedFigure],
     pub(crate) thumbnails: &'a Thumbnails,
     pub(crate) drawn: &'a Drawn,
 }
@@ -128,7 +132,10 @@ pub(crate) struct Pictures<'a> {
 impl Pictures<'_> {
     fn charts(&self, wanted: impl Fn(&Chart) -> bool) -> Vec<ChartView> {
         let of_stem = |stem: &String| {
-            self.plates.iter().find(|plate| plate.stem == *stem).map(|plate| plate.inline.clone())
+            self.placed
+                .iter()
+                .find(|figure| figure.stem == *stem)
+                .map(|figure| figure.inline.clone())
         };
         let view = |chart: &Chart| ChartView {
             id: chart.id.clone(),
@@ -140,12 +147,12 @@ impl Pictures<'_> {
         self.charts.iter().filter(|chart| wanted(chart)).map(view).collect()
     }
 
-    fn figures(&self, wanted: impl Fn(&Plate) -> bool) -> Vec<FigureView> {
-        self.plates.iter().filter(|plate| wanted(plate)).map(FigureView::of).collect()
+    fn figures(&self, wanted: impl Fn(&PlacedFigure) -> bool) -> Vec<FigureView> {
+        self.placed.iter().filter(|figure| wanted(figure)).map(FigureView::new).collect()
     }
 }
 
-/// All that the templates show.
+/// All values of the templates.
 #[derive(Serialize)]
 struct Page<'a> {
     assets: Assets,
@@ -166,12 +173,12 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    fn of(results: &'a Results, pictures: Pictures<'_>) -> Result<Self, Error> {
+    fn new(results: &'a Results, pictures: Pictures<'_>) -> Result<Self, Error> {
         let axes = results.plants.iter();
         Ok(Self {
-            assets: Assets::of(pictures.charts, None)?,
+            assets: Assets::new(pictures.charts, None)?,
             vehicle: &results.vehicle,
-            headline: headline::of(results),
+            headline: headline::findings(results),
             line: provenance::line(results),
             failures: failures(results),
             cards: card::all(results, pictures.thumbnails),
@@ -188,7 +195,7 @@ impl<'a> Page<'a> {
             online: online_section::views(results),
             steering: steering_section::view(&results.steering),
             paper: paper_section::view(results, pictures),
-            thrust: pictures.figures(|plate| plate.subject == Subject::Thrust),
+            thrust: pictures.figures(|figure| figure.subject == Subject::Thrust),
             provenance: provenance::view(results),
         })
     }
@@ -196,7 +203,7 @@ impl<'a> Page<'a> {
 
 /// Fills in the templates.
 pub(crate) fn html(results: &Results, pictures: Pictures<'_>) -> Result<String, Error> {
-    let page = Value::from(Serde(Page::of(results, pictures)?));
+    let page = Value::from(Serde(Page::new(results, pictures)?));
     Ok(environment()?.get_template("report.html")?.render(page)?)
 }
 
@@ -217,14 +224,14 @@ pub(crate) fn environment() -> Result<Environment<'static>, Error> {
     Ok(environment)
 }
 
-/// What could not be done: where, and why.
+/// Returns the failures: where, and why.
 fn failures(results: &Results) -> Vec<(String, &str)> {
     let place = |dof: Dof, methods: &str| format!("{}, {methods}", words::capitalised(dof.name()));
     let reasons = results.reasons().into_iter();
     reasons.map(|(dof, methods, why)| (place(dof, &methods), why)).collect()
 }
 
-/// Escapes a message and sets what stands between backticks as code.
+/// Escapes a message and formats text between backticks as code.
 fn prose(text: &str) -> Value {
     let escaped = minijinja::HtmlEscape(&with_minus(&visible(text))).to_string();
     let mut html = String::with_capacity(escaped.len());
@@ -239,7 +246,7 @@ fn prose(text: &str) -> Value {
     Value::from_safe_string(html)
 }
 
-/// Escapes text and lowers the subscripts of the paper's symbols.
+/// Escapes text and formats subscripts of the paper's symbols.
 fn math(text: &str) -> Value {
     let escaped = minijinja::HtmlEscape(&visible(text)).to_string();
     let symbols =

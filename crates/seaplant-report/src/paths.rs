@@ -1,18 +1,18 @@
-//! Names that users choose, as names of files.
+//! Makes file names from names that users choose.
 
 use std::collections::HashSet;
 
-/// Longer names are cut: with folder and ending they must fit every file system.
+/// Maximum length: with folder and extension names must fit every file system.
 const LONGEST: usize = 60;
 
-/// Hands out file names, each once.
+/// Allocates unique file names.
 #[derive(Debug, Default)]
 pub(crate) struct Paths {
     taken: HashSet<String>,
 }
 
 impl Paths {
-    /// A file name without ending from parts of any text; unique among those handed out.
+    /// Returns a file name without extension from parts of any text, different from all before.
     pub(crate) fn unique(&mut self, parts: &[&str]) -> String {
         let slugs: Vec<String> = parts.iter().map(|part| slug(part)).collect();
         let stem = slugs.join(".");
@@ -26,7 +26,7 @@ impl Paths {
     }
 }
 
-/// Lower-case ASCII letters and digits with single hyphens between; never empty.
+/// Reduces text to lower-case ASCII letters and digits with single hyphens between; never empty.
 pub(crate) fn slug(text: &str) -> String {
     let mut slug = String::new();
     for c in text.chars().flat_map(char::to_lowercase) {

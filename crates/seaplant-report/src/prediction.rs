@@ -1,4 +1,4 @@
-//! A prediction as one page that opens in any browser without a network.
+//! Writes a prediction as one page that opens in any browser without a network.
 
 use seaplant::Dof;
 use seaplant::exchange::{PlantModel, Prediction};
@@ -8,7 +8,7 @@ use crate::control::CurveChart;
 use crate::number::significant;
 use crate::{Error, words};
 
-/// The page of a prediction: a chart of the velocity of each axis, and what to mind.
+/// Writes the page of a prediction: a chart of the velocity of each axis, and warnings.
 ///
 /// # Errors
 /// [`Error::Figure`], [`Error::Template`], [`Error::Json`].
@@ -34,7 +34,7 @@ pub fn prediction_page(
     page.bytes()
 }
 
-/// The velocity of an axis with its band.
+/// Returns the chart of an axis' velocity with its band.
 fn velocity(prediction: &Prediction, dof: Dof) -> CurveChart {
     let of = |row: &[f64; 6]| row[dof.index()];
     let velocity: Vec<f64> = prediction.velocity.iter().map(of).collect();
@@ -66,10 +66,10 @@ fn description(dof: Dof, velocity: &[f64], ends: &[Vec<f64>; 2]) -> String {
     format!("{dof}: {last} {unit} at the end{band}.")
 }
 
-/// What every such page begins with.
+/// First bytes of every such page.
 const MARK: &str = "<!DOCTYPE html><!-- seaplant simulate -->";
 
-/// Whether a file begins as such a page.
+/// Returns whether a file begins like such a page.
 pub fn is_prediction_page(bytes: &[u8]) -> bool {
     bytes.starts_with(MARK.as_bytes())
 }

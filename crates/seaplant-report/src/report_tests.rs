@@ -1,4 +1,4 @@
-//! The whole report, from a fixture.
+//! Tests the complete report, from a fixture.
 
 use std::collections::HashSet;
 
@@ -13,7 +13,7 @@ use crate::number::{Rounded, with_minus};
 use crate::visible::visible;
 use crate::{Error, fixture, parse_results, render, results_schema, thrust_figure};
 
-/// A file as it is written.
+/// A written file.
 struct File {
     path: String,
     bytes: Vec<u8>,
@@ -37,7 +37,7 @@ fn text<'a>(artifacts: &'a [File], path: &str) -> &'a str {
     std::str::from_utf8(&found.bytes).expect("text")
 }
 
-/// As a browser shows it, near enough.
+/// Unescapes HTML approximately as a browser does.
 fn unescaped(html: &str) -> String {
     html.replace("<code>", "`")
         .replace("</code>", "`")
@@ -74,7 +74,7 @@ fn names_of_users_are_escaped_everywhere() {
 }
 
 #[test]
-fn no_file_of_a_report_holds_what_a_display_obeys() {
+fn no_file_of_a_report_contains_control_characters() {
     let all = artifacts(&fixture::identification());
     assert!(text(&all, "report.html").contains("\\u{1b}[2J\\u{202e}"));
     for File { path, bytes } in all {
@@ -84,16 +84,16 @@ fn no_file_of_a_report_holds_what_a_display_obeys() {
         let text = String::from_utf8(bytes).expect("text");
         let obeyed = text.find(crate::is_obeyed).map(|at| &text[at.saturating_sub(80)..at]);
         assert_eq!(obeyed, None, "{path}");
-        // Data that scripts parse hold the number, too.
+        // Data for scripts also contain the number.
         assert!(!text.contains("\\u001b"), "{path}");
     }
 }
 
 #[test]
-fn the_page_asks_the_network_for_nothing() {
+fn the_page_makes_no_network_requests() {
     let all = artifacts(&fixture::identification());
     let html = text(&all, "report.html");
-    // The library's head names where it comes from, and nothing goes there.
+    // The library's header contains its address, which is never contacted.
     let html = unescaped(html).replace("/*! https://github.com/leeoniya/uPlot", "");
     for word in ["http:", "https:", "src=", "url(", "@import", "<link", "<iframe", "fetch("] {
         assert!(!html.contains(word), "{word}");
@@ -233,7 +233,7 @@ fn results_go_through_json_and_back() {
     check_required(&schema, &schema, &value, "");
 }
 
-/// Every key that the schema requires is there, all the way down.
+/// Checks that every key that the schema requires is present, recursively.
 fn check_required(
     root: &serde_json::Value,
     schema: &serde_json::Value,
@@ -260,7 +260,7 @@ fn check_required(
     }
 }
 
-/// What is said of the results after the number at a place was changed.
+/// Returns the error of reading results in which the number at a path was changed.
 fn after_change(pointer: &str, number: f64) -> String {
     let all = artifacts(&fixture::identification());
     let mut value: serde_json::Value =
@@ -270,7 +270,7 @@ fn after_change(pointer: &str, number: f64) -> String {
 }
 
 #[test]
-fn numbers_that_stand_twice_must_agree() {
+fn repeated_numbers_must_agree() {
     let end = "; identify again, or restore the results as they were written";
     let sway = "coupled.sway-yaw.parameters.\"mass.sway\"";
     for (pointer, number, expected) in [
@@ -423,7 +423,7 @@ fn degenerate_series_make_figures() {
 }
 
 #[test]
-fn the_thrust_figure_stands_alone() {
+fn the_thrust_figure_can_be_drawn_alone() {
     let mut pull = fixture::bollard_pull();
     let figure = thrust_figure(&pull).expect("draws");
     assert!(figure.svg.starts_with(b"<svg") && figure.png.starts_with(b"\x89PNG"));
@@ -451,7 +451,7 @@ fn axes_that_were_identified_together_have_cards_and_their_doubts_are_in_the_sum
     for file in ["series/held-out.sway.sway-yaw.csv", "figures/held-out.yaw.sway-yaw.svg"] {
         assert!(all.iter().any(|artifact| artifact.path == file), "{file}");
     }
-    // One chart of both axes, with its figures for paper.
+    // One chart of both axes, with its figures for print.
     let section = html.split("<section id=\"sway-yaw\"").nth(1).expect("a section");
     let section = section.split("</section>").next().expect("its end");
     assert_eq!(section.matches("data-chart=").count(), 1);

@@ -1,4 +1,4 @@
-//! Names that others chose, as text that a terminal or a page shows and does not obey.
+//! Escapes untrusted names so that a terminal or a page displays them instead of interpreting them.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -6,8 +6,8 @@ use std::io::{self, Write};
 use serde::Serialize;
 use serde_json::ser::{CharEscape, CompactFormatter, Formatter, Serializer};
 
-/// Reports whether a display obeys a character instead of showing it: a control character other
-/// than a line feed and a tab, a change of the direction of writing, or a separator of lines.
+/// Returns whether a display interprets a character instead of showing it: a control character
+/// other than a line feed and a tab, a change of the direction of writing, or a separator of lines.
 ///
 /// ```
 /// use seaplant_report::is_obeyed;
@@ -22,7 +22,7 @@ pub fn is_obeyed(c: char) -> bool {
     (c.is_control() && !matches!(c, '\n' | '\t')) || turns_direction || ends_line
 }
 
-/// Replaces every character that a display obeys by its number, as `\u{202e}`.
+/// Replaces every character that a display interprets by its number, as `\u{202e}`.
 pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     if !text.contains(is_obeyed) {
         return Cow::Borrowed(text);
@@ -31,7 +31,7 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(numbered).collect())
 }
 
-/// The number of a character, as `\u{202e}`.
+/// Formats the number of a character, as `\u{202e}`.
 pub(crate) fn numbered(c: char) -> String {
     c.escape_unicode().to_string()
 }
@@ -54,7 +54,7 @@ impl Formatter for Visible {
         writer: &mut W,
         fragment: &str,
     ) -> io::Result<()> {
-        // Within JSON the backslash of a number is two.
+        // Within JSON the backslash of a number is doubled.
         let shown = match visible(fragment) {
             Cow::Borrowed(same) => Cow::Borrowed(same),
             Cow::Owned(changed) => Cow::Owned(changed.replace('\\', "\\\\")),
@@ -85,7 +85,7 @@ mod tests {
     const HOSTILE: &str = "a\u{1b}[2J\r\u{7f}\u{9b}\u{202e}\u{2028}\\\"\n\tµ";
 
     #[test]
-    fn what_a_display_obeys_is_shown_by_its_number() {
+    fn control_characters_are_shown_by_their_number() {
         let shown = "a\\u{1b}[2J\\u{d}\\u{7f}\\u{9b}\\u{202e}\\u{2028}\\\"\n\tµ";
         assert_eq!(visible(HOSTILE), shown);
         assert_eq!(visible("surge\t1\nµ ±  日本"), "surge\t1\nµ ±  日本");

@@ -1,4 +1,4 @@
-//! What methods, caveats and filters are called in prose.
+//! Names of methods, caveats and filters in prose.
 
 use seaplant::estimate::Filters;
 use seaplant::signal::LowPass;
@@ -7,7 +7,7 @@ use seaplant::{CaveatCode, Dof, Method, Role, Severity, Term};
 use crate::number::chosen;
 use crate::visible::visible;
 
-/// "equation error", "the paper's method".
+/// Returns "equation error", "the paper's method".
 pub(crate) fn method(method: Method) -> String {
     match method {
         Method::Paper => "the paper’s method".to_owned(),
@@ -17,7 +17,7 @@ pub(crate) fn method(method: Method) -> String {
     }
 }
 
-/// The first letter in upper case, unless it is a symbol as in "v|v|".
+/// Capitalises the first letter, unless it is a symbol as in "v|v|".
 pub(crate) fn capitalised(text: &str) -> String {
     let mut chars = text.chars();
     if !text.chars().nth(1).is_some_and(|second| second.is_alphabetic() || second == ' ') {
@@ -42,7 +42,7 @@ pub(crate) const fn severity(severity: Severity) -> &'static str {
     }
 }
 
-/// A heading for a caveat: where nothing better is known, the name that `results.json` writes.
+/// Returns a heading for a caveat: by default, its code in `results.json`.
 pub(crate) fn caveat(code: CaveatCode) -> String {
     let better = match code {
         CaveatCode::BiasOneDirection => "Bias tested in one direction only",
@@ -72,7 +72,7 @@ pub(crate) const fn mass(dof: Dof) -> &'static str {
     if dof.is_rotation() { "Inertia" } else { "Mass" }
 }
 
-/// I of rotations, m of translations.
+/// Returns I for rotations, m for translations.
 pub(crate) const fn mass_symbol(dof: Dof) -> &'static str {
     if dof.is_rotation() { "I" } else { "m" }
 }
@@ -107,7 +107,7 @@ pub(crate) fn filters(filters: &Filters) -> String {
     if all.is_empty() { "none".to_owned() } else { all.join("; ") }
 }
 
-/// Text as it may stand within an element or an attribute, [`visible`].
+/// Escapes text for an element or an attribute, after [`visible`].
 pub(crate) fn escaped(text: &str) -> String {
     let text = visible(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     text.replace('"', "&quot;")

@@ -51,7 +51,7 @@ class Channel(Named):
         return f"<Channel {self.name!r} [{unit}], {len(self)} samples, {span}>"
 
     def to_pandas(self) -> pd.Series[float]:
-        """Gives the channel as a series.
+        """Returns the channel as a series.
 
         Returns
         -------

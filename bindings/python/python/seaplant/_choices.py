@@ -1,4 +1,4 @@
-"""What a user may choose of an identification, and how the library has it."""
+"""Conversions of a user's choices for an identification to the library's form."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ Settings = Mapping[str, Any] | None
 
 
 def methods_of(method: Methods) -> list[str]:
-    """Gives the methods as a list; empty for those that are usual."""
+    """Returns the methods as a list; empty for the default ones."""
     if method is None:
         return []
     return [method] if isinstance(method, str) else list(method)
 
 
 def terms_of(terms: str | Sequence[str]) -> list[str]:
-    """Gives the terms as a list."""
+    """Returns the terms as a list."""
     listed = terms.split(",") if isinstance(terms, str) else terms
     return [term.strip() for term in listed]
 
 
 def expected(kind: type[_T], given: object, what: str, how: str) -> _T:
-    """Gives an argument back if it is of a kind; ``how`` says how one of that kind is made."""
+    """Returns an argument if it is of a type; ``how`` tells how to make one of that type."""
     if isinstance(given, kind):
         return given
     found = type(given).__name__

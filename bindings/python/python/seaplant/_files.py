@@ -1,4 +1,4 @@
-"""Files that appear together, and never over what Seaplant did not write."""
+"""Writing of files all together, never over files that Seaplant did not write."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ report with those of an earlier report."""
 def write_files(
     folder: str | PathLike[str], files: Mapping[str, bytes], made: Made, *, force: bool = False
 ) -> Path:
-    """Writes files below a folder: all are made aside before one is moved into place.
+    """Writes files below a folder: all to a temporary folder before one is moved into place.
 
     Raises `InputError` if one would replace a file that Seaplant did not write, unless
     ``force``, or would be written through a link, or if the folder's list names anything but
@@ -62,7 +62,7 @@ def write_files(
 
 
 def _listed(folder: Path) -> dict[str, Any]:
-    """The files that a folder's list names; none if there is no list, or another.
+    """Returns the files in a folder's list; none if there is no list, or one of another schema.
 
     Raises `InputError` if an entry is anything but a relative path to a regular file inside the
     folder, reached through no link: no entry of such a list is used.
@@ -96,7 +96,7 @@ def _is_entry(entry: object) -> bool:
 
 
 def _fault(folder: Path, path: str) -> str | None:
-    """Finds what is wrong with a path that a list names; `None` if it may be used."""
+    """Returns the fault of a path in a list; `None` if the path may be used."""
     plain = PurePath(path)
     if plain.anchor or ".." in plain.parts or plain.as_posix() != path:
         return "that is not a relative path inside the folder"
@@ -109,7 +109,7 @@ def _fault(folder: Path, path: str) -> str | None:
 
 
 def _after(listed: Mapping[str, Any], files: Mapping[str, bytes], made: Made) -> dict[str, Any]:
-    """The list once files are in place."""
+    """Returns the list with the new files in place."""
     kept = {
         path: entry
         for path, entry in listed.items()
@@ -123,7 +123,7 @@ def _after(listed: Mapping[str, Any], files: Mapping[str, bytes], made: Made) ->
 
 
 def _beside(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-    """The list while files are replaced: those before and after."""
+    """Returns the list during the exchange, with the files before and after."""
     changed = {
         path: {**entry, "before": before[path]["sha256"]} if path in before else entry
         for path, entry in after.items()
@@ -163,7 +163,7 @@ def _write_list(folder: Path, aside: Path, files: Mapping[str, Any], *, complete
 
 
 def read_results(path: str | PathLike[str]) -> _native.Results:
-    """Reads a results.json, or that of a folder, with the file in every message."""
+    """Reads a results.json, or that of a folder, and names the file in every message."""
     given = Path(path)
     file = given / "results.json" if given.is_dir() else given
     try:

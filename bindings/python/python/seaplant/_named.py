@@ -1,4 +1,4 @@
-"""Attributes that are asked for and are not there, answered with those that are."""
+"""Error messages for absent attributes, which list the existing ones."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from seaplant.errors import InputError
 
 
 class Named:
-    """An object that says what it has, if it is asked for what it has not."""
+    """A base class whose errors for absent attributes list the existing ones."""
 
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            # Python itself asks for names with underscores, and takes a plain answer.
+            # Python itself looks up names with underscores, and expects a plain error.
             if name.startswith("_"):
                 raise AttributeError(name)
-            # A property that failed has a reason of its own.
+            # A property that failed has an error of its own.
             if hasattr(type(self), name):
                 return object.__getattribute__(self, name)
             raise _NoAttributeError(_answer(self, name))
 
     def _item(self, name: str) -> str | None:
-        """How else to ask for what is no attribute: ``["surge"]``."""
+        """Returns the alternative to an attribute: ``["surge"]``."""
         return next((hint for hint in map(_within(name), vars(self).items()) if hint), None)
 
 
 class _NoAttributeError(InputError, AttributeError):
-    """An object has no such attribute."""
+    """An absent attribute."""
 
 
 def _within(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""What the dataclasses of results have in common: read from JSON, compared, shown."""
+"""Base class of the dataclasses of results: reading from JSON, comparison, display."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _R = TypeVar("_R", bound="Record")
 
 
 class Record(Named):
-    """A plain record of results; a dataclass that knows the JSON it came from."""
+    """A plain record of results; a dataclass that keeps the JSON it was read from."""
 
     @classmethod
     def from_dict(cls: type[_R], data: Mapping[str, Any]) -> _R:
-        """Makes a record of parsed JSON.
+        """Makes a record from parsed JSON.
 
         Parameters
         ----------
@@ -42,7 +42,7 @@ class Record(Named):
         return made
 
     def to_dict(self) -> dict[str, Any]:
-        """Gives the record as JSON has it.
+        """Returns the record as in JSON.
 
         Returns
         -------
@@ -51,7 +51,7 @@ class Record(Named):
         """
         fields = dataclasses.fields(self)  # type: ignore[arg-type]
         values = ((field, getattr(self, field.name)) for field in fields)
-        # A field with a default belongs to some kinds of the record only.
+        # A field with a default belongs to only some kinds of the record.
         return {
             field.name: _plain(value)
             for field, value in values
@@ -84,7 +84,7 @@ class Estimated(Record):
 
     @property
     def interval95(self) -> tuple[float, float]:
-        """The lower and the upper end of the 95 % interval."""
+        """Lower and upper end of the 95 % interval."""
         return self.low95, self.high95
 
     def __float__(self) -> float:
@@ -129,7 +129,7 @@ def _decode(kind: Any, data: Any) -> Any:
 
 @functools.cache
 def _decoder(kind: Hashable) -> Callable[[Any], Any]:
-    """The function that makes an object of type ``kind`` of parsed JSON."""
+    """Returns the function that makes an object of type ``kind`` from parsed JSON."""
     if dataclasses.is_dataclass(kind):
         return _record_decoder(kind)
     if kind == Floats:

@@ -603,13 +603,13 @@ class ChannelSummary(Record):
     """Its header."""
 
     count: int
-    """How many samples it has."""
+    """Number of samples."""
 
     read: int
-    """How many of them were read."""
+    """Number of samples read."""
 
     missing: int
-    """Rows without a value, of those that were read."""
+    """Number of rows without a value, among those read."""
 
     first_s: float
     """The time of the first sample, s, in the file's clock."""
@@ -624,20 +624,21 @@ class ChannelSummary(Record):
     """The largest value that was read, in the channel's unit."""
 
     remarks: tuple[str, ...]
-    """What is odd about the values that were read, in plain words."""
+    """Irregularities of the values that were read, in plain words."""
 
     estimated: tuple[str, ...]
-    """Which of ``count``, ``rate_hz``, ``first_s`` and ``last_s`` are estimates."""
+    """Names of those of ``count``, ``rate_hz``, ``first_s`` and ``last_s`` that are
+    estimates."""
 
     gaps: int | None
-    """Intervals longer than five median ones and half a second; absent where only parts were
-    read."""
+    """Number of intervals longer than five median ones and half a second; absent if only
+    parts were read."""
 
     longest_gap_s: float | None
     """The longest of them, s."""
 
     rate_hz: float | None
-    """Samples in a second: 1 over the median interval; absent of a single sample."""
+    """Samples per second: 1 / median interval; absent for a single sample."""
 
     unit: str | None
     """The unit that the header states."""
@@ -1118,29 +1119,30 @@ class InspectedFile(Record):
     """A file that was read."""
 
     path: str
-    """Where."""
+    """Path."""
 
     bytes: int
     """Its size."""
 
     format: str
-    """What it is, such as "comma-separated text"."""
+    """Format, such as "comma-separated text"."""
 
     surveyed: bool
-    """Whether only parts of it were read: what its channels have under ``estimated`` is
-    estimated from these, and smallest and largest values and remarks are of these alone."""
+    """True if only parts of it were read: the numbers listed under ``estimated`` of its
+    channels are estimates, and smallest and largest values and remarks refer to these
+    parts."""
 
     parts: int
-    """How many parts were read; 1 of a file that was read whole."""
+    """Number of parts read; 1 for a file that was read completely."""
 
     bytes_read: int
-    """How many bytes were read."""
+    """Number of bytes read."""
 
     epoch: InspectedEpoch
-    """What its times count from."""
+    """Epoch of its times."""
 
     sha256: str | None
-    """SHA-256 of its content, hexadecimal; absent of a file that was read in part."""
+    """SHA-256 of its content, hexadecimal; absent for a file that was read in part."""
 
     span_s: Floats | None
     """The first and the last time of any of its channels, s, in the file's clock."""
@@ -1148,37 +1150,38 @@ class InspectedFile(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InspectedOffset(Record):
-    """How the clock of a file lies to that of the first."""
+    """Offset of a file's clock to that of the first."""
 
     file: str
-    """Which file."""
+    """The file."""
 
     against: str
     """The first file."""
 
     overlap_s: float
-    """The time that both share as their clocks stand, s; below zero the time between them."""
+    """Overlap of both with the recorded clocks, s; below zero the time between them."""
 
     same_epoch: bool
-    """Whether both count from the same instant, as far as they state it."""
+    """True if both count from the same instant, as far as they state it."""
 
     by_satellite_s: float | None
-    """Seconds to add to the clock of the file, by the satellite time that an autopilot
-    logged; good to a second."""
+    """Seconds to add to the clock of the file, from the satellite time in an autopilot's log;
+    accurate to a second."""
 
     campaign_line: str | None
-    """What to write in campaign.toml under ``[[trial]]``; absent where the clocks agree."""
+    """Line for campaign.toml under ``[[trial]]``; absent if the clocks agree."""
 
     clock: ClockOffset | None
-    """How far the clock of the file is behind, as estimated from the data."""
+    """Lag of the clock of the file, estimated from the data."""
 
     refused: str | None
-    """Why it cannot be estimated; absent where the files hold nothing to compare, either."""
+    """Reason why it cannot be estimated; also absent if the files have no comparable
+    signals."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Inspection(Record):
-    """What a log holds."""
+    """Summary of a log."""
 
     files: tuple[InspectedFile, ...]
     """The files."""
@@ -1187,10 +1190,10 @@ class Inspection(Record):
     """Their channels, in the order of the files and of their columns."""
 
     notes: tuple[str, ...]
-    """What the reader decided or dropped."""
+    """Notes on what the reader decided or dropped."""
 
     offsets: tuple[InspectedOffset, ...]
-    """How the clocks of the other files lie to the first's."""
+    """Offsets of the other files' clocks to the first's."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1234,13 +1237,13 @@ class MatrixResult(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MonteCarloTable(Record):
-    """The table of a study, and what it was made from."""
+    """Table of a study, with its specification."""
 
     version: str
     """Version of Seaplant that made it."""
 
     runs: int
-    """How many twins."""
+    """Number of twins."""
 
     spec: dict[str, Any]
     """The twin; that of the first run has its seed."""
@@ -1249,10 +1252,10 @@ class MonteCarloTable(Record):
     """Errors and coverage."""
 
     admissions: tuple[Admission, ...]
-    """How often parts were taken into the model."""
+    """Frequency with which parts were admitted to the model."""
 
     assurance: tuple[Assurance, ...]
-    """How often recommended plants were presented as what they are not."""
+    """Frequency with which wrong plants were recommended without warning."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2285,19 +2288,19 @@ class Validation(Record):
     """A plant's score on some trials."""
 
     dof: Dof
-    """Which degree of freedom."""
+    """The degree of freedom."""
 
     axes: tuple[Dof, ...]
-    """The axes that are simulated together; ``dof`` alone of a plant of its own."""
+    """The axes that are simulated together; only ``dof`` for a plant of one axis."""
 
     score: Score
     """Its errors."""
 
     fitted_to: tuple[str, ...]
-    """Trials that the plant was fitted to: their scores flatter it."""
+    """Trials that the plant was fitted to: their scores are optimistic."""
 
     method: Method | None
-    """Whose plant; absent of a published table."""
+    """The method of the plant; absent for a published table."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2328,13 +2331,13 @@ class WakeByDrift(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WholeMonteCarloTable(Record):
-    """The table of a study of a whole vehicle, and what it was made from."""
+    """Table of a study of a complete vehicle, with its specification."""
 
     version: str
     """Version of Seaplant that made it."""
 
     runs: int
-    """How many twins."""
+    """Number of twins."""
 
     spec: dict[str, Any]
     """The twin; that of the first run has its seed."""
@@ -2343,7 +2346,7 @@ class WholeMonteCarloTable(Record):
     """Errors and coverage of each coefficient."""
 
     assurance: tuple[Assurance, ...]
-    """How often axes were presented as what they are not."""
+    """Frequency with which axes were presented without warning although wrong."""
 
     failures: dict[str, str]
-    """Why plants were not found, by seed."""
+    """Reasons why plants were not identified, by seed."""

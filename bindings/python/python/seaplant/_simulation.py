@@ -1,4 +1,4 @@
-"""Simulations of trials beside what was measured."""
+"""Simulations of trials, with the measurements."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Simulation(Named):
         )
 
     def to_pandas(self) -> pd.DataFrame:
-        """Gives the series.
+        """Returns the series.
 
         Returns
         -------
@@ -77,7 +77,7 @@ class Simulation(Named):
         return pd.DataFrame(columns, index=pd.Index(self.time_s, name="time_s"))
 
     def to_xarray(self) -> xr.Dataset:
-        """Gives the series as a dataset along ``time``, s.
+        """Returns the series as a dataset along ``time``, s.
 
         Returns
         -------

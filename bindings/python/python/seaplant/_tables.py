@@ -1,4 +1,4 @@
-"""Tables in memory, whatever holds them: arrays, frames, datasets."""
+"""Tables in memory of any type: arrays, frames, datasets."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ _Named: TypeAlias = dict[str, tuple[str | None, ArrayLike]]
 def tables_of(
     data: Data, time: str | None, time_unit: str | None
 ) -> Iterator[tuple[Floats, list[_Column]]]:
-    """Times in s and the columns of a table, whatever holds it; of a dataset, one a clock."""
+    """Returns times in s and the columns of a table of any type; for a dataset, one table per
+    clock."""
     if hasattr(data, "data_vars"):
         for clock in _clocks(data) if time is None else [time]:
             yield _table(dict(_series(data, clock)), clock, time_unit)
@@ -50,7 +51,7 @@ def _table(
 def _time_column(
     columns: _Named, time: str | None, time_unit: str | None
 ) -> tuple[str, float | None]:
-    """Which column is time, as of a CSV file, and the seconds in its unit, if one is stated."""
+    """Finds the time column, as in a CSV file, and the seconds in its unit, if stated."""
     found = _native.time_column(_headers(columns), time, time_unit)
     if found is None:
         raise InputError(f"found no time column among {', '.join(columns)}; name it with time=")
@@ -63,20 +64,20 @@ def _headers(columns: _Named) -> list[tuple[str, str | None]]:
 
 
 def _time_unit(unit: str | None) -> str | None:
-    """The unit of ``seconds since 2026-05-01``, as climate and forecast files write it."""
+    """Parses the unit in ``seconds since 2026-05-01``, as climate files write it."""
     return unit if unit is None else unit.split(" since ")[0]
 
 
 def _clocks(data: Data) -> list[str]:
-    """The coordinates along which a dataset's series run."""
+    """Returns the coordinates of a dataset's series."""
     found = {str(of.dims[0]): None for of in data.data_vars.values() if of.ndim == 1}
     return list(found)
 
 
 def _series(data: Data, clock: str) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
-    """What runs along one coordinate of a dataset, itself included."""
+    """Returns the series along one coordinate of a dataset, including the coordinate."""
     if clock not in data.coords and clock not in data.data_vars:
-        # xarray would count the rows instead.
+        # By default xarray would number the rows instead.
         known = ", ".join(map(str, data.coords)) or "none"
         raise InputError(
             f"the dimension {clock!r} has no coordinate that says when (the coordinates are "
@@ -91,7 +92,7 @@ def _series(data: Data, clock: str) -> Iterator[tuple[str, tuple[str | None, Arr
 def _of_pandas(
     data: Data, time: str | None, time_unit: str | None
 ) -> tuple[_Named, str | None]:
-    """The columns of a frame and which of them is time: one of its own, or its index."""
+    """Returns the columns of a frame and its time, which is a column or the index."""
     names = [str(name) for name in data.columns]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise InputError(f"the frame has several columns called {twice[0]!r}; rename them")
@@ -110,7 +111,7 @@ def _of_pandas(
 
 
 def _index_name(index: Any, time: str | None, columns: str) -> str:
-    """What the index is called, if it can be time."""
+    """Returns the name of the index, if it can be time."""
     if index.nlevels > 1:
         raise InputError(
             "the frame's index has several levels; name the time column with time="
@@ -122,7 +123,7 @@ def _index_name(index: Any, time: str | None, columns: str) -> str:
         )
     if time is not None or index.dtype.kind in "mM":
         return name or "time"
-    # An unnamed index of fractions is one that somebody gave; whole numbers may count rows.
+    # An unnamed index of fractions was set by the user; integers may be row numbers.
     if name is None and index.dtype.kind == "f" and not _counts_rows(index):
         return "time"
     if name is None:
@@ -140,12 +141,12 @@ def _index_name(index: Any, time: str | None, columns: str) -> str:
 
 
 def _counts_rows(index: Any) -> bool:
-    """Whether every step of an index is one, as where rows are counted."""
+    """Returns whether every step of an index is one, as in row numbers."""
     return bool(np.all(np.diff(index.to_numpy()) == 1.0))
 
 
 def _pandas_values(of: Any) -> ArrayLike:
-    """The values of a series or an index, in types that NumPy has."""
+    """Returns the values of a series or an index, in NumPy's types."""
     dtype = of.dtype
     if isinstance(dtype, np.dtype):
         return np.asarray(of.to_numpy())
@@ -175,20 +176,21 @@ def _columns(data: Data) -> Iterator[tuple[str, tuple[str | None, ArrayLike]]]:
 
 
 def _seconds(name: str, values: ArrayLike, second: float | None) -> Floats:
-    """Times in s; ``NaN`` where there is none."""
+    """Returns times in s; ``NaN`` where there is none."""
     array, absent = _unmasked(values)
     if array.dtype.kind in "mM":
         unit = "datetime64[ns]" if array.dtype.kind == "M" else "timedelta64[ns]"
-        # Whole nanoseconds first: seconds since 1970 in one float keep but a quarter of a µs.
+        # Integer nanoseconds first: a float for seconds since 1970 resolves only a quarter of a
+        # µs.
         whole = array.astype(unit).astype(np.int64)
         return np.where(absent | np.isnat(array), np.nan, whole / 1e9)
     counts = floats(f"time column {name!r}", values)
-    # As of a CSV file, counts that only the calendar explains tell their unit by their size.
+    # As in a CSV file, the magnitude of counts since 1970 determines their unit.
     return counts * (_native.calendar_second(counts) if second is None else second)
 
 
 def floats(what: str, values: ArrayLike) -> Floats:
-    """Numbers of shape (n,); ``NaN`` where one is masked or absent."""
+    """Returns numbers of shape (n,); ``NaN`` where one is masked or absent."""
     try:
         array, absent = _unmasked(values)
     except ValueError as error:
@@ -200,14 +202,14 @@ def floats(what: str, values: ArrayLike) -> Floats:
 
 
 def _unmasked(values: ArrayLike) -> tuple[NDArray[Any], NDArray[np.bool_] | np.bool_]:
-    """An array, and where it is masked."""
+    """Returns an array and its mask."""
     if np.ma.isMaskedArray(values):
         return np.asarray(np.ma.getdata(values)), np.ma.getmaskarray(values)
     return np.asarray(values), np.bool_(False)
 
 
 def _real(what: str, array: NDArray[Any]) -> NDArray[Any]:
-    """An array of real numbers; complex ones would lose a part, texts may mean anything."""
+    """Returns an array of real numbers; complex ones would lose a part, texts are ambiguous."""
     kind = array.dtype.kind
     if kind in "fiub":
         return array
@@ -221,7 +223,7 @@ def _real(what: str, array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _number(what: str, row: int, of: object) -> float:
-    """One number of an array of objects; ``None`` and pandas' ``NA`` are absent."""
+    """Returns one number of an array of objects; ``None`` and pandas' ``NA`` are absent."""
     if of is None or type(of).__name__ in {"NAType", "MaskedConstant"}:
         return float("nan")
     if isinstance(of, numbers.Real | Decimal):

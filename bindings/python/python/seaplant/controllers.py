@@ -120,7 +120,7 @@ class Controller(Named):
 
     @property
     def coefficients(self) -> dict[str, float]:
-        """The coefficients of the model in use, by name; those of an adaptive one move."""
+        """The current coefficients of the model, by name; those of an adaptive one change."""
         return dict(zip(self._names, self._native.coefficients().tolist(), strict=True))
 
     def command(
@@ -131,7 +131,7 @@ class Controller(Named):
         rate: ArrayLike | ByAxis = (0.0,) * 6,
         acceleration: ArrayLike | ByAxis = (0.0,) * 6,
     ) -> Floats:
-        """Gives the force for the next period, within the limits.
+        """Computes the force for the next period, within the limits.
 
         Parameters
         ----------
@@ -164,7 +164,7 @@ class Controller(Named):
         return self._native.command(np.asarray(state(x)), pose, rates[0], rates[1])
 
     def c_header(self) -> str:
-        """Gives the controller in C, beside the ``seaplant_plant.h`` of ``Plant.export("c")``.
+        """Returns the controller in C, for the ``seaplant_plant.h`` of ``Plant.export("c")``.
 
         Returns
         -------
@@ -179,7 +179,7 @@ class Controller(Named):
         return self._native.c_header()
 
     def ardusub(self) -> tuple[str, tuple[str, ...]]:
-        """Gives ArduSub's parameters that mean the same.
+        """Returns ArduSub's equivalent parameters.
 
         Returns
         -------

@@ -1,10 +1,10 @@
-"""What can go wrong; each message says what was found and what to do."""
+"""Exceptions; each message states the cause and the remedy."""
 
 __all__ = ["FileError", "InputError", "MissingFileError"]
 
 
 class InputError(ValueError):
-    """What was given is wrong, or does not determine what was asked for."""
+    """Invalid input, or input that does not determine the requested result."""
 
 
 class FileError(OSError):
@@ -12,4 +12,4 @@ class FileError(OSError):
 
 
 class MissingFileError(FileError, FileNotFoundError):
-    """There is no such file."""
+    """An absent file."""

@@ -1,4 +1,4 @@
-"""Identification with the manners of scikit-learn."""
+"""Identification with the interface of scikit-learn."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class PlantEstimator:
         self.terms = terms
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Gives the parameters that it was made with.
+        """Returns the constructor's parameters.
 
         Parameters
         ----------
@@ -151,7 +151,7 @@ class PlantEstimator:
         return [fitted.simulate(trial, self.dof).simulated for trial in trials_of(trials)]
 
     def score(self, trials: Sequence[Trial], y: object = None) -> float:
-        """Gives R² of simulated against raw velocity, over all trials together.
+        """Returns R² of simulated against raw velocity, over all trials together.
 
         Parameters
         ----------
@@ -182,7 +182,7 @@ class PlantEstimator:
         return f"PlantEstimator({params})"
 
     def __sklearn_tags__(self) -> Any:
-        """Tells scikit-learn that it is a regressor of things that are no arrays."""
+        """Declares to scikit-learn a regressor whose inputs are not arrays."""
         from sklearn.utils import InputTags, RegressorTags, Tags, TargetTags
 
         return Tags(
@@ -193,5 +193,5 @@ class PlantEstimator:
         )
 
     def __sklearn_is_fitted__(self) -> bool:
-        """Tells scikit-learn whether `fit` was called."""
+        """Returns whether `fit` was called."""
         return hasattr(self, "plant_")

@@ -1,4 +1,4 @@
-"""What an identification found: plants, intervals, scores and doubts."""
+"""Results of an identification: plants, intervals, scores and doubts."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ __all__ = ["Fit", "Simulation"]
 
 
 class Fit(Named):
-    """What an identification found: plants, intervals, scores and doubts.
+    """Result of an identification: plants, intervals, scores and doubts.
 
     Made by `identify`, `identify_campaign` or, of a results.json, by `Fit.open`.
 
@@ -124,7 +124,7 @@ class Fit(Named):
 
     @property
     def failures(self) -> tuple[Failure, ...]:
-        """What could not be done, and why."""
+        """The failures, with reasons."""
         return self.results.failures
 
     @property
@@ -143,7 +143,7 @@ class Fit(Named):
             raise _NoPlantError(f"the fit has no plant of {dof!r}; it has {known}") from None
 
     def plant(self, method: str | None = None) -> Plant:
-        """Gives the plant of the whole vehicle: to simulate, linearise and export.
+        """Returns the plant of the complete vehicle, which simulates, linearises and exports.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class Fit(Named):
         *,
         method: str | None = None,
     ) -> Simulation | Motion:
-        """Drives a fitted plant with the thrust of a trial, or with inputs alone.
+        """Simulates a fitted plant with the thrust of a trial, or with inputs alone.
 
         An axis that was not identified by itself is that of a plant of several, simulated
         freely from the start of the trial. ``fit.simulate(trial)`` compares with its velocity,
@@ -245,7 +245,7 @@ class Fit(Named):
         return Simulation(dof, trial.name, used, error, null_error, r_squared, *series)
 
     def _simulate_several_axes(self, trial: Trial) -> dict[str, Simulation]:
-        """Each axis of the plants of several that a trial serves."""
+        """Simulates each axis of the plants of several axes that a trial serves."""
         found = {}
         for name, plant in self.coupled.items():
             if list(plant.axes) not in trial.axes:
@@ -296,7 +296,7 @@ class Fit(Named):
         return [Validation.from_dict(of) for of in scores]
 
     def plot(self, dof: str | None = None, *, method: str | None = None) -> Figure:
-        """Draws model and measured velocity of every trial, and below their difference.
+        """Draws model and measured velocity of every trial, with their difference below.
 
         Parameters
         ----------
@@ -331,7 +331,7 @@ class Fit(Named):
         return plots.comparisons(rows)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Gives every parameter of every method.
+        """Returns every parameter of every method.
 
         Returns
         -------
@@ -356,7 +356,7 @@ class Fit(Named):
         return pd.DataFrame(rows, columns=columns).set_index(index)
 
     def to_xarray(self) -> xr.Dataset:
-        """Gives the parameters as a dataset.
+        """Returns the parameters as a dataset.
 
         Returns
         -------
@@ -369,7 +369,7 @@ class Fit(Named):
         return dataset
 
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
-        """Writes what ``seaplant identify`` writes: results.json, report, figures, tables.
+        """Writes the files of ``seaplant identify``: results.json, report, figures, tables.
 
         Parameters
         ----------
@@ -404,7 +404,7 @@ class Fit(Named):
 
     @property
     def _all(self) -> dict[str, PlantResult | CoupledPlant]:
-        """The plants of several axes, and the recommended ones of single ones."""
+        """Returns the plants of several axes, and the recommended ones of one axis."""
         return {**self.coupled, **self.plants}
 
     def _repr_html_(self) -> str:
@@ -419,34 +419,34 @@ class Fit(Named):
         return f"<h4>{name}</h4><ul>{judged}</ul>{table}{folded}{self._figure_html()}"
 
     def _figure_html(self) -> str:
-        """The figure, where there are trials to draw and something to draw with."""
+        """Draws the figure, if there are trials and Matplotlib is available."""
         try:
             return plots.as_html(self.plot(), "model and measured velocity")
         except (ImportError, InputError):
             return ""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Trials that came from a campaign stay behind, as with a fit that was read from a file.
+        # Trials of a campaign are not kept, as in a fit that was read from a file.
         kept = self.trials if all(of._recipe is not None for of in self.trials) else ()
         return _remade, (self._text, kept)
 
 
 class _NoPlantError(InputError, KeyError):
-    """A fit has no such plant."""
+    """A fit without the requested plant."""
 
     def __str__(self) -> str:
         return str(self.args[0])
 
 
 def _judged(plant: PlantResult | CoupledPlant) -> str:
-    """The verdict, how unseen trials were predicted, and how many caveats there are."""
+    """Returns the verdict, the error on held-out trials, and the number of caveats."""
     verdict, count = plant.verdict, len(plant.caveats)
     said = verdict.trust.replace("-", " ")
     if said != "usable":
         said += f" ({verdict.reason})"
     caveats = f"{count} caveat{'' if count == 1 else 's'}"
     if isinstance(plant, CoupledPlant):
-        # What a plant of several axes is judged by says how it predicts each.
+        # The verdict on a plant of several axes says how it predicts each.
         return f"{said}; {caveats}"
     for what, score in (("held out", plant.hold_out), ("left out", plant.left_out)):
         if score is not None and score.r_squared is not None:

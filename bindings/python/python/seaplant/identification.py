@@ -1,4 +1,4 @@
-"""Identification: trials and a vehicle in, plants with their doubts out."""
+"""Identification of plants, with their doubts, from trials and a vehicle."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def identify(
 def _plants_of(
     trials: list[Trial], plants: Settings | Sequence[Mapping[str, Any]]
 ) -> list[dict[str, Any]]:
-    """The plants of several axes that are asked for, each with its axes."""
+    """Returns the requested plants of several axes, each with its axes."""
     served: list[list[str]] = []
     for trial in trials:
         served += [axes for axes in trial.axes if axes not in served]
@@ -195,7 +195,7 @@ def steady_drag(
     slope_m_s2: float = 1.5e-3,
     thrust_part: float = 0.02,
 ) -> SteadyResult:
-    """Finds quadratic drag from the steady stretches of trials, whatever these are for.
+    """Estimates quadratic drag from the steady stretches of trials, whatever their role.
 
     Each stretch by itself, ``d_Q = τ / v|v|``; all together, ``τ = d_Q v|v| + b``.
 

@@ -1,4 +1,4 @@
-"""Logs: files of any format that Seaplant reads, or numbers that are in memory already."""
+"""Logs: files of any format that Seaplant reads, or numbers in memory."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Log(Named):
         stamp: Literal["header", "receive"] = "header",
         offset_s: Mapping[str, float] | None = None,
     ) -> Log:
-        """Reads files that were logged side by side.
+        """Reads files that were logged simultaneously.
 
         Parameters
         ----------
@@ -162,11 +162,11 @@ class Log(Named):
 
     @property
     def notes(self) -> list[str]:
-        """What the reader assumed or dropped."""
+        """Notes on what the reader assumed or dropped."""
         return self._native.notes()
 
     def inspect(self) -> Inspection:
-        """Looks at every channel, as ``seaplant inspect`` does.
+        """Inspects every channel, as ``seaplant inspect`` does.
 
         Returns
         -------
@@ -176,7 +176,7 @@ class Log(Named):
         return Inspection.from_dict(json.loads(self._native.inspect()))
 
     def __getitem__(self, name: str) -> Channel:
-        """Finds a channel by header or name, whatever the case; or as ``FILE:COLUMN``."""
+        """Finds a channel by header or name, ignoring case; or as ``FILE:COLUMN``."""
         try:
             return self._channels[self._native.place(name)]
         except InputError as error:
@@ -198,7 +198,7 @@ class Log(Named):
         return str(frame.to_html(index=False))
 
     def summary(self) -> pd.DataFrame:
-        """Gives the channels as a table.
+        """Returns the channels as a table.
 
         Returns
         -------
@@ -228,7 +228,7 @@ class Log(Named):
         return pd.DataFrame(rows)
 
     def plot(self, *only: str) -> Figure:
-        """Draws the channels above each other, over time since the log's first sample.
+        """Draws the channels as a stack, over time since the log's first sample.
 
         Parameters
         ----------
@@ -253,7 +253,7 @@ class Log(Named):
         return plots.channels(drawn, min(float(of.time_s[0]) for of in self))
 
     def to_pandas(self) -> pd.DataFrame:
-        """Gives the channels side by side.
+        """Returns the channels side by side.
 
         Returns
         -------
@@ -266,7 +266,7 @@ class Log(Named):
         return pd.concat([channel.to_pandas() for channel in self], axis=1).sort_index()
 
     def to_xarray(self) -> xr.Dataset:
-        """Gives the channels as a dataset.
+        """Returns the channels as a dataset.
 
         Returns
         -------
@@ -291,14 +291,15 @@ class Log(Named):
 
 
 class _NoChannelError(InputError, KeyError):
-    """A log has no such channel."""
+    """A log without the requested channel."""
 
     def __str__(self) -> str:
         return str(self.args[0])
 
 
 def _is_wanted(channel: Channel, words: Iterable[str]) -> bool:
-    """Whether a column holds one of some words; of no words, whether the channel varies."""
+    """Returns whether a column contains one of some words; without words, whether the channel
+    varies."""
     wanted = list(words)
     if not wanted:
         return bool(channel.values.min() != channel.values.max())

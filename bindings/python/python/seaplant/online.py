@@ -1,4 +1,4 @@
-"""Identification while samples come in."""
+"""Identification sample by sample."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Online", "OnlineEstimate", "PlantChange"]
 
 @dataclass(frozen=True)
 class PlantChange:
-    """A change of the plant that was noticed.
+    """A detected change of the plant.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class PlantChange:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OnlineEstimate:
-    """What is estimated at an instant.
+    """Estimates at an instant.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class OnlineEstimate:
 
 
 class Online(Named):
-    """Identifies a plant sample by sample; it keeps a few matrices and nothing of the past.
+    """Identifies a plant sample by sample; it keeps a few matrices and no past samples.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ class Online(Named):
         pitch: float = 0.0,
         signals: Mapping[str, float] | None = None,
     ) -> PlantChange | None:
-        """Takes a sample in.
+        """Processes a sample.
 
         A step longer than ``longest_step_s`` counts as a gap: motion begins anew after it, and
         what was learnt stays.
@@ -218,7 +218,7 @@ class Online(Named):
         return self._native.predict(float(duration_s))
 
     def estimate(self) -> OnlineEstimate:
-        """Gives what is estimated now.
+        """Returns the current estimate.
 
         Returns
         -------
@@ -240,7 +240,7 @@ class Online(Named):
 
     @property
     def signal_names(self) -> tuple[str, ...]:
-        """What `update` needs beside motion and force.
+        """Names of the inputs that `update` needs in addition to motion and force.
 
         Angles of rudders and fins (``rudder.NAME.angle``, rad), drives of propellers
         (``thruster.NAME.drive``, N, rad/s or a ratio) and the velocity of the air over ground
@@ -250,17 +250,17 @@ class Online(Named):
 
     @property
     def has_started(self) -> bool:
-        """Whether the scheme itself works yet; until then its estimates are least squares."""
+        """True once the scheme itself has started; before, its estimates are least squares."""
         return bool(self._native.has_started())
 
     @property
     def coefficients(self) -> dict[str, float]:
-        """The coefficients as they are now, by name: cheaper than `estimate`."""
+        """The current coefficients by name: cheaper than `estimate`."""
         values = self._native.coefficients().tolist()
         return dict(zip(self._names, values, strict=True))
 
     def restart(self) -> None:
-        """Lets motion begin anew with the next sample, as after a gap."""
+        """Starts a new motion with the next sample, as after a gap."""
         self._native.restart()
 
     def __repr__(self) -> str:

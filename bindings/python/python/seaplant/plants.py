@@ -1,4 +1,4 @@
-"""Plants that leave the program: simulation from inputs alone, ``f(x, u)``, linearisation."""
+"""Plants: simulation from inputs alone, ``f(x, u)``, linearisation, export."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ State = ArrayLike | Mapping[str, float] | None
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Named):
-    """What a plant does under inputs alone.
+    """Response of a plant to inputs alone.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Motion(Named):
     notes: tuple[str, ...]
 
     def to_pandas(self) -> pd.DataFrame:
-        """Gives pose and velocity.
+        """Returns pose and velocity.
 
         Returns
         -------
@@ -93,7 +93,7 @@ class Motion(Named):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Linear(Named):
-    """A plant about a state: ``d(x - x0)/dt = A (x - x0) + B (u - u0)``.
+    """Linearisation of a plant at a state: ``d(x - x0)/dt = A (x - x0) + B (u - u0)``.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class Linear(Named):
         return np.linalg.eigvals(self.a).astype(np.complex128)
 
     def to_control(self) -> Any:
-        """Gives the plant to python-control.
+        """Converts the plant to python-control.
 
         Returns
         -------
@@ -208,7 +208,7 @@ class Plant(Named):
 
     @property
     def name(self) -> str:
-        """What the vehicle is called."""
+        """Name of the vehicle."""
         return self._native.name
 
     @property
@@ -223,12 +223,12 @@ class Plant(Named):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to know before using it, doubts included."""
+        """Notes on using it, including doubts."""
         return tuple(self._native.notes)
 
     @property
     def coefficients(self) -> dict[str, Parameter]:
-        """The coefficients by name; standard deviations that are not known are ``nan``."""
+        """Coefficients by name; unknown standard deviations are ``nan``."""
         nan = float("nan")
         return {
             name: Parameter(
@@ -244,7 +244,7 @@ class Plant(Named):
     def derivative(
         self, x: State, u: ArrayLike, *, current: Sequence[float] = (0.0, 0.0, 0.0)
     ) -> Floats:
-        """``dx/dt = f(x, u)``, as scipy.integrate and control libraries take it.
+        """Computes ``dx/dt = f(x, u)``, in the form for scipy.integrate and control libraries.
 
         Parameters
         ----------
@@ -279,7 +279,7 @@ class Plant(Named):
         return self._native.rate(state(x), _floats(u), _floats(current))
 
     def wrench(self, inputs: Mapping[str, float]) -> Floats:
-        """Force and moment of constant inputs.
+        """Computes force and moment of constant inputs.
 
         Parameters
         ----------
@@ -401,7 +401,7 @@ class Plant(Named):
         anyway: bool = False,
         force: bool = False,
     ) -> tuple[str, ...]:
-        """Writes the plant for another tool, as ``seaplant export`` does.
+        """Writes the plant for other software, as ``seaplant export`` does.
 
         Parameters
         ----------
@@ -431,7 +431,7 @@ class Plant(Named):
         return tuple(notes)
 
     def casadi(self) -> Any:
-        """Gives the plant as a CasADi function, by the module that ``export("casadi")`` writes.
+        """Returns the plant as a CasADi function, by the module of ``export("casadi")``.
 
         Returns
         -------
@@ -459,12 +459,12 @@ class Plant(Named):
 
 
 def state(given: State) -> Floats:
-    """All twelve states, of some by name."""
+    """Returns all twelve states, given some by name."""
     return by_name("a state", {} if given is None else given, STATES)
 
 
 def by_name(what: str, given: ArrayLike | Mapping[str, float], names: Sequence[str]) -> Floats:
-    """Numbers in the order of their names, of some by name; others are zero."""
+    """Returns numbers in the order of their names, given some by name; others are zero."""
     if not isinstance(given, Mapping):
         return _floats(given)
     x = np.zeros(len(names))

@@ -1,4 +1,4 @@
-"""Figures by matplotlib, as the paper has them."""
+"""Figures by Matplotlib, in the form of the paper's."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ROTATIONS = ("roll", "pitch", "yaw")
 
 
 def channels(drawn: Sequence[Channel], start_s: float) -> Figure:
-    """Draws channels above each other over one time axis.
+    """Draws channels as a stack over one time axis.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def channels(drawn: Sequence[Channel], start_s: float) -> Figure:
 
 
 def comparisons(rows: Sequence[Sequence[Simulation]]) -> Figure:
-    """Draws model and measured velocity above, their difference below.
+    """Draws model and measured velocity, with their difference below.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def _compare(above: Axes, below: Axes, simulation: Simulation) -> None:
 
 
 def as_html(figure: Figure, says: str) -> str:
-    """Gives a figure as an image inside a page.
+    """Returns a figure as an image within HTML.
 
     Parameters
     ----------

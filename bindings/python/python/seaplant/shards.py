@@ -19,7 +19,7 @@ __all__ = ["ShardClock", "Shards", "accumulate"]
 
 @dataclass(frozen=True)
 class ShardClock:
-    """The clock that all shards of a record share.
+    """Clock common to all shards of a record.
 
     Row k of the regression is at ``start_s + k / sample_hz``.
 
@@ -43,7 +43,7 @@ class ShardClock:
 
     @classmethod
     def of(cls, trial: Trial, dof: str | None = None) -> ShardClock:
-        """Reads the clock off a trial that begins where the record begins.
+        """Determines the clock from a trial that begins where the record begins.
 
         Parameters
         ----------
@@ -66,7 +66,7 @@ class ShardClock:
         return cls(**json.loads(_native.shard_clock(trial._native, dof)))
 
     def margin_s(self, equation_error: Settings = None) -> float:
-        """Gives how much of its neighbours a shard needs on either side.
+        """Returns how much of its neighbours a shard needs on either side.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ class ShardClock:
 
 
 class Shards(Named):
-    """What shards of records say of one degree of freedom; made by `Shards.of`.
+    """Sufficient statistics of shards for one degree of freedom; made by `Shards.of`.
 
     They add up, in any order, to what the record says in one piece: ``one + other`` has the
     rows of both, as triangles of their QR decompositions. They travel between processes.
@@ -110,7 +110,7 @@ class Shards(Named):
         terms: Terms = None,
         equation_error: Settings = None,
     ) -> Shards:
-        """Reduces the rows of a shard.
+        """Reduces the rows of a shard to statistics.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class Shards(Named):
 
     @property
     def rows(self) -> int:
-        """How many rows were taken in."""
+        """Number of rows."""
         return self._native.rows
 
     def __add__(self, other: Shards) -> Shards:
@@ -181,7 +181,7 @@ def _of_json(text: str) -> Shards:
 
 
 def accumulate(shards: Iterable[Shards]) -> Shards:
-    """Puts shards together, in any order; one at a time is in memory.
+    """Adds shards, in any order; one at a time is in memory.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ def fit(
 
 
 def curve(fitted: BollardPullResult) -> QuadraticCurve:
-    """Gives a fitted thrust curve as a `seaplant.Thruster` takes it.
+    """Returns a fitted thrust curve in the form for `seaplant.Thruster`.
 
     Parameters
     ----------

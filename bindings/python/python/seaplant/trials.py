@@ -30,7 +30,7 @@ Axes = str | Sequence[str | Sequence[str]]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Axis(Named):
-    """What a trial says of one degree of freedom, as measured.
+    """Measurements of one degree of freedom in a trial.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Axis(Named):
         return f"<Axis {self.dof}, {len(self.time_s)} velocities, {len(self.force)} forces>"
 
     def to_pandas(self) -> pd.DataFrame:
-        """Gives velocity and the force in effect at each of its instants.
+        """Returns velocity and the force in effect at each of its instants.
 
         Returns
         -------
@@ -79,7 +79,7 @@ class Axis(Named):
 
 
 class Trial(Named):
-    """One stretch of one log for one vehicle: navigated, turned into forces, and checked.
+    """One stretch of one log for one vehicle: navigated, converted to forces, and checked.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class Trial(Named):
 
     def _set(self, native: _native.Trial, recipe: tuple[Any, ...] | None) -> None:
         self._native = native
-        # What makes it again in another process; a campaign's logs stay in their files.
+        # Arguments that recreate it in another process; a campaign's logs stay in their files.
         self._recipe = recipe
 
     @classmethod
@@ -163,26 +163,26 @@ class Trial(Named):
 
     @property
     def name(self) -> str:
-        """How tables and messages call it."""
+        """Name in tables and messages."""
         return self._native.name
 
     @property
     def role(self) -> str:
-        """What it is for: ``fit``, ``hold-out`` or ``steady``."""
+        """Role: ``fit``, ``hold-out`` or ``steady``."""
         return self._native.role
 
     @property
     def dofs(self) -> list[str]:
-        """The degrees of freedom that are identified by themselves."""
+        """Degrees of freedom that are identified one at a time."""
         return self._native.dofs
 
     @property
     def axes(self) -> list[list[str]]:
-        """The axes of each plant of several axes that it serves."""
+        """Axes of each plant of several axes that it serves."""
         return self._native.axes
 
     def caveats(self, dof: str) -> list[str]:
-        """Gives the doubts that every fit of a degree of freedom of this trial inherits.
+        """Returns the doubts that every fit of a degree of freedom of this trial inherits.
 
         Parameters
         ----------
@@ -197,7 +197,7 @@ class Trial(Named):
         return self._native.caveats(dof)
 
     def axis(self, dof: str | None = None) -> Axis:
-        """Gives the raw record of a degree of freedom.
+        """Returns the raw record of a degree of freedom.
 
         Parameters
         ----------
@@ -248,7 +248,7 @@ def _with_role(trial: Trial, role: str) -> Trial:
 
 
 def trials_of(given: Trial | Iterable[Trial]) -> list[Trial]:
-    """Gives one trial or several as a list."""
+    """Returns one trial or several as a list."""
     if isinstance(given, Trial):
         return [given]
     how = "make one with seaplant.Trial(log, vehicle, dof)"
@@ -260,7 +260,7 @@ def trials_of(given: Trial | Iterable[Trial]) -> list[Trial]:
 
 
 def only(known: Sequence[str], chosen: str | None, holder: str) -> str:
-    """Gives the one degree of freedom that was chosen, or that there is."""
+    """Returns the chosen degree of freedom, or the only one."""
     if chosen is not None:
         return chosen
     if len(known) == 1:

@@ -1,4 +1,4 @@
-"""The digital twin: logs of a vehicle whose truth is known, and studies on many of them."""
+"""The digital twin: logs of a vehicle with known truth, and Monte Carlo studies."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Spec = str | PathLike[str] | Mapping[str, Any] | None
 
 
 class Twin(Named):
-    """The logs of a vehicle, and what is true of it; made by `twin`.
+    """Logs of a simulated vehicle, and its truth; made by `twin`.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Twin(Named):
 
     @property
     def logs(self) -> dict[str, Log]:
-        """The log of each trial, in SI units, its columns called as quantities are."""
+        """The log of each trial, in SI units, with columns named after quantities."""
         return {name: Log(of) for name, of in self._native.logs()}
 
     def write(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
@@ -108,7 +108,7 @@ class Twin(Named):
 
 
 def twin(spec: Spec = None, **changes: Any) -> Twin:
-    """Makes the logs of a vehicle whose truth is known.
+    """Makes the logs of a vehicle with known truth.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def monte_carlo(
     on_run: Callable[[int], object] | None = None,
     **changes: Any,
 ) -> MonteCarloTable | WholeMonteCarloTable:
-    """Measures how well methods do on a twin: errors and coverage over many seeds.
+    """Measures the methods on a twin: errors and coverage over many seeds.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def monte_carlo(
 
 
 def monte_carlo_frame(table: MonteCarloTable | WholeMonteCarloTable) -> pd.DataFrame:
-    """Gives the rows of a Monte Carlo study as a frame.
+    """Returns the rows of a Monte Carlo study as a frame.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def _spec(spec: Spec, changes: Mapping[str, Any]) -> str:
 
 
 def _listed(value: object) -> object:
-    """Sets, and arrays of NumPy, as JSON has them."""
+    """Converts sets and arrays of NumPy to JSON's types."""
     if isinstance(value, (set, frozenset)):
         return sorted(value)
     if isinstance(value, np.generic):

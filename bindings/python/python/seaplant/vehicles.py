@@ -1,4 +1,4 @@
-"""Vehicles: where thrusters push and instruments sit, from a file or built in code."""
+"""Vehicles: positions of thrusters and instruments, from a file or built in code."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ Vector: TypeAlias = Sequence[float]
 
 @dataclass(frozen=True)
 class QuadraticCurve:
-    """Force by the square of the input, ``F = k s|s|``, s being the input beyond the deadband.
+    """Force proportional to the squared input, ``F = k s|s|``, s being the input beyond the
+    deadband.
 
     Attributes
     ----------
@@ -64,7 +65,7 @@ class QuadraticCurve:
 
 @dataclass(frozen=True)
 class TableCurve:
-    """Force by measured points, or a file of them.
+    """Force interpolated between measured points, or those of a file.
 
     Attributes
     ----------
@@ -99,7 +100,7 @@ class PresetCurve:
 
 @dataclass(frozen=True)
 class ThrustUncertainty:
-    """Standard deviations of thrust, as parts of it: 0.05 for 5 %.
+    """Standard deviations of thrust, as fractions of it: 0.05 for 5 %.
 
     Attributes
     ----------
@@ -194,7 +195,7 @@ class Attitude:
 
 @dataclass(frozen=True)
 class Sensors:
-    """The instruments; one that is left out sits at the origin, aligned.
+    """The instruments; one that is left out is at the origin, aligned.
 
     Attributes
     ----------
@@ -286,7 +287,7 @@ class Vehicle(Named):
 
     def _set(self, native: _native.Vehicle, recipe: tuple[Any, ...]) -> None:
         self._native = native
-        # What makes it again in another process.
+        # Arguments that recreate it in another process.
         self._recipe = recipe
 
     @classmethod
@@ -297,7 +298,7 @@ class Vehicle(Named):
 
     @property
     def name(self) -> str:
-        """What the vehicle is called."""
+        """Name of the vehicle."""
         return self._native.name
 
     @property
@@ -317,7 +318,7 @@ class Vehicle(Named):
         return self._native.thrusters
 
     def unit_wrench(self, thruster: str) -> Floats:
-        """Gives the wrench of one newton of a thruster, ``[d; r × d]``.
+        """Returns the wrench of one newton of a thruster, ``[d; r × d]``.
 
         Parameters
         ----------
@@ -343,7 +344,7 @@ class Vehicle(Named):
     def thrust(
         self, thruster: str, inputs: ArrayLike, *, voltage_v: float | None = None
     ) -> Floats:
-        """Gives the force of a thruster by its curve.
+        """Returns the force of a thruster by its curve.
 
         Parameters
         ----------
@@ -378,7 +379,7 @@ class Vehicle(Named):
         return self._recipe
 
     def __deepcopy__(self, memo: dict[int, object]) -> Vehicle:
-        # Nothing of it can change.
+        # It is immutable.
         return self
 
 
@@ -394,7 +395,7 @@ _CURVES: dict[type, str] = {
 
 
 def _plain(value: Any) -> Any:
-    """What JSON can hold, without what was not stated."""
+    """Returns JSON-compatible values, without those that were not stated."""
     if dataclasses.is_dataclass(value):
         fields = ((of.name, getattr(value, of.name)) for of in dataclasses.fields(value))
         kind = _CURVES.get(type(value))

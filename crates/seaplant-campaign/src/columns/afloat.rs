@@ -1,4 +1,4 @@
-//! What columns of boats and ships hold: rudders, fins, wind, and what a satellite receiver says.
+//! Recognises columns of boats and ships: rudders, fins, wind, and satellite navigation.
 
 use seaplant::Quantity;
 use seaplant::Surface;
@@ -10,7 +10,8 @@ use super::claim::Claim;
 const RUDDER: &[&str] = &["rudder", "delta", "helm"];
 const FIN: &[&str] = &["fin", "fins", "elevator", "sternplane", "bowplane", "flap"];
 
-/// The quantity that the words of a column's name and its unit tell, if it is of a boat.
+/// Returns the quantity that the words of a column's name and its unit imply, if it is one of a
+/// boat.
 pub(super) fn claim(channel: &Channel, words: &[String], unit: Option<&Unit>) -> Option<Claim> {
     let has = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
     let is = |dimension| unit.is_none_or(|unit| unit.resolve(dimension).is_ok());
@@ -46,7 +47,7 @@ fn wind(
 ) -> Option<(Quantity, Option<&'static str>)> {
     const FELT: &str = "is it the wind measured on board (relative) or over ground (true)?";
     let has = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
-    // By the bow, and of the wind over ground: no frame that channels have.
+    // Relative to the bow, but of the wind over ground: not a frame that channels have.
     if has(&["theoretical"]) {
         return None;
     }
@@ -67,7 +68,7 @@ fn satellite(words: &[String], is: &impl Fn(Dimension) -> bool) -> Option<Quanti
     if has(&["cmd", "setpoint", "desired", "target", "std", "error", "bt", "dvl"]) {
         return None;
     }
-    // Recommended minimum and track made good of NMEA 0183 have one speed, that over ground.
+    // RMC and VTG of NMEA 0183 have one speed, that over ground.
     if has(&["rmc", "vtg"]) && has(&["speed"]) && is(Dimension::Velocity) {
         return Some(Quantity::GroundSpeed);
     }
@@ -80,7 +81,7 @@ fn satellite(words: &[String], is: &impl Fn(Dimension) -> bool) -> Option<Quanti
         (&["ve", "east"], Dimension::Velocity, Quantity::WorldVelocity(World::East)),
         (&["vd"], Dimension::Velocity, Quantity::WorldVelocity(World::Down)),
     ];
-    // A position is north too: a velocity needs its unit.
+    // A position may be called north too, so a velocity needs its unit.
     let fits = |(words, dimension, quantity): &(&[&str], Dimension, Quantity)| {
         let is_velocity = matches!(quantity, Quantity::WorldVelocity(_));
         has(words) && is(*dimension) && (!is_velocity || !is(Dimension::Length))
@@ -88,7 +89,7 @@ fn satellite(words: &[String], is: &impl Fn(Dimension) -> bool) -> Option<Quanti
     known.into_iter().find(fits).map(|(_, _, quantity)| quantity)
 }
 
-/// `port rudder` of two rudders, else `rudder`.
+/// Returns `port rudder` if there are two rudders, else `rudder`.
 fn surface_name(words: &[String], kind: Surface) -> String {
     let sides = ["port", "starboard", "stbd", "upper", "lower", "bow", "stern", "fore", "aft"];
     let mut parts: Vec<&str> =

@@ -1,4 +1,4 @@
-//! The unit of angles whose header states none, by the values of all angles of their file.
+//! Infers the unit of angles whose header states none from the values of all angles in their file.
 
 use std::f64::consts::TAU;
 
@@ -12,8 +12,8 @@ use crate::remarks::{Remark, looks_like_degrees, remarks, short};
 const FRAME: &str =
     "from a quaternion: add negate = true if its axes are those of ROS (y to port, z up)";
 
-/// States the unit of roll, pitch and heading without one, where the values of one of them in the
-/// same file leave no choice: an instrument writes all three alike.
+/// Sets the unit of roll, pitch and heading without one, where the values of one of them in the
+/// same file are unambiguous: an instrument writes all three alike.
 pub(super) fn state_units(log: &Log, claims: &mut [(usize, Claim)]) {
     let channel = |index: usize| &log.channels()[index];
     let open: Vec<usize> =
@@ -33,7 +33,8 @@ pub(super) fn state_units(log: &Log, claims: &mut [(usize, Claim)]) {
     }
 }
 
-/// Asks for the frame of an angle that was worked out from a quaternion of the same file.
+/// Raises the question of the frame of an angle that was computed from a quaternion of the same
+/// file.
 pub(super) fn ask_frame(log: &Log, channel: &Channel, claim: Claim) -> Claim {
     let of_quaternion = |stem: &str| {
         let is_w = |other: &Channel| {
@@ -51,7 +52,7 @@ pub(super) fn ask_frame(log: &Log, channel: &Channel, claim: Claim) -> Claim {
     Claim { doubt: claim.doubt.or(doubt), ..claim }
 }
 
-/// Whether nothing but the unit of an angle is open.
+/// Returns whether only the unit of an angle is unknown.
 fn is_open(channel: &Channel, claim: &Claim) -> bool {
     matches!(claim.quantity, Quantity::Attitude(_))
         && channel.unit.is_none()
@@ -59,8 +60,8 @@ fn is_open(channel: &Channel, claim: &Claim) -> bool {
         && claim.doubt.as_deref() == Some(NO_UNIT)
 }
 
-/// The unit that the values of an angle can only have: degrees beyond what roll and pitch reach in
-/// radians, else that of the turn by which a heading wraps.
+/// Returns the only possible unit of an angle by its values: degrees beyond the range of roll and
+/// pitch in radians, else that of the turn by which a heading wraps.
 fn unit(channel: &Channel, claim: &Claim) -> Option<&'static str> {
     let Quantity::Attitude(angle) = claim.quantity else { return None };
     let largest = channel.min()?.abs().max(channel.max()?.abs());

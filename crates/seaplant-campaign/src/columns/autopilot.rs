@@ -1,4 +1,4 @@
-//! What the channels of ArduSub, and of ArduPilot in a boat, hold, which its log does not need to be asked for.
+//! Known channels of ArduSub, and of ArduPilot in a boat, about which the user need not be asked.
 
 use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart, World};
 use seaplant::{Quantity, ThrusterInput};
@@ -7,12 +7,12 @@ use seaplant_log::{Channel, Log};
 use super::claim::{Claim, NOT_NEEDED, WORLD_VELOCITY};
 use crate::preset::VehiclePreset;
 
-/// A channel and the quantity that it holds.
+/// A channel and its quantity.
 struct Known {
     column: &'static str,
     quantity: Quantity,
     strength: u8,
-    /// Whether it counts the other way: a height in place of a depth.
+    /// True if its sign is reversed: a height in place of a depth.
     negate: bool,
 }
 
@@ -70,7 +70,7 @@ static KNOWN: &[Known] = &[
     known("SYS_STATUS.voltage_battery", Quantity::SupplyVoltage, 4),
 ];
 
-/// The same of a boat, whose receiver or estimator knows how it moves over ground.
+/// Channels of a boat, whose receiver or estimator knows its motion over ground.
 #[rustfmt::skip]
 static KNOWN_AFLOAT: &[Known] = &[
     known("XKF1[0].VN", Quantity::WorldVelocity(World::North), 4),
@@ -91,11 +91,11 @@ static KNOWN_AFLOAT: &[Known] = &[
     known("WIND.direction", Quantity::Wind(WindFrame::True, WindPart::Direction), 3),
 ];
 
-/// What the autopilot of a boat calls the functions of outputs that push.
+/// The boat autopilot's function numbers of outputs that drive propellers.
 const THROTTLES: [(f64, &str); 3] =
     [(70.0, "throttle"), (73.0, "throttle left"), (74.0, "throttle right")];
 
-/// What a channel of an autopilot holds; `None` of a channel of something else.
+/// Returns the quantity of an autopilot's channel; `None` for other channels.
 pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String>> {
     if !is_of_autopilot(log, channel) {
         return None;
@@ -120,7 +120,7 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
     Some(Ok(Claim { quantity, strength, unit, negate, why, doubt: None }))
 }
 
-/// Why a channel is not mapped.
+/// Returns why a channel is not mapped.
 fn reason(column: &str) -> &'static str {
     const STEP: &str = "how far the vehicle moved or turned between two samples, not a velocity";
     const WORLD: &[&str] = &[
@@ -145,7 +145,7 @@ fn reason(column: &str) -> &'static str {
     }
 }
 
-/// The unit that ArduSub has always logged a quantity in; its early logs state none.
+/// Returns the unit in which ArduSub logs a quantity; its early logs state none.
 fn unit_of(quantity: &Quantity) -> &'static str {
     match quantity {
         Quantity::Thruster { .. } => "us",
@@ -164,12 +164,12 @@ fn is_of_autopilot(log: &Log, channel: &Channel) -> bool {
     ["ArduPilot DataFlash", "MAVLink telemetry"].iter().any(|known| format.starts_with(known))
 }
 
-/// `ATTITUDE.roll` of `ATTITUDE[1.1].roll`, which several systems send: that of an autopilot.
+/// Shortens `ATTITUDE[1.1].roll`, which several systems send, to `ATTITUDE.roll`, for an autopilot.
 fn without_sender(column: &str) -> String {
     column.replacen("[1.1]", "", 1)
 }
 
-/// Which of the autopilot's outputs a channel is.
+/// Returns the number of the autopilot's output that a channel holds.
 fn output(column: &str) -> Option<u8> {
     let of_telemetry =
         || column.strip_prefix("SERVO_OUTPUT_RAW.servo")?.strip_suffix("_raw")?.parse().ok();
@@ -177,7 +177,7 @@ fn output(column: &str) -> Option<u8> {
     of_log().or_else(of_telemetry)
 }
 
-/// Whether the settings drive a boat: by throttles in place of motors.
+/// Returns whether the settings are those of a boat, with throttles in place of motors.
 fn is_boat(log: &Log) -> bool {
     (1..=16).any(|output| {
         let function = log.settings().get(&format!("SERVO{output}_FUNCTION"));
@@ -185,9 +185,9 @@ fn is_boat(log: &Log) -> bool {
     })
 }
 
-/// The motor that an output drives, by the settings where there are some.
+/// Returns the motor that an output drives, by the settings if there are any.
 fn motor(log: &Log, output: u8) -> Option<(Quantity, u8, bool)> {
-    /// What an output that drives motor 1 is set to; those up to motor 8 follow.
+    /// Function number of an output that drives motor 1; those up to motor 8 follow.
     const MOTOR_1: f64 = 33.0;
     const MOTORS: u8 = 8;
     let settings = log.settings();
@@ -208,7 +208,7 @@ fn motor(log: &Log, output: u8) -> Option<(Quantity, u8, bool)> {
     Some((Quantity::Thruster { name, input: ThrusterInput::Pwm }, 4, false))
 }
 
-/// The barometer that is the depth sensor: the one that is set to be, else the last.
+/// Returns the barometer used as depth sensor: the configured one, else the last.
 fn depth_of_barometer(log: &Log, column: &str) -> Option<(Quantity, u8, bool)> {
     let instance: u8 = column.strip_prefix("BARO[")?.strip_suffix("].Alt")?.parse().ok()?;
     let strength = match log.settings().get("BARO_PRIMARY") {
@@ -218,7 +218,7 @@ fn depth_of_barometer(log: &Log, column: &str) -> Option<(Quantity, u8, bool)> {
     Some((Quantity::Depth, strength, true))
 }
 
-/// The known vehicle whose frame the log's settings tell.
+/// Returns the known vehicle whose frame the log's settings state.
 pub(crate) fn preset(log: &Log) -> Option<VehiclePreset> {
     let frame = log.settings().get("FRAME_CONFIG")?;
     match *frame {
@@ -228,7 +228,7 @@ pub(crate) fn preset(log: &Log) -> Option<VehiclePreset> {
     }
 }
 
-/// Whether the autopilot is set to turn a thruster's input round.
+/// Returns whether the autopilot is set to reverse a thruster.
 pub(crate) fn is_reversed(log: &Log, thruster: &str) -> bool {
     let setting = thruster.strip_prefix("motor ").map(|motor| format!("MOT_{motor}_DIRECTION"));
     setting.and_then(|setting| log.settings().get(&setting)).is_some_and(|way| *way < 0.0)

@@ -1,20 +1,20 @@
-//! What a column seems to hold, and reasons why one holds nothing that is needed.
+//! Candidate quantities of columns, and reasons why a column is not needed.
 
 use seaplant::Quantity;
 
-/// What a column seems to hold.
+/// A candidate quantity of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Claim {
     pub quantity: Quantity,
-    /// How much its name says: the greatest wins where several columns claim a quantity.
+    /// Strength of evidence; the largest wins where several columns claim a quantity.
     pub strength: u8,
-    /// The unit to state, where the header does not.
+    /// Unit to state, if the header does not.
     pub unit: Option<&'static str>,
-    /// Whether it counts the other way.
+    /// True if its sign is reversed.
     pub negate: bool,
-    /// Why, as "by its name and unit".
+    /// Reason, such as "by its name and unit".
     pub why: String,
-    /// What a human must decide about it.
+    /// Question that the user must decide.
     pub doubt: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Which column is mapped to which quantity, in every session.
+//! Maps columns to quantities in every session.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -12,15 +12,15 @@ use super::session::Session;
 use super::{angles, autopilot, pd0, px4, ros};
 use crate::remarks::{Remark, remarks, short};
 
-/// A quantity of a session and the channel that gives it.
+/// A quantity of a session and its channel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mapped {
     pub claim: Claim,
     /// Index into the log's channels.
     pub channel: usize,
-    /// How the campaign names the column.
+    /// Name of the column in the campaign.
     pub address: String,
-    /// Columns that claim the same quantity, less strongly.
+    /// Columns with weaker claims to the same quantity.
     pub others: Vec<String>,
 }
 
@@ -29,7 +29,7 @@ impl Mapped {
         &self.claim.quantity
     }
 
-    /// The thruster whose input it is.
+    /// Returns the thruster whose input it is.
     pub fn thruster(&self) -> Option<&str> {
         match self.quantity() {
             Quantity::Thruster { name, .. } => Some(name),
@@ -38,7 +38,7 @@ impl Mapped {
     }
 }
 
-/// What is mapped in each session, and what is not, and why.
+/// Mapped columns of each session, and the others with reasons.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Mapping {
     /// In the order of the sessions.
@@ -68,7 +68,7 @@ pub(crate) fn map(log: &Log, sessions: &[Session]) -> Mapping {
         }
         mapping.sessions.push(of_session);
     }
-    // What one session lacks, another may have.
+    // Another session may have what one lacks.
     let mapped = mapping.sessions.iter().flatten();
     let mapped: BTreeSet<&str> =
         mapped.map(|m| log.channels()[m.channel].column.as_str()).collect();
@@ -77,7 +77,7 @@ pub(crate) fn map(log: &Log, sessions: &[Session]) -> Mapping {
 }
 
 impl Mapping {
-    /// What the channels of a session claim to hold; those that claim nothing are left out.
+    /// Returns the claims of a session's channels; channels without a claim are omitted.
     fn claims(
         &mut self,
         log: &Log,
@@ -96,7 +96,7 @@ impl Mapping {
         claims
     }
 
-    /// Where velocity is logged, an accelerometer adds nothing.
+    /// Leaves out an accelerometer where velocity is logged, because it adds no information.
     fn leave_out_acceleration(&mut self, session: &mut Vec<Mapped>) {
         let moves = |quantity: &Quantity| match quantity {
             Quantity::DvlVelocity(_) => true,
@@ -119,7 +119,8 @@ impl Mapping {
         }
     }
 
-    /// Every quantity with the first session that has it; thrusters in the order of columns.
+    /// Returns every quantity with the first session that has it; thrusters in the order of
+    /// columns.
     pub fn all(&self) -> Vec<&Mapped> {
         let mut found: Vec<&Mapped> = Vec::new();
         for mapped in self.sessions.iter().flatten() {
@@ -131,7 +132,7 @@ impl Mapping {
         found
     }
 
-    /// The thrusters, with the first session's input.
+    /// Returns the thrusters, with the first session's input.
     pub fn thrusters(&self) -> Vec<(&str, &Mapped)> {
         self.all().into_iter().filter_map(|mapped| Some((mapped.thruster()?, mapped))).collect()
     }
@@ -141,7 +142,7 @@ impl Mapping {
     }
 }
 
-/// Where a quantity stands in the file: inputs, then motion.
+/// Returns the sort key of a quantity in the file: inputs, then motion.
 fn place(quantity: &Quantity) -> (u8, Option<&Quantity>) {
     match quantity {
         Quantity::Thruster { .. } => (0, None),
@@ -150,7 +151,7 @@ fn place(quantity: &Quantity) -> (u8, Option<&Quantity>) {
     }
 }
 
-/// A claim of a channel that says something: a thruster may stand still, a sensor may not.
+/// Returns the claim of a channel that varies: a thruster may rest, a sensor may not.
 fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result<Claim, String> {
     let path = &log.sources()[channel.source].path;
     let context = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -172,7 +173,7 @@ fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result
     Ok(claim)
 }
 
-/// The strongest claim to each quantity, and one input for each thruster.
+/// Returns the strongest claim to each quantity, and one input for each thruster.
 fn choose(log: &Log, session: &Session, claims: Vec<(usize, Claim)>) -> Vec<Mapped> {
     let mut found: Vec<Mapped> = Vec::new();
     for (channel, claim) in claims {
@@ -205,7 +206,7 @@ fn is_rival(one: &Quantity, other: &Quantity) -> bool {
     }
 }
 
-/// The nearer to thrust, the greater.
+/// Ranks inputs: the closer to thrust, the greater.
 fn input_rank(quantity: &Quantity) -> u8 {
     match quantity {
         Quantity::Thruster { input: ThrusterInput::Speed, .. } => 3,
@@ -215,7 +216,7 @@ fn input_rank(quantity: &Quantity) -> u8 {
     }
 }
 
-/// The header, or `FILE:HEADER` where several files of the session have it.
+/// Returns the header, or `FILE:HEADER` where several files of the session have it.
 fn address(log: &Log, session: &Session, channel: usize) -> String {
     let Channel { column, source, .. } = &log.channels()[channel];
     let twice = session.channels(log).any(|(_, c)| c.column == *column && c.source != *source);

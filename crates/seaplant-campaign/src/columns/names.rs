@@ -1,4 +1,4 @@
-//! Which quantity a column holds, recognised by its name, unit and values.
+//! Recognises the quantity of a column by its name, unit and values.
 
 use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Dof, Quantity, ThrusterInput};
@@ -13,12 +13,12 @@ use crate::words::{
     unit_by_name, words,
 };
 
-/// Words that tell a quantity: one of each group must stand in the name.
+/// Words that imply a quantity: one of each group must be in the name.
 struct Rule {
     groups: &'static [&'static [&'static str]],
     quantity: Quantity,
     strength: u8,
-    /// Whether the header must state a unit, the words being too common.
+    /// True if the header must state a unit, because the words are too common.
     needs_unit: bool,
     doubt: Option<&'static str>,
 }
@@ -115,7 +115,7 @@ static RULES: &[Rule] = &[
     by_unit(&[&["n", "mz"]], Quantity::Wrench(Dof::Yaw)),
 ];
 
-/// Words of what Seaplant does not read, and why.
+/// Words of quantities that Seaplant does not use, with the reasons.
 const FOREIGN: &[(&[&str], &str)] = &[
     (&["aileron"], "of an aircraft's control surface"),
     (&["sound"], "the speed of sound"),
@@ -143,12 +143,12 @@ const FOREIGN: &[(&[&str], &str)] = &[
 ];
 const LONE_QUATERNION: &str = "of a quaternion, whose angles are read where its columns end in x, y, z and w, with a norm of 1";
 const OF_THRUSTER: &str = "of a thruster, it seems; if it is its input, map it as thruster.NAME.speed, .pwm, .command or .force, with its unit";
-/// Words of velocities that are not the body's.
+/// Words of velocities that are not in body axes.
 const WORLD: &[&str] = &["ned", "enu", "world", "global", "north", "east", "local", "vn", "ve"];
 
-/// The quantity that a column claims to hold, or why it holds none.
+/// Returns the quantity that a column claims to hold, or why it holds none.
 ///
-/// `context` is what its file is called: `dvl.csv` tells that `velocity x` is a DVL's.
+/// `context` is the name of its file: in `dvl.csv`, `velocity x` is a DVL's.
 pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     let own = words(&channel.name);
     if is_of_quaternion(&own) {
@@ -200,7 +200,7 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     Ok(of_rule(channel, rule, named))
 }
 
-/// What an accelerometer feels along one of its axes, by its name.
+/// Returns the specific force along one of an accelerometer's axes, by its name.
 fn felt(channel: &Channel, own: &[String]) -> Option<Claim> {
     let has = |words: &[&str]| own.iter().any(|word| words.contains(&word.as_str()));
     let axes = [(Axis::X, ["x", "ax"]), (Axis::Y, ["y", "ay"]), (Axis::Z, ["z", "az"])];
@@ -224,7 +224,7 @@ fn felt(channel: &Channel, own: &[String]) -> Option<Claim> {
     })
 }
 
-/// Whether a name is that of one of the numbers of a quaternion.
+/// Returns whether a name is that of a component of a quaternion.
 fn is_of_quaternion(own: &[String]) -> bool {
     let has = |known: &[&str]| own.iter().any(|word| known.contains(&word.as_str()));
     has(&["qw", "qx", "qy", "qz"])
@@ -248,7 +248,7 @@ fn best_rule(words: &[String], unit: Option<&Unit>) -> Option<&'static Rule> {
         });
         said && fits && !turns
     };
-    // Of equally strong rules the first holds.
+    // Of equally strong rules the first applies.
     RULES.iter().filter(holds).rev().max_by_key(|rule| rule.strength)
 }
 
@@ -295,7 +295,7 @@ fn doubt_of_values(channel: &Channel, quantity: &Quantity) -> Option<String> {
     }
 }
 
-/// The thruster whose input a column holds, by its unit, name and values.
+/// Returns the thruster whose input a column holds, by its unit, name and values.
 fn thruster(channel: &Channel, words: &[String], unit: Option<&Unit>) -> Option<Claim> {
     let named = tells_of_thruster(words);
     let (input, unit, why) = match unit {
@@ -319,7 +319,7 @@ fn thruster_input(unit: &Unit, named: bool) -> Option<ThrusterInput> {
     }
 }
 
-/// What the values of a thruster's column without a unit must be.
+/// Infers the kind of input of a thruster's column without a unit from its values.
 fn by_values(
     channel: &Channel,
     words: &[String],
@@ -340,7 +340,7 @@ fn by_values(
     None
 }
 
-/// The name without the words that say what was logged: `port motor rpm` is `port motor`.
+/// Removes the words that describe the logged quantity: `port motor rpm` becomes `port motor`.
 fn thruster_name(name: &str) -> String {
     const INPUTS: &[&str] =
         &["pwm", "rpm", "rps", "speed", "cmd", "command", "force", "us", "input", "output", "raw"];

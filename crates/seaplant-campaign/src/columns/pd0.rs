@@ -1,4 +1,5 @@
-//! What the channels of a Teledyne RDI PD0 file hold: the bottom's velocity past the instrument.
+//! Recognises the channels of a Teledyne RDI PD0 file: the velocity of the bottom relative to the
+//! instrument.
 
 use seaplant::Quantity;
 use seaplant::quantity::Axis;
@@ -13,14 +14,15 @@ const INSTRUMENT: &str = "in the instrument's axes: which of them is forward, st
      dvl.velocity.x, .y, .z";
 const BEAM: &str = "along a beam of the instrument; set it to ship coordinates";
 
-/// What a channel of a PD0 file holds; `None` of another channel, and where its name tells.
+/// Returns the quantity of a channel of a PD0 file; `None` for other channels, and where its name
+/// determines it.
 pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String>> {
     if !log.sources()[channel.source].format.starts_with("Teledyne RDI PD0") {
         return None;
     }
     let field = channel.column.strip_prefix("bottom_track.")?;
     let (frame, way) = field.split_once(".velocity_")?;
-    // The bottom moves past a vehicle the other way; up past it where that goes down.
+    // The bottom's relative velocity is opposite to the vehicle's.
     let (axis, negate) = match (frame, way) {
         (_, "error") => return Some(Err("an error, not a measurement".to_owned())),
         ("ship", "forward") => (Axis::X, true),

@@ -1,4 +1,4 @@
-//! What the topics of PX4 hold, which its log does not need to be asked for.
+//! Known topics of PX4, about which the user need not be asked.
 
 use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Quantity, ThrusterInput};
@@ -6,7 +6,7 @@ use seaplant_log::{Channel, Log};
 
 use super::claim::{Claim, NOT_NEEDED, WORLD_VELOCITY};
 
-/// A channel, the quantity that it holds, and how much it says.
+/// A channel, its quantity, and the strength of evidence.
 type Known = (&'static str, Quantity, u8);
 
 /// The accelerometer is averaged from one sample of `sensor_combined` to the next.
@@ -33,7 +33,7 @@ static KNOWN: &[Known] = &[
     ("battery_status.voltage_v", Quantity::SupplyVoltage, 4),
 ];
 
-/// What a channel of PX4 holds; `None` of a channel of something else.
+/// Returns the quantity of a channel of PX4; `None` for other channels.
 pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String>> {
     if !log.sources()[channel.source].format.starts_with("PX4 ULog") {
         return None;
@@ -65,8 +65,8 @@ fn unit_of(quantity: &Quantity) -> &'static str {
     }
 }
 
-/// The motor that a channel drives: by what the allocator asks of it, else by the outputs of logs
-/// without that.
+/// Returns the motor that a channel drives: by the control allocator's output, else by the outputs
+/// of logs without it.
 fn motor(log: &Log, channel: &Channel, column: &str) -> Option<(Quantity, u8)> {
     let number = |prefix: &str| -> Option<usize> {
         let index: usize = column.strip_prefix(prefix)?.strip_suffix(']')?.parse().ok()?;

@@ -1,5 +1,5 @@
-//! What the channels of ROS messages hold: their fields and the frames of REP 103 tell more than
-//! names do.
+//! Recognises channels of ROS messages: their fields and the frames of REP 103 are more informative
+//! than names.
 
 use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Dof, Quantity};
@@ -25,13 +25,14 @@ const AS_BUILT: &str = "are the instrument's axes y to starboard and z down? set
 const ON_VEHICLE: &str = "is it the force on the vehicle, in its axes, at its origin?";
 const LEVEL: &str = "is it a place in a level frame with z up?";
 
-/// What a channel of a ROS bag holds; `None` of another channel, and where its name must tell.
+/// Returns the quantity of a channel of a ROS bag; `None` for other channels, and where its name
+/// must decide.
 pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String>> {
     let format = &log.sources()[channel.source].format;
     if !["MCAP", "ROS 1 bag", "ROS 2 bag"].iter().any(|known| format.starts_with(known)) {
         return None;
     }
-    let field = Field::of(&channel.column)?;
+    let field = Field::parse(&channel.column)?;
     if field.topic.ends_with("/rc/in") || field.topic.ends_with("/rc/override") {
         return Some(Err(PILOT.to_owned()));
     }
@@ -39,13 +40,13 @@ pub(super) fn claim(log: &Log, channel: &Channel) -> Option<Result<Claim, String
         return Some(found);
     }
     let found = of_message(log, channel, &field)?;
-    // A force is a command, as often as not.
+    // A force is often a command.
     let is_force = found.as_ref().is_ok_and(|claim| matches!(claim.quantity, Quantity::Wrench(_)));
     let commanded = field.has_any(COMMAND) && !is_force;
     Some(if commanded { Err(COMMANDED.to_owned()) } else { found })
 }
 
-/// What a field is, by how messages call it; `None` where its name must tell.
+/// Returns the quantity of a field by its message; `None` where its name must decide.
 fn of_message(log: &Log, channel: &Channel, field: &Field<'_>) -> Option<Result<Claim, String>> {
     let last = field.path.rsplit('.').next().unwrap_or_default();
     Some(match last {
@@ -64,7 +65,7 @@ fn of_message(log: &Log, channel: &Channel, field: &Field<'_>) -> Option<Result<
             unit: Some("deg"),
             ..claim_of(Quantity::Attitude(Attitude::Heading), 2, "by its topic")
         }),
-        // Single letters say too little below a message that is not known.
+        // Single letters are not informative in an unknown message.
         _ if last.split('[').next().is_some_and(|name| name.len() < 2) => Err(NOTHING.to_owned()),
         _ => return None,
     })
@@ -78,7 +79,7 @@ fn axis(letter: &str) -> Axis {
     }
 }
 
-/// Whether a number, or an angle, is one of those of a quaternion: it has a `w` beside it.
+/// Returns whether a number, or an angle, belongs to a quaternion: it has a `w` next to it.
 fn is_quaternion(log: &Log, channel: &Channel) -> bool {
     let Some((of, _)) = channel.column.rsplit_once('.') else { return false };
     let beside = |other: &Channel| {
@@ -88,19 +89,19 @@ fn is_quaternion(log: &Log, channel: &Channel) -> bool {
     log.channels().iter().any(beside)
 }
 
-/// A claim without doubts.
+/// Creates a claim without questions.
 fn claim_of(quantity: Quantity, strength: u8, why: &str) -> Claim {
     Claim { quantity, strength, unit: None, negate: false, why: why.to_owned(), doubt: None }
 }
 
-/// Roll turns about x alike in both frames, pitch and yaw the other way.
+/// Returns the angle: roll about x is the same in both frames; pitch and yaw are reversed.
 fn attitude(field: &Field<'_>, angle: &str) -> Result<Claim, String> {
     let quantity = match angle {
         "roll" => Attitude::Roll,
         "pitch" => Attitude::Pitch,
         _ => Attitude::Heading,
     };
-    // Of odometry, it is in the frame of the positions that it must turn.
+    // In odometry, it is in the frame of the positions that it must rotate.
     let strength = if field.path.starts_with("pose.pose.") { 7 } else { 5 };
     let strength = strength - u8::from(field.has("raw"));
     let why = if quantity == Attitude::Heading {
@@ -112,7 +113,7 @@ fn attitude(field: &Field<'_>, angle: &str) -> Result<Claim, String> {
     Ok(Claim { negate, ..claim_of(Quantity::Attitude(quantity), strength, why) })
 }
 
-/// A vector's component; y and z point the other way than ours.
+/// Returns the quantity of a vector's component; y and z are opposite to ours.
 fn vector(log: &Log, channel: &Channel, field: &Field<'_>, axis: Axis) -> Result<Claim, String> {
     let negate = axis != Axis::X;
     let letter = field.path.rsplit('.').next().unwrap_or_default();
@@ -145,12 +146,13 @@ fn vector(log: &Log, channel: &Channel, field: &Field<'_>, axis: Axis) -> Result
     Ok(Claim { negate, ..found })
 }
 
-/// A message that holds both says of its velocity that it is the vehicle's.
+/// Returns whether a message holds pose and velocity, which implies that the velocity is the
+/// vehicle's.
 fn is_odometry(field: &Field<'_>) -> bool {
     field.path.starts_with("twist.twist.")
 }
 
-/// Velocity along the axes of the world: the topics of mavros say so.
+/// Returns whether a velocity is along world axes, as the topics of mavros state.
 fn is_of_world(field: &Field<'_>) -> bool {
     let world = ["local", "world", "global", "enu", "ned", "map"];
     !is_odometry(field) && !field.has("body") && field.has_any(&world)
@@ -181,17 +183,17 @@ fn velocity(log: &Log, field: &Field<'_>, axis: Axis) -> Result<Claim, String> {
     Ok(Claim { negate: turned, doubt, ..claim_of(quantity, strength, BY_REP_103) })
 }
 
-/// Whether a DVL's velocity is there.
+/// Returns whether a DVL's velocity is present.
 fn has_dvl(log: &Log) -> bool {
     log.channels().iter().any(|channel| {
         let velocity = channel.unit.as_ref().map(|unit| unit.dimension());
-        let field = Field::of(&channel.column).filter(|_| velocity == Some(Dimension::Velocity));
+        let field = Field::parse(&channel.column).filter(|_| velocity == Some(Dimension::Velocity));
         let moves = field.filter(|field| field.path.ends_with(".x") && !is_odometry(field));
         moves.is_some_and(|field| is_of_dvl(&field)) && !channel.is_constant()
     })
 }
 
-/// North, east and down stand for x, −y and −z, which turn with −yaw as the vehicle does.
+/// Maps north, east and down to x, −y and −z, which turn with −yaw as the vehicle does.
 fn position(channel: &Channel, field: &Field<'_>, axis: Axis) -> Result<Claim, String> {
     let of_depth = field.has_any(&["depth", "pressure"]);
     if of_depth && axis == Axis::Z {
@@ -220,7 +222,7 @@ const fn letter(axis: Axis) -> &'static str {
     }
 }
 
-/// A depth by its topic: which way it counts, its values tell.
+/// Returns a depth by its topic, with the sign by its values.
 fn depth(channel: &Channel) -> Claim {
     let (min, max) = (channel.min().unwrap_or(0.0), channel.max().unwrap_or(0.0));
     let negate = -min > max;

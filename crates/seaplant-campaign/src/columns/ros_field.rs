@@ -1,19 +1,19 @@
-//! Names of channels of ROS bags, taken apart.
+//! Parses the names of channels of ROS bags.
 
 use crate::words::words;
 
-/// A channel by its parts: `TOPIC/FIELD.FIELD`.
+/// The parts of a channel's name: `TOPIC/FIELD.FIELD`.
 pub(super) struct Field<'a> {
     pub topic: &'a str,
-    /// What follows the topic.
+    /// Part after the topic.
     pub path: &'a str,
     /// The words of both.
     pub words: Vec<String>,
 }
 
 impl<'a> Field<'a> {
-    /// Names in brackets may have slashes, too.
-    pub fn of(column: &'a str) -> Option<Self> {
+    /// Parses a channel's name. Names in brackets may contain slashes.
+    pub fn parse(column: &'a str) -> Option<Self> {
         let bracket = column.find('[').unwrap_or(column.len());
         let slash = column[..bracket].rfind('/')?;
         Some(Self { topic: &column[..slash], path: &column[slash + 1..], words: words(column) })
@@ -27,7 +27,7 @@ impl<'a> Field<'a> {
         known.iter().any(|word| self.has(word))
     }
 
-    /// Whether it is so called, below whatever message holds it.
+    /// Returns whether its last fields have these names, in whatever message.
     pub fn ends(&self, tail: &str) -> bool {
         let before = self.path.strip_suffix(tail);
         before.is_some_and(|before| before.is_empty() || before.ends_with('.'))

@@ -1,4 +1,4 @@
-//! The thrusters that topics of ROS tell of: one topic for each, lists, joints, outputs of mavros.
+//! Recognises thrusters in ROS topics: one topic for each, lists, joints, outputs of mavros.
 
 use seaplant::{Quantity, ThrusterInput};
 use seaplant_log::{Channel, Dimension, Log};
@@ -7,14 +7,14 @@ use super::claim::Claim;
 use super::ros_field::Field;
 use crate::words::{counts_turns, tells_of_thruster, words};
 
-/// Why a thruster is not mapped: its question is put to the user.
+/// Why a thruster is not mapped: the user is asked.
 pub(crate) const UNTOLD: &str = "a thruster's input, it seems, whose unit cannot be inferred from its values: map it as thruster.NAME.speed, \
      .pwm, .command or .force, with its unit";
 const ANGLE: &str = "the angle of a joint";
 const EFFORT: &str =
     "the effort of a joint, a motor's torque perhaps; if it is thrust, map thruster.NAME.force";
 const STATE: &str = "a state of a thruster, not its input";
-/// Words of what else is known of thrusters.
+/// Words of thrusters' other measurements.
 const STATES: &[&str] = &[
     "temperature",
     "temp",
@@ -32,7 +32,7 @@ const STATES: &[&str] = &[
 ];
 const OUTPUT: &str = "does this output drive that motor?";
 
-/// The thruster whose input a channel holds; `None` of a channel of something else.
+/// Returns the thruster whose input a channel holds; `None` for other channels.
 pub(super) fn claim(
     log: &Log,
     channel: &Channel,
@@ -47,7 +47,7 @@ pub(super) fn claim(
     }
     let base = field.path.split('[').next().unwrap_or_default();
     match base.rsplit('.').next().unwrap_or_default() {
-        // Vectors are those of all thrusters together; the others no numbers of its own.
+        // Vectors are totals of all thrusters; the others are not separate inputs.
         "x" | "y" | "z" | "w" | "throttle" => return None,
         _ if base.starts_with("header") || base.starts_with("layout") => return None,
         "position" => return Some(Err(ANGLE.to_owned())),
@@ -65,12 +65,12 @@ pub(super) fn claim(
     Some(Ok(Claim { quantity, strength: 2, unit, negate: false, why, doubt: None }))
 }
 
-/// Topics name thrusters; so do the fields and the joints of others.
+/// Returns whether the topic, a field or a joint names a thruster.
 fn is_of_thruster(field: &Field<'_>) -> bool {
     tells_of_thruster(&words(field.topic)) || tells_of_thruster(&words(field.path))
 }
 
-/// The outputs of an autopilot, which ArduSub's motors have in order.
+/// Returns the output of an autopilot, which ArduSub's motors use in order.
 fn of_output(channel: &Channel, path: &str) -> Result<Claim, String> {
     let (before, after) = path.split_once('[').unwrap_or((path, ""));
     let (index, field) = after.split_once(']').unwrap_or((after, ""));
@@ -81,7 +81,7 @@ fn of_output(channel: &Channel, path: &str) -> Result<Claim, String> {
         ("esc_status", ".rpm") => ThrusterInput::Speed,
         _ => return Err(STATE.to_owned()),
     };
-    // An output that nothing is set to.
+    // An unused output.
     if channel.is_constant() && channel.max() == Some(0.0) {
         return Err("an output that is not used".to_owned());
     }
@@ -92,7 +92,7 @@ fn of_output(channel: &Channel, path: &str) -> Result<Claim, String> {
 
 type Input = (ThrusterInput, Option<&'static str>, &'static str);
 
-/// What the input is, by its unit, its name and the values of all thrusters of its kind.
+/// Returns the kind of input by its unit, its name and the values of all thrusters of its kind.
 fn input(log: &Log, channel: &Channel, field: &Field<'_>, base: &str) -> Option<Input> {
     if let Some(unit) = &channel.unit {
         let input = match unit.dimension() {
@@ -125,8 +125,8 @@ fn input(log: &Log, channel: &Channel, field: &Field<'_>, base: &str) -> Option<
     None
 }
 
-/// The least and the largest value of a channel and of all that are called alike but for a number
-/// or a name: of a thruster that rests, the others tell the unit.
+/// Returns the smallest and the largest value of a channel and of all with the same name but for a
+/// number or a name: the others reveal the unit of a thruster at rest.
 fn span(log: &Log, channel: &Channel) -> (f64, f64) {
     let alike = pattern(&channel.column);
     let all = log.channels().iter().filter(|other| pattern(&other.column) == alike);
@@ -136,7 +136,7 @@ fn span(log: &Log, channel: &Channel) -> (f64, f64) {
     })
 }
 
-/// A column without its digits and what stands in brackets.
+/// Removes digits and brackets from a column's name.
 fn pattern(column: &str) -> String {
     let mut within = false;
     let keep = |c: &char| {
@@ -146,14 +146,15 @@ fn pattern(column: &str) -> String {
     column.chars().filter(keep).collect()
 }
 
-/// The thruster: the name in brackets, else what the topic says from where it tells of one.
+/// Returns the name of the thruster: the one in brackets, else the topic's words from the one for
+/// thrusters on.
 fn name(field: &Field<'_>) -> String {
     let index = field.path.split_once('[').map(|(_, rest)| rest.split(']').next().unwrap_or(rest));
     let named = index.filter(|index| index.parse::<u32>().is_err());
     if let Some(name) = named {
         return name.to_owned();
     }
-    // Below the topic's name there is `data`, and little else, unless the field is the thruster.
+    // Below the topic's name there is usually only `data`, unless the field is the thruster.
     let fields = field.path.split('[').next().unwrap_or_default().split('.');
     let fields = fields.filter(|_| !tells_of_thruster(&words(field.topic)));
     let segments: Vec<&str> = field.topic.split('/').chain(fields).collect();
@@ -174,7 +175,8 @@ fn name(field: &Field<'_>) -> String {
     left.join(" ")
 }
 
-/// The words of a segment but for those that say what is sent: `cmd_thruster1` has `thruster` and 1.
+/// Returns the words of a segment without those that describe the content: `cmd_thruster1` becomes
+/// `thruster` and 1.
 fn parts(segment: &str) -> Vec<String> {
     const SENT: &[&str] = &[
         "cmd", "command", "input", "output", "pwm", "rpm", "speed", "thrust", "force", "setpoint",
@@ -198,7 +200,7 @@ mod tests {
     use super::*;
 
     fn name_of(column: &str) -> String {
-        name(&Field::of(column).expect("a topic"))
+        name(&Field::parse(column).expect("a topic"))
     }
 
     #[test]

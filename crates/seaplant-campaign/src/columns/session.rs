@@ -1,11 +1,11 @@
-//! Which files were logged side by side, and which are trials of their own.
+//! Groups files that were logged simultaneously; other files are separate trials.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use seaplant_log::{Channel, Epoch, Log};
 
-/// Files of one recording: together they make a trial.
+/// Files of one recording, which together make a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Session {
     /// Indices into the log's sources.
@@ -17,8 +17,8 @@ pub(crate) struct Session {
 }
 
 impl Session {
-    /// One file by itself; of one without samples the start is after the end.
-    pub fn of(log: &Log, source: usize) -> Self {
+    /// Creates a session of one file; if it has no samples, the start is after the end.
+    pub fn new(log: &Log, source: usize) -> Self {
         let alone =
             Self { sources: vec![source], start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
         let times = |(_, channel): (usize, &Channel)| {
@@ -30,7 +30,7 @@ impl Session {
         Self { start_s, end_s, ..alone }
     }
 
-    /// Its channels, with their places in the log.
+    /// Iterates over its channels, with their indices in the log.
     pub fn channels<'a>(&self, log: &'a Log) -> impl Iterator<Item = (usize, &'a Channel)> {
         let sources = self.sources.clone();
         let all = log.channels().iter().enumerate();
@@ -38,18 +38,19 @@ impl Session {
     }
 }
 
-/// Files that overlap in time were logged side by side, unless they share most of their columns and
-/// count time each from its own start: those are recordings of one kind at several times.
+/// Groups files: those that overlap in time were logged simultaneously, unless they share most of
+/// their columns and each counts time from its own start, as recordings of one kind at several
+/// times do.
 pub(crate) fn sessions(log: &Log) -> Vec<Session> {
     let mut found: Vec<Session> = Vec::new();
     for source in 0..log.sources().len() {
-        let alone = Session::of(log, source);
+        let alone = Session::new(log, source);
         let (start_s, end_s) = (alone.start_s, alone.end_s);
         if start_s > end_s {
             continue;
         }
         let folder = |source: usize| log.sources()[source].path.parent().map(Path::to_owned);
-        // Instruments may log to folders of their own; a folder of several files is a recording.
+        // Instruments may log to separate folders; a folder of several files is a recording.
         let others = (0..log.sources().len()).filter(|&other| other != source);
         let loner = others.into_iter().all(|other| folder(other) != folder(source));
         let joins = |session: &&mut Session| {
@@ -74,12 +75,12 @@ pub(crate) fn sessions(log: &Log) -> Vec<Session> {
     found
 }
 
-/// Whether a file's clock counts from 1970, so that an overlap is one in fact.
+/// Returns whether a file's clock counts from 1970, so that an overlap is real.
 fn is_of_calendar(log: &Log, source: usize) -> bool {
     log.sources()[source].epoch == Epoch::Unix
 }
 
-/// Whether two files have more than half of their columns in common.
+/// Returns whether two files share more than half of their columns.
 pub(crate) fn are_alike(log: &Log, one: usize, other: usize) -> bool {
     let columns = |source: usize| -> BTreeSet<&str> {
         let of_file = log.channels().iter().filter(|channel| channel.source == source);

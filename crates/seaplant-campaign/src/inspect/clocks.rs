@@ -1,4 +1,4 @@
-//! The clocks of several files, and how far they are apart.
+//! Compares the clocks of several files.
 
 use schemars::JsonSchema;
 use seaplant::{ClockOffset, Error, Vehicle};
@@ -8,23 +8,23 @@ use serde::{Deserialize, Serialize};
 use crate::clocks::{Alignment, line, recordings};
 use crate::columns::are_alike;
 
-/// What the times of a file count from.
+/// Epoch of a file's times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InspectedEpoch {
     /// The start of 1970, UTC.
     Unix,
-    /// Midnight of a day that is not told.
+    /// Midnight of an unknown day.
     Midnight,
     /// The start of the vehicle's computer.
     Start,
-    /// Nothing that the file states.
+    /// The file states no epoch.
     #[default]
     Unstated,
 }
 
 impl InspectedEpoch {
-    pub(super) fn of(epoch: Epoch) -> Self {
+    pub(super) fn from_epoch(epoch: Epoch) -> Self {
         match epoch {
             Epoch::Unix => Self::Unix,
             Epoch::Midnight => Self::Midnight,
@@ -33,7 +33,7 @@ impl InspectedEpoch {
         }
     }
 
-    /// In words that follow "seconds since".
+    /// Returns the epoch in words that follow "seconds since".
     pub const fn name(self) -> &'static str {
         match self {
             Self::Unix => "1970",
@@ -44,30 +44,30 @@ impl InspectedEpoch {
     }
 }
 
-/// How the clock of a file lies to that of the first.
+/// Offset of a file's clock to that of the first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct InspectedOffset {
-    /// Which file.
+    /// The file.
     pub file: String,
     /// The first file.
     pub against: String,
-    /// The time that both share as their clocks stand, s; below zero the time between them.
+    /// Overlap of both with the recorded clocks, s; below zero the time between them.
     pub overlap_s: f64,
-    /// Whether both count from the same instant, as far as they state it.
+    /// True if both count from the same instant, as far as they state it.
     pub same_epoch: bool,
-    /// Seconds to add to the clock of the file, by the satellite time that an autopilot logged;
-    /// good to a second.
+    /// Seconds to add to the clock of the file, from the satellite time in an autopilot's log;
+    /// accurate to a second.
     pub by_satellite_s: Option<f64>,
-    /// How far the clock of the file is behind, as estimated from the data.
+    /// Lag of the clock of the file, estimated from the data.
     pub clock: Option<ClockOffset>,
-    /// Why it cannot be estimated; absent where the files hold nothing to compare, either.
+    /// Reason why it cannot be estimated; also absent if the files have no comparable signals.
     pub refused: Option<String>,
-    /// What to write in campaign.toml under `[[trial]]`; absent where the clocks agree.
+    /// Line for campaign.toml under `[[trial]]`; absent if the clocks agree.
     pub campaign_line: Option<String>,
 }
 
-/// How the clocks of all files lie to the first's; files of the same columns are recordings of
-/// other times, and left out.
+/// Returns the offsets of all files' clocks to the first's; files of the same columns are
+/// recordings of other times, and left out.
 pub(super) fn offsets(log: &Log) -> Vec<InspectedOffset> {
     let others: Vec<usize> =
         (1..log.sources().len()).filter(|&file| !are_alike(log, 0, file)).collect();
@@ -100,7 +100,8 @@ fn offset(log: &Log, alignment: &mut Alignment<'_>, file: usize) -> Option<Inspe
         file: source.path.display().to_string(),
         against: reference.path.display().to_string(),
         overlap_s: here[1].min(there[1]) - here[0].max(there[0]),
-        same_epoch: InspectedEpoch::of(reference.epoch) == InspectedEpoch::of(source.epoch),
+        same_epoch: InspectedEpoch::from_epoch(reference.epoch)
+            == InspectedEpoch::from_epoch(source.epoch),
         by_satellite_s,
         clock,
         refused,
@@ -108,26 +109,26 @@ fn offset(log: &Log, alignment: &mut Alignment<'_>, file: usize) -> Option<Inspe
     })
 }
 
-/// Whether two clocks are one, for all that the data tell.
+/// Returns whether two clocks agree within the accuracy of the data.
 fn agrees(clock: &ClockOffset) -> bool {
-    /// Instruments differ by as much in what they call now, s.
+    /// Tolerance on instruments' differences in time stamping, s.
     const CLOSE_S: f64 = 0.02;
     clock.offset_s.abs() < CLOSE_S + 3.0 * clock.std_s
 }
 
-/// The first and the last time of a file, s; `None` of one without a channel.
+/// Returns the first and the last time of a file, s; `None` for one without channels.
 pub(super) fn span_s(log: &Log, file: usize) -> Option<[f64; 2]> {
     let of_file = log.channels().iter().filter(|channel| channel.source == file);
     let ends = of_file.filter_map(|c| Some([*c.time_s().first()?, *c.time_s().last()?]));
     ends.reduce(around)
 }
 
-/// The span of two.
+/// Returns the span of both.
 pub(super) fn around(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
     [one[0].min(other[0]), one[1].max(other[1])]
 }
 
-/// When the clock of a file was at zero, s since 1970.
+/// Returns the time at which the clock of a file was at zero, s since 1970.
 pub(super) fn since_1970_s(source: &Source) -> Option<f64> {
     match source.epoch {
         Epoch::Unix => Some(0.0),

@@ -1,4 +1,4 @@
-//! When the thrusters work, and which way the vehicle moves while they do.
+//! Finds the stretches with working thrusters, and the axes that move during them.
 
 use std::f64::consts::TAU;
 
@@ -10,22 +10,22 @@ use crate::columns::{Mapped, Session};
 use crate::units::dimension_of;
 use crate::words::words;
 
-/// A stretch of a session in which it is driven, s after the session's first sample.
+/// A stretch of a session with thrust, s after the session's first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Window {
-    /// Where to start and end the trial.
+    /// Start and end of the trial.
     pub from_s: f64,
     pub to_s: f64,
-    /// Where thrusters work.
+    /// Stretch in which thrusters work.
     pub active_s: Option<(f64, f64)>,
 }
 
-/// Idle for longer than this parts two trials, s.
+/// Idle time that separates two trials, s.
 const IDLE_S: f64 = 30.0;
-/// A trial starts so long before thrust, and ends so long after: coasting tells drag.
+/// Margin of a trial before and after thrust: coasting reveals drag.
 const BEFORE_S: f64 = 2.0;
 const AFTER_S: f64 = 10.0;
-/// Fewer samples of motion make no trial.
+/// Minimum number of samples of motion in a trial.
 const LEAST_SAMPLES: usize = 10;
 
 /// A series in SI units, s after the session's first sample.
@@ -35,8 +35,7 @@ pub(super) struct Series {
     values: Vec<f64>,
 }
 
-/// The stretches of a session in which something drives the vehicle; the whole session if
-/// nothing does.
+/// Returns the stretches of a session with thrust; the complete session if there is none.
 pub(super) fn windows(log: &Log, session: &Session, mapped: &[Mapped]) -> Vec<Window> {
     let span_s = session.end_s - session.start_s;
     let mut active: Vec<(f64, f64)> =
@@ -76,7 +75,7 @@ fn is_input(quantity: &Quantity) -> bool {
     matches!(quantity, Quantity::Thruster { .. } | Quantity::Wrench(_))
 }
 
-/// A channel in SI units; as it stands where no unit is known.
+/// Converts a channel to SI units; unchanged if no unit is known.
 fn series(log: &Log, session: &Session, mapped: &Mapped) -> Series {
     let channel: &Channel = &log.channels()[mapped.channel];
     let dimension = dimension_of(mapped.quantity().kind());
@@ -92,7 +91,7 @@ fn series(log: &Log, session: &Session, mapped: &Mapped) -> Series {
     }
 }
 
-/// Inputs as deviations from where they stop.
+/// Returns inputs as deviations from neutral.
 fn inputs(log: &Log, session: &Session, mapped: &[Mapped]) -> Vec<Series> {
     let input = |mapped: &Mapped| {
         let mut series = series(log, session, mapped);
@@ -102,7 +101,7 @@ fn inputs(log: &Log, session: &Session, mapped: &[Mapped]) -> Vec<Series> {
         };
         series.values.iter_mut().for_each(|x| *x -= stop);
         if stop != 0.0 {
-            // Speed controllers rest a little off their neutral.
+            // Speed controllers rest a little off neutral.
             series.values.iter_mut().filter(|x| x.abs() < REST_US).for_each(|x| *x = 0.0);
         }
         series
@@ -110,11 +109,12 @@ fn inputs(log: &Log, session: &Session, mapped: &[Mapped]) -> Vec<Series> {
     mapped.iter().filter(|mapped| is_input(mapped.quantity())).map(input).collect()
 }
 
-/// The pulse width that stops a hobby speed controller, us, and how far off it still rests.
+/// Pulse width at which a hobby speed controller stops, us, and the tolerance of rest.
 const STOPPED_US: f64 = 1500.0;
 const REST_US: f64 = 15.0;
 
-/// Where an input is more than a twentieth of its largest away from rest.
+/// Returns the intervals in which an input deviates from rest by more than a twentieth of its
+/// maximum.
 fn active_intervals(input: &Series) -> Vec<(f64, f64)> {
     const PART: f64 = 0.05;
     let largest = input.values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
@@ -127,7 +127,7 @@ fn active_intervals(input: &Series) -> Vec<(f64, f64)> {
     input.values.iter().enumerate().filter_map(active).collect()
 }
 
-/// Whether some input changes while it works, by more than a twentieth of its size.
+/// Returns whether some input varies while it works, by more than a twentieth of its size.
 pub(super) fn thrust_varies(
     log: &Log,
     session: &Session,
@@ -146,7 +146,7 @@ pub(super) fn thrust_varies(
     inputs(log, session, mapped).iter().any(varies)
 }
 
-/// Whether an input that works in the session is named after a degree of freedom.
+/// Returns whether an input that works in the session is named after a degree of freedom.
 fn is_named_after(log: &Log, mapped: &[Mapped], dof: Dof) -> bool {
     let known: &[&str] = match dof {
         Dof::Surge => &["surge", "fore", "forward", "main", "longitudinal"],
@@ -154,7 +154,7 @@ fn is_named_after(log: &Log, mapped: &[Mapped], dof: Dof) -> bool {
         Dof::Heave => &["heave", "vertical", "vert"],
         Dof::Roll | Dof::Pitch | Dof::Yaw => &[],
     };
-    // `fore-aft` pushes along x; the fore one of two lateral thrusters does not.
+    // `fore-aft` acts along x; the fore one of two lateral thrusters does not.
     let named = |name: &str| words(name).first().is_some_and(|word| known.contains(&word.as_str()));
     mapped.iter().any(|mapped| {
         let works = !log.channels()[mapped.channel].is_constant();
@@ -162,14 +162,14 @@ fn is_named_after(log: &Log, mapped: &[Mapped], dof: Dof) -> bool {
     })
 }
 
-/// How much a degree of freedom looks driven, from 0 to 1.
+/// A degree of freedom, and how strongly it appears to be driven, from 0 to 1.
 pub(super) type Score = (Dof, f64);
 
-/// Degrees of freedom by how much they look driven, the most first; empty where no motion
-/// is mapped.
+/// Ranks degrees of freedom by how strongly they appear to be driven; empty where no motion is
+/// mapped.
 ///
-/// A score is the size of the velocity beside a customary one, times its squared correlation
-/// with the input that it follows best; a vehicle's roll and pitch are rarely meant.
+/// A score is the size of the velocity relative to a typical one, times its squared correlation
+/// with the input that it follows best; a vehicle's roll and pitch are rarely intended.
 pub(super) fn driven(
     log: &Log,
     session: &Session,
@@ -177,7 +177,8 @@ pub(super) fn driven(
     window: &Window,
 ) -> Vec<Score> {
     const UNCORRELATED: f64 = 0.3;
-    /// An instrument that sits askew sees surge and sway alike; the thrusters' names part them.
+    /// A misaligned instrument measures surge and sway alike; the thrusters' names distinguish
+    /// them.
     const NAMED: f64 = 1.2;
     let inputs = inputs(log, session, mapped);
     let score = |dof: Dof| {
@@ -201,10 +202,11 @@ pub(super) fn driven(
     scores
 }
 
-/// A translation of this correlation with the rate of turn is a swing of its instrument.
+/// A translation with this correlation to the rate of turn comes from the lever arm of its
+/// instrument.
 const SWINGS: f64 = 0.8;
 
-/// A velocity of a vehicle in slow motion, m/s or rad/s.
+/// Returns a typical velocity of a vehicle in slow motion, m/s or rad/s.
 pub(super) const fn customary(dof: Dof) -> f64 {
     match dof {
         Dof::Surge | Dof::Sway | Dof::Heave => 0.05,
@@ -213,7 +215,7 @@ pub(super) const fn customary(dof: Dof) -> f64 {
     }
 }
 
-/// The body velocity along a degree of freedom, measured or derived.
+/// Returns the body velocity along a degree of freedom, measured or derived.
 pub(super) fn velocity(
     log: &Log,
     session: &Session,
@@ -248,7 +250,7 @@ pub(super) fn velocity(
     }
 }
 
-/// Surge or sway from positions and heading.
+/// Derives surge or sway from positions and heading.
 fn ground_speed(find: &impl Fn(&Quantity) -> Option<Series>, dof: Dof) -> Option<Series> {
     let north = find(&Quantity::Position(World::North))?.derivative();
     let east = find(&Quantity::Position(World::East))?.derivative();
@@ -274,7 +276,7 @@ impl Series {
         Self { time_s, values }
     }
 
-    /// The value of the last sample before `t`; of the first where there is none.
+    /// Returns the value of the last sample before `t`, or the first sample's.
     fn held_at(&self, t: f64) -> f64 {
         let after = self.time_s.partition_point(|sample| *sample <= t);
         self.values.get(after.saturating_sub(1)).copied().unwrap_or(0.0)
@@ -291,7 +293,7 @@ impl Series {
         self
     }
 
-    /// Slopes over about a second, so that resolution does not drown them.
+    /// Differentiates over about a second, so that resolution does not dominate.
     fn derivative(&self) -> Self {
         const HALF_S: f64 = 0.5;
         let n = self.time_s.len();
@@ -305,8 +307,8 @@ impl Series {
         Self { time_s: self.time_s.clone(), values: (0..n).map(slope).collect() }
     }
 
-    /// The integral, forgotten over seconds as drag makes a vehicle forget its speed, and without
-    /// its mean, which gravity and offsets make.
+    /// Integrates with a time constant of seconds, as drag lets a vehicle lose its speed, after
+    /// removing the mean, which comes from gravity and offsets.
     fn forgetful_integral(&self) -> Self {
         const FORGOTTEN_S: f64 = 3.0;
         let (mut kept, mut before) = (0.0, self.time_s.first().copied().unwrap_or(0.0));
@@ -327,13 +329,14 @@ impl Series {
         (sum / self.values.len() as f64).sqrt()
     }
 
-    /// Whether it goes with a turn, as the velocity of an instrument away from the axis does.
+    /// Returns whether it correlates with a turn, as the velocity of an instrument away from the
+    /// axis does.
     pub(super) fn swings_with(&self, turn: &Series) -> bool {
         let turn: Vec<f64> = self.time_s.iter().map(|t| turn.held_at(*t)).collect();
         correlation(&turn, &self.values).abs() > SWINGS
     }
 
-    /// The squared correlation with an input, signed-squared and lagged as a hull would.
+    /// Returns the squared correlation with an input, signed-squared and lagged as by a hull.
     fn follows(&self, input: &Series) -> f64 {
         const LAGS_S: [f64; 2] = [1.0, 4.0];
         let driven = |lag_s: f64| {
@@ -351,7 +354,7 @@ impl Series {
     }
 }
 
-/// Pearson's, 0 where one of the two does not vary.
+/// Computes Pearson's correlation, 0 if one of the two does not vary.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len() as f64;
     let (mean_a, mean_b) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);

@@ -1,4 +1,4 @@
-//! campaign.toml, as far as a log tells it.
+//! Writes campaign.toml as far as a log determines it.
 
 use seaplant::quantity::Attitude;
 use seaplant::{Dof, Quantity};
@@ -10,7 +10,7 @@ use super::vehicle_text::is_of_receiver;
 use super::write::{Page, quoted, seconds};
 use crate::columns::{Mapped, Mapping, UNTOLD};
 
-/// The file's text, and what is left to decide.
+/// Returns the file's text, and the decisions left to the user.
 pub(super) fn write(
     log: &Log,
     mapping: &Mapping,
@@ -63,9 +63,9 @@ fn questions(log: &Log, mapping: &Mapping, trials: &[ProposedTrial]) -> Vec<Stri
 
 const IDLE: &str = "no mapped thruster is active; set from_s and to_s";
 
-/// `"a", "b" and 7 more: why none of them is mapped`.
+/// Formats `"a", "b" and 7 more: why none of them is mapped`.
 fn by_reason(left_out: &[(String, String)]) -> Vec<String> {
-    /// More columns than these are counted.
+    /// Maximum number of columns that are listed; more are counted.
     const NAMED: usize = 12;
     let mut grouped: Vec<(&str, Vec<String>)> = Vec::new();
     for (column, why) in left_out {
@@ -83,7 +83,7 @@ fn by_reason(left_out: &[(String, String)]) -> Vec<String> {
     grouped.into_iter().map(line).collect()
 }
 
-/// `trials "a", "b": what is asked of both`.
+/// Formats `trials "a", "b": the question for both`.
 fn by_question<'a>(kind: &str, asked: impl Iterator<Item = (&'a String, String)>) -> Vec<String> {
     let mut grouped: Vec<(String, Vec<String>)> = Vec::new();
     for (name, question) in asked {
@@ -99,7 +99,7 @@ fn by_question<'a>(kind: &str, asked: impl Iterator<Item = (&'a String, String)>
     grouped.into_iter().map(line).collect()
 }
 
-/// Another degree of freedom that scores so near the best is worth a word.
+/// Relative score from which another degree of freedom is mentioned.
 const NEAR: f64 = 0.5;
 
 fn dof_question(trial: &ProposedTrial) -> String {
@@ -124,7 +124,7 @@ fn dof_question(trial: &ProposedTrial) -> String {
     format!("is this a {0} trial? {0} responds most to the inputs{also}", best.0)
 }
 
-/// The first time column whose unit was assumed, and the unit that it may have instead.
+/// Returns the first time column whose unit was assumed, and its likely unit.
 fn assumed_time(log: &Log) -> Option<(&str, &'static str)> {
     log.notes().iter().find_map(|note| match note {
         Note::TimeUnitAssumed { column, .. } => {
@@ -134,7 +134,7 @@ fn assumed_time(log: &Log) -> Option<(&str, &'static str)> {
     })
 }
 
-/// How the logs are to be read.
+/// Writes how the logs are to be read.
 fn reading(page: &mut Page, log: &Log, options: &ReadOptions) {
     if let Some(sheet) = &options.sheet {
         page.line(&format!("sheet = {}", quoted(sheet)));
@@ -170,7 +170,7 @@ fn write_trial(page: &mut Page, mapping: &Mapping, trial: &ProposedTrial) {
             page.line("]");
         }
     }
-    // Without `dof` a trial serves the plant of several axes alone.
+    // Without `dof` a trial serves only the plant of several axes.
     let mark = if trial.together.is_empty() { "" } else { "# " };
     page.explained(
         &format!("{mark}dof = [\"{}\"]", trial.dof),
@@ -205,7 +205,7 @@ fn write_trial(page: &mut Page, mapping: &Mapping, trial: &ProposedTrial) {
     }
 }
 
-/// Channels that a session takes from another column than the campaign's [channels] say.
+/// Returns the channels for which a session uses another column than [channels] of the campaign.
 fn own_channels(mapping: &Mapping, session: usize) -> Vec<&Mapped> {
     let all = mapping.all();
     let differs = |mapped: &&Mapped| {
@@ -217,8 +217,8 @@ fn own_channels(mapping: &Mapping, session: usize) -> Vec<&Mapped> {
     mapping.sessions[session].iter().filter(differs).collect()
 }
 
-/// Proposes a plant of several axes: for rudders and fins, which act in one, for boats, which move
-/// along three axes at once, and for logs that move or measure several axes.
+/// Proposes a plant of several axes: for rudders and fins, whose force acts in several, for boats,
+/// which move along three axes at once, and for logs that move or measure several axes.
 fn several_axes(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
     let is_angle = |quantity: &Quantity| matches!(quantity, Quantity::SurfaceAngle { .. });
     let (is_boat, has_rudder) = (is_boat(mapping), mapping.has(is_angle));
@@ -253,7 +253,7 @@ fn several_axes(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
     }
 }
 
-/// Proposes one plant for the axes that the trials move together; where none does and all are
+/// Proposes one plant for the axes that the trials move together; if none does and all are
 /// measured, as an alternative.
 fn axes_moved_together(page: &mut Page, mapping: &Mapping, trials: &[ProposedTrial]) {
     let axes = plant_axes(mapping, trials);
@@ -280,8 +280,8 @@ fn axes_moved_together(page: &mut Page, mapping: &Mapping, trials: &[ProposedTri
     page.comment("then reported apart.");
 }
 
-/// The `axes` line of the plant for all that the trials move together; `None` if they move each
-/// axis alone.
+/// Returns the `axes` line of the plant for all that the trials move together; `None` if they move
+/// each axis alone.
 fn plant_axes(mapping: &Mapping, trials: &[ProposedTrial]) -> Option<String> {
     let moved = |dof: &Dof| trials.iter().any(|trial| trial.together.contains(dof));
     let axes: Vec<Dof> = Dof::ALL.into_iter().filter(moved).collect();
@@ -296,7 +296,7 @@ fn plant_axes(mapping: &Mapping, trials: &[ProposedTrial]) -> Option<String> {
     }
 }
 
-/// Whether a log has a satellite receiver or the like and heading, and nothing of one who dives.
+/// Returns whether a log has satellite navigation or the like and heading, and no signs of diving.
 fn is_boat(mapping: &Mapping) -> bool {
     let heading = |x: &Quantity| *x == Quantity::Attitude(Attitude::Heading);
     let dives = |x: &Quantity| matches!(x, Quantity::Depth | Quantity::DvlVelocity(_));

@@ -1,4 +1,4 @@
-//! Axes that a trial moves together: one plant of several axes explains them.
+//! Detects axes that a trial moves together, which a plant of several axes explains.
 
 use seaplant::quantity::{Attitude, Axis};
 use seaplant::{Dof, Quantity};
@@ -7,16 +7,16 @@ use seaplant_log::Log;
 use super::activity::{Series, Window, customary, velocity};
 use crate::columns::{Mapped, Mapping, Session};
 
-/// The axes that somebody steers; roll and pitch follow.
+/// Steered axes; roll and pitch follow.
 const STEERED: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw];
-/// Fewer axes may be one, with what leaks into others from it.
+/// Fewer axes may be one axis and its effects on others.
 const FEWEST: usize = 3;
-/// An axis takes part from this size, as a multiple of a customary one, and from this part of the
-/// size of the axis that moves most.
+/// Minimum size of an axis that counts as moved, as a multiple of a typical one, and as a fraction
+/// of the size of the axis that moves most.
 const LEAST_SIZE: f64 = 1.0;
 const LEAST_PART: f64 = 0.25;
 
-/// The steered axes that move together in a window, if three do or more.
+/// Returns the steered axes that move together in a window, if there are at least three.
 pub(super) fn moved(log: &Log, session: &Session, mapped: &[Mapped], window: &Window) -> Vec<Dof> {
     let is_measured = |dof: Dof| {
         dof.is_rotation() || mapped.iter().any(|mapped| is_velocity(mapped.quantity(), dof))
@@ -40,7 +40,7 @@ pub(super) fn moved(log: &Log, session: &Session, mapped: &[Mapped], window: &Wi
     if moved.len() < FEWEST { Vec::new() } else { moved }
 }
 
-/// Whether a quantity is the velocity of a translation in body axes.
+/// Returns whether a quantity is the velocity of a translation in body axes.
 fn is_velocity(quantity: &Quantity, dof: Dof) -> bool {
     let axis = match dof {
         Dof::Surge => Axis::X,
@@ -50,8 +50,8 @@ fn is_velocity(quantity: &Quantity, dof: Dof) -> bool {
     *quantity == Quantity::Velocity(dof) || *quantity == Quantity::DvlVelocity(axis)
 }
 
-/// Whether the velocity of each translation and all three angles are measured, as a plant of six
-/// axes needs.
+/// Returns whether the velocity of each translation and all three angles are measured, as a plant
+/// of six axes needs.
 pub(super) fn measures_all(mapping: &Mapping) -> bool {
     let translations = [Dof::Surge, Dof::Sway, Dof::Heave];
     let angles = [Attitude::Roll, Attitude::Pitch, Attitude::Heading];

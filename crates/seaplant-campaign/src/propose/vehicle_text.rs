@@ -1,4 +1,4 @@
-//! vehicle.toml, as far as a log tells it.
+//! Writes vehicle.toml as far as a log determines it.
 
 use seaplant::{Quantity, Surface, ThrusterInput};
 use seaplant_log::{Channel, Log};
@@ -8,7 +8,7 @@ use crate::columns::{self, Mapped, Mapping};
 use crate::preset::VehiclePreset;
 use crate::remarks::short;
 
-/// The file's text, and what is left to decide.
+/// Returns the file's text, and the decisions left to the user.
 pub(super) fn write(
     log: &Log,
     mapping: &Mapping,
@@ -48,7 +48,7 @@ pub(super) fn write(
     (page.text, questions)
 }
 
-/// The name, the thrusters and their curve, of a vehicle that is known.
+/// Writes the name, the thrusters and their curve for a known vehicle.
 fn known_vehicle(page: &mut Page, log: &Log, mapping: &Mapping, preset: VehiclePreset) {
     page.explained(&format!("name = {}", quoted(preset.title())), "decide: its name in the report");
     let supply = mapping.all().into_iter().find(|m| *m.quantity() == Quantity::SupplyVoltage);
@@ -65,7 +65,7 @@ fn known_vehicle(page: &mut Page, log: &Log, mapping: &Mapping, preset: VehicleP
     page.explained(&curve, &format!("{why}; by the logged one if it is left out"));
 }
 
-/// The median voltage, to half a volt, if it is one that the curve was measured at.
+/// Returns the median voltage, to half a volt, if the curve was measured at it.
 fn typical_voltage(channel: &Channel) -> Option<f64> {
     let unit = channel.unit.as_ref()?;
     let mut values = channel.values().to_vec();
@@ -75,7 +75,7 @@ fn typical_voltage(channel: &Channel) -> Option<f64> {
     (10.0..=20.0).contains(&volts).then_some(volts)
 }
 
-/// The motors that the autopilot turns round.
+/// Writes the motors that the autopilot reverses.
 fn reversed_thrusters(page: &mut Page, log: &Log, preset: VehiclePreset) {
     page.line("");
     page.comment(
@@ -101,7 +101,7 @@ fn reversed_thrusters(page: &mut Page, log: &Log, preset: VehiclePreset) {
     }
 }
 
-/// Thrusters of the preset that no column is named for.
+/// Describes thrusters of the preset without a column of their name.
 fn unmapped(mapping: &Mapping, preset: VehiclePreset) -> Option<String> {
     let mapped: Vec<&str> = mapping.thrusters().into_iter().map(|(name, _)| name).collect();
     let known = preset.thrusters();
@@ -126,7 +126,7 @@ fn unmapped(mapping: &Mapping, preset: VehiclePreset) -> Option<String> {
     })
 }
 
-/// A preset with as many motors as the log has.
+/// Returns a preset with as many motors as the log has.
 fn likely_preset(mapping: &Mapping) -> Option<String> {
     let pulses =
         mapping.thrusters().into_iter().filter(|(_, of)| input_of(of) == ThrusterInput::Pwm);
@@ -201,7 +201,7 @@ fn thrusters(page: &mut Page, log: &Log, mapping: &Mapping) {
     }
 }
 
-/// Rudders and fins.
+/// Writes rudders and fins.
 fn surfaces(page: &mut Page, mapping: &Mapping) {
     for mapped in mapping.all() {
         let Quantity::SurfaceAngle { kind, name } = mapped.quantity() else { continue };
@@ -219,7 +219,7 @@ fn surfaces(page: &mut Page, mapping: &Mapping) {
     }
 }
 
-/// The column and the range of its values in all sessions.
+/// Returns the column and the range of its values in all sessions.
 fn seen(log: &Log, mapping: &Mapping, mapped: &Mapped) -> String {
     let all = mapping.sessions.iter().flatten();
     let same = all.filter(|other| other.quantity() == mapped.quantity());
@@ -255,12 +255,12 @@ fn likely_curve(mapped: &Mapped) -> &'static str {
         ThrusterInput::Command => {
             "curve = { kind = \"table\", input = \"command\", file = \"bollard-pull.csv\" }"
         }
-        // Its thrust is logged; the curve must stand, and is not read.
+        // The thrust itself is logged; the curve is required but not used.
         ThrusterInput::Force => "curve = { kind = \"quadratic\", forward = 1.0, reverse = 1.0 }",
     }
 }
 
-/// Three ways to write a curve for such an input.
+/// Returns three examples of a curve for such an input.
 fn curves(mapped: &Mapped) -> [String; 3] {
     let (input, unit, points) = match input_of(mapped) {
         ThrusterInput::Pwm => ("pwm", "us from 1500", "[1100, F1], [1500, 0], [1900, F2]"),
@@ -279,7 +279,7 @@ fn curves(mapped: &Mapped) -> [String; 3] {
     ]
 }
 
-/// Whether an antenna, or what else positions the vehicle, measures it.
+/// Returns whether a satellite antenna or another positioning system measures it.
 pub(super) fn is_of_receiver(quantity: &Quantity) -> bool {
     matches!(
         quantity,
@@ -332,7 +332,7 @@ fn sensors(page: &mut Page, mapping: &Mapping) {
     }
 }
 
-/// The known vehicle, if any of its motors is mapped.
+/// Returns the known vehicle, if any of its motors is mapped.
 fn vehicle(log: &Log, mapping: &Mapping) -> Option<VehiclePreset> {
     let preset = columns::preset(log)?;
     let has = |name: &str| preset.thrusters().iter().any(|thruster| thruster.name == name);

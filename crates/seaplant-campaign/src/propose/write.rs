@@ -1,15 +1,15 @@
-//! Text of TOML files: strings that cannot break out, and comments beside what they explain.
+//! Writes TOML: safely quoted strings, and comments next to what they explain.
 
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
-/// A TOML file in the making.
+/// A TOML file under construction.
 #[derive(Default)]
 pub(super) struct Page {
     pub text: String,
 }
 
-/// Where comments beside a line start.
+/// Column at which comments after a line start.
 const MARGIN: usize = 44;
 
 impl Page {
@@ -18,7 +18,7 @@ impl Page {
         self.text.push('\n');
     }
 
-    /// A line and why it says what it does.
+    /// Writes a line and the reason for it.
     pub fn explained(&mut self, code: &str, comment: &str) {
         // Writing to a string cannot fail.
         let _ = writeln!(self.text, "{code:<MARGIN$} # {comment}");
@@ -28,7 +28,7 @@ impl Page {
         self.line(format!("# {text}").trim_end());
     }
 
-    /// A list of comments under a heading; nothing of nothing.
+    /// Writes a list of comments under a heading, unless it is empty.
     pub fn list(&mut self, heading: &str, items: &[String]) {
         if items.is_empty() {
             return;
@@ -40,7 +40,7 @@ impl Page {
     }
 }
 
-/// A string for a value, a key or a comment, on one line whatever is in it.
+/// Quotes a string for a value, a key or a comment, on one line whatever its content.
 ///
 /// TOML's own writer spreads a string with line ends over several lines, which a key or a
 /// comment must not. JSON's strings are TOML's basic strings, but for DEL.
@@ -48,12 +48,12 @@ pub(super) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string().replace('\u{7f}', "\\u007f")
 }
 
-/// Seconds, with a decimal point as TOML's floats have it.
+/// Formats seconds with a decimal point, as TOML's floats have it.
 pub(super) fn seconds(t: f64) -> String {
     format!("{t:?}")
 }
 
-/// `file` as seen from the folder `base`, with `/` between parts; absolute where no relative
+/// Returns `file` relative to the folder `base`, with `/` between parts; absolute if no relative
 /// path leads there.
 pub(super) fn relative(file: &Path, base: &Path) -> String {
     let (file, base) = (resolved(file), resolved_folder(base));
@@ -68,13 +68,14 @@ pub(super) fn relative(file: &Path, base: &Path) -> String {
     literal(&up.chain(down).collect::<Vec<String>>().join("/"))
 }
 
-/// A path that stays what it is where `~` and `$VARIABLE` are filled in.
+/// Escapes a path against the expansion of `~` and `$VARIABLE`.
 fn literal(path: &str) -> String {
     let path = path.replace('$', "$$");
     if path.starts_with('~') { format!("./{path}") } else { path }
 }
 
-/// Absolute, its folder without links; the file itself may be one and keeps its name.
+/// Returns the absolute path, with links in its folder resolved; the file itself may be a link and
+/// keeps its name.
 fn resolved(file: &Path) -> PathBuf {
     match (file.parent(), file.file_name()) {
         (Some(folder), Some(name)) => resolved_folder(folder).join(name),
@@ -82,7 +83,7 @@ fn resolved(file: &Path) -> PathBuf {
     }
 }
 
-/// Absolute and without links, as far as it exists.
+/// Returns the absolute path without links, as far as it exists.
 fn resolved_folder(folder: &Path) -> PathBuf {
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let absolute = std::path::absolute(here).unwrap_or_else(|_| here.to_owned());

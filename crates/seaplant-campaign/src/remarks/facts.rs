@@ -1,11 +1,11 @@
-//! A channel as the detectors look at it.
+//! A channel in the form that the detectors use.
 
 use seaplant_log::{Channel, Dimension};
 
 use super::runs::{Run, runs_within};
 use crate::words::{HEADING, PITCH, ROLL, is_input};
 
-/// A channel as the detectors look at it.
+/// A channel in the form that the detectors use.
 pub(super) struct Facts<'a> {
     pub(super) channel: &'a Channel,
     pub(super) words: Vec<String>,
@@ -50,13 +50,13 @@ impl Facts<'_> {
         self.pairs().map(|[before, after]| (after - before).abs())
     }
 
-    /// Each value and the next, unless a pause lies between.
+    /// Iterates over pairs of successive values, unless a pause lies between.
     pub(super) fn pairs(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         let pairs = self.values.windows(2).map(|w| [w[0], w[1]]).enumerate();
         pairs.filter(|(k, _)| self.follows(k + 1)).map(|(_, pair)| pair)
     }
 
-    /// The times from each sample to the next, s, without pauses.
+    /// Iterates over the time steps, s, without pauses.
     pub(super) fn intervals(&self) -> impl Iterator<Item = f64> + '_ {
         let all = self.channel.time_s().windows(2).map(|w| w[1] - w[0]);
         all.filter(|interval_s| *interval_s < self.pause_s)
@@ -66,7 +66,7 @@ impl Facts<'_> {
         runs_within(&self.values, |k| self.follows(k))
     }
 
-    /// Whether no pause lies before a sample.
+    /// Returns whether no pause precedes a sample.
     fn follows(&self, k: usize) -> bool {
         self.time_s[k] - self.time_s[k - 1] < self.pause_s
     }
@@ -81,7 +81,7 @@ impl Facts<'_> {
     }
 }
 
-/// Five significant digits.
+/// Formats five significant digits.
 pub(crate) fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{}", x.abs());

@@ -1,8 +1,8 @@
-//! One thing that is odd about a channel, and how it is said.
+//! One irregularity of a channel, and its message.
 
 use std::fmt;
 
-/// Something odd, with the numbers that say so.
+/// An irregularity, with its numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Remark {
     Constant { value: String, count: usize },

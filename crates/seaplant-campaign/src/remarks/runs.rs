@@ -13,14 +13,14 @@ impl Run {
         self.to - self.from
     }
 
-    /// The time from its first sample to its last, s.
+    /// Returns the time from its first sample to its last, s.
     pub fn span_s(&self, time_s: &[f64]) -> f64 {
         time_s[self.to - 1] - time_s[self.from]
     }
 }
 
-/// All runs, single samples included, in order; none goes on at a sample that does not follow on
-/// the one before.
+/// Returns all runs, single samples included, in order; none extends across a sample that does not
+/// follow the one before.
 pub(super) fn runs_within(values: &[f64], follows: impl Fn(usize) -> bool) -> Vec<Run> {
     let mut found: Vec<Run> = Vec::new();
     for (k, &value) in values.iter().enumerate() {
@@ -32,7 +32,7 @@ pub(super) fn runs_within(values: &[f64], follows: impl Fn(usize) -> bool) -> Ve
     found
 }
 
-/// How many values differ from each other.
+/// Counts distinct values.
 pub(super) fn distinct(values: &[f64]) -> usize {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -40,7 +40,7 @@ pub(super) fn distinct(values: &[f64]) -> usize {
     sorted.len()
 }
 
-/// The value below which the given part of them lies; `None` of none.
+/// Returns the quantile of the values; `None` if there are none.
 pub(super) fn quantile(values: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     if values.is_empty() {

@@ -16,15 +16,15 @@ use crate::{Error, toml_file};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum CurveEntry {
-    /// Force by the square of the input.
+    /// Force proportional to the squared input.
     Quadratic(QuadraticEntry),
-    /// Force by measured points.
+    /// Force interpolated between measured points.
     Table(TableEntry),
     /// The published curve of a known thruster.
     Preset(PresetCurveEntry),
-    /// Of unknown strength, `k n|n|`, to be estimated by a plant of several axes.
+    /// A curve of unknown strength, `k n|n|`, to be estimated by a plant of several axes.
     Estimate(EstimateCurveEntry),
-    /// Of a propeller whose open-water curve is known, for plants of several axes.
+    /// A propeller with known open-water curve, for plants of several axes.
     OpenWater(OpenWaterEntry),
 }
 
@@ -37,9 +37,9 @@ pub struct OpenWaterEntry {
     /// k0, k1, k2.
     #[serde(deserialize_with = "exact::numbers")]
     pub k_t: [f64; 3],
-    /// Wake fraction w: 0 for a propeller that no hull shades.
+    /// Wake fraction w: 0 for a propeller without a hull ahead of it.
     pub wake: f64,
-    /// How the wake changes with drift: `{ rate = C1, greatest = [C2 of flow from starboard, C2 of
+    /// Change of the wake with drift: `{ rate = C1, greatest = [C2 of flow from starboard, C2 of
     /// flow from port] }`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wake_by_drift: Option<WakeByDrift>,
@@ -57,21 +57,21 @@ impl OpenWaterEntry {
     }
 }
 
-/// Standard deviations of thrust, as parts of it: 0.05 for 5 %.
+/// Standard deviations of thrust, as fractions of it: 0.05 for 5 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct UncertaintyEntry {
-    /// Of positive thrust.
+    /// For positive thrust.
     pub forward: f64,
-    /// Of negative thrust.
+    /// For negative thrust.
     pub reverse: f64,
 }
 
-/// A curve that is not known.
+/// An unknown curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EstimateCurveEntry {
-    /// What is logged as n: speed (rad/s) or command (−1 to 1).
+    /// The logged quantity n: speed (rad/s) or command (−1 to 1).
     #[serde(default = "speed")]
     pub input: ThrusterInput,
 }
@@ -80,9 +80,9 @@ pub struct EstimateCurveEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PresetCurveEntry {
-    /// Which.
+    /// The curve.
     pub name: CurvePreset,
-    /// The supply voltage, V; that which is logged as supply.voltage if it is left out.
+    /// The supply voltage, V; the logged supply.voltage if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub voltage_v: Option<f64>,
 }
@@ -95,13 +95,13 @@ pub struct QuadraticEntry {
     pub forward: f64,
     /// N per squared unit of input, for negative input.
     pub reverse: f64,
-    /// What is logged: speed (rad/s), pwm (us) or command (−1 to 1).
+    /// The logged quantity: speed (rad/s), pwm (us) or command (−1 to 1).
     #[serde(default = "speed")]
     pub input: ThrusterInput,
     /// Inputs this close to neutral give no thrust; rad/s, us or a ratio.
     #[serde(default)]
     pub deadband: f64,
-    /// The input that means stop: 0 by default, 1500 for pwm.
+    /// The input at zero thrust: 0 by default, 1500 for pwm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub neutral: Option<f64>,
 }
@@ -114,7 +114,7 @@ const fn speed() -> ThrusterInput {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TableEntry {
-    /// What is logged: speed (rad/s), pwm (us) or command (−1 to 1).
+    /// The logged quantity: speed (rad/s), pwm (us) or command (−1 to 1).
     pub input: Option<ThrusterInput>,
     /// Points `[input, force in N]`, input in rad/s, us or as a ratio.
     #[serde(deserialize_with = "exact::rows_of_numbers", skip_serializing_if = "Vec::is_empty")]
@@ -122,7 +122,7 @@ pub struct TableEntry {
     /// A table with a column of inputs and one of forces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
-    /// Which columns of it; told by their units and names if not said.
+    /// Its columns; recognised by their units and names if left out.
     #[serde(skip_serializing_if = "BenchColumns::is_default")]
     pub columns: BenchColumns,
     /// Tables measured at several supply voltages, in place of one.
@@ -141,8 +141,8 @@ pub struct VoltageEntry {
 }
 
 impl CurveEntry {
-    /// How well the strength of a curve is known of which nothing is said: of a preset, no
-    /// better than one thruster is like another.
+    /// Returns the uncertainty of a curve's strength if none is stated: for a preset, the spread
+    /// between thrusters.
     pub(super) fn usual_uncertainty(&self) -> UncertaintyEntry {
         match self {
             Self::Preset(_) => UncertaintyEntry { forward: PRESET_STD, reverse: PRESET_STD },
@@ -165,7 +165,7 @@ impl CurveEntry {
             Self::Preset(PresetCurveEntry { name, voltage_v }) => {
                 name.curve(*voltage_v).map_err(|reason| Error::value(path, key, reason))
             }
-            // Only what it reads matters: the plant's own terms hold its thrust.
+            // Only its input matters: the plant's own terms determine its thrust.
             Self::OpenWater(_) => {
                 let law =
                     QuadraticThrust { forward: 1.0, reverse: 1.0, ..QuadraticThrust::default() };
@@ -186,10 +186,10 @@ impl CurveEntry {
     }
 }
 
-/// No thruster gives so much thrust for its input, in SI units.
+/// Upper limit of plausible thrust per input, in SI units.
 const LARGEST: f64 = 1e9;
 
-/// The pulse width that stops a hobby speed controller, us.
+/// Pulse width at which a hobby speed controller stops, us.
 const STOPPED_US: f64 = 1500.0;
 
 impl QuadraticEntry {
@@ -222,7 +222,8 @@ impl QuadraticEntry {
 }
 
 impl TableEntry {
-    /// A measured table may repeat an input; of points that are written down one is wrong.
+    /// Rejects repeated inputs in written points, of which one must be wrong; a measured table may
+    /// repeat an input.
     pub(super) fn check_points(&self, path: &Path, key: &str) -> Result<(), Error> {
         if self.points.iter().flatten().any(|x| x.abs() > LARGEST) {
             let reason = format!("holds a number above {LARGEST:e}; check its unit");

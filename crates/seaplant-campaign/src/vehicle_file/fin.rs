@@ -1,4 +1,4 @@
-//! Rudders, fins and what the wind meets.
+//! Rudders, fins and areas exposed to wind.
 
 use std::path::Path;
 
@@ -14,13 +14,13 @@ use crate::campaign_file::EstimateWord;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FinEntry {
-    /// How channels call it: `rudder.NAME.angle`, `fin.NAME.angle`.
+    /// Its name in channels: `rudder.NAME.angle`, `fin.NAME.angle`.
     pub name: String,
-    /// Where its force acts, m: x forward, y starboard, z down.
+    /// The point at which its force acts, m: x forward, y starboard, z down.
     #[serde(deserialize_with = "exact::numbers")]
     pub position_m: [f64; 3],
-    /// What it turns about: a positive angle turns its leading edge about this by the right hand.
-    /// [0, 0, -1] is a rudder whose positive angle turns the bow to starboard.
+    /// Its axis: a positive angle turns its leading edge about this by the right hand. [0, 0, -1]
+    /// is a rudder whose positive angle turns the bow to starboard.
     #[serde(deserialize_with = "exact::numbers")]
     pub axis: [f64; 3],
     /// Its area, m².
@@ -29,17 +29,16 @@ pub struct FinEntry {
     /// `∂C_L/∂α`, 1/rad; estimated if it is left out or `\"estimate\"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lift_slope: Option<LiftEntry>,
-    /// The angle of attack beyond which lift grows no more, deg.
+    /// The angle of attack at which lift stops growing, deg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stall_deg: Option<f64>,
-    /// The greatest angle that it turns to, deg.
+    /// The greatest rudder angle, deg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit_deg: Option<f64>,
-    /// The thruster in whose race it stands.
+    /// The thruster in whose race it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slipstream: Option<String>,
-    /// What hull and race do to its flow, where that is known: behind a thruster whose curve is
-    /// `open-water`.
+    /// Known effects of hull and race on its flow: behind a thruster whose curve is `open-water`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flow: Option<FlowEntry>,
 }
@@ -50,21 +49,21 @@ pub struct FinEntry {
 pub struct FlowEntry {
     /// ε: `(1 − w_R)/(1 − w_P)`.
     pub wake_ratio: f64,
-    /// κ: how far the race has been sped up where the rudder is.
+    /// κ: fraction of the race's increase of speed that is reached at the rudder.
     pub race_factor: f64,
     /// η: the propeller's diameter over the rudder's span.
     pub diameter_to_span: f64,
     /// γ_R: one number, or two, for flow at the rudder from starboard and from port.
     pub straightening: StraighteningEntry,
-    /// l_R: at which x the sideways flow is that of the hull, m.
+    /// l_R: the x at which the sideways flow is that of the hull, m.
     pub flow_at_m: f64,
-    /// t_R: the part of the rudder's drag that the hull takes back.
+    /// t_R: the fraction of the rudder's drag that the hull recovers.
     #[serde(default)]
     pub steering_deduction: f64,
-    /// a_H: what the hull adds to the rudder's side force, as a part of it.
+    /// a_H: the hull's contribution to the rudder's side force, as a fraction of it.
     #[serde(default)]
     pub hull_increase: f64,
-    /// x_H: at which x it adds that, m; 0 if it adds nothing.
+    /// x_H: the x at which it acts, m; 0 if there is none.
     #[serde(default)]
     pub hull_at_m: f64,
 }
@@ -73,9 +72,9 @@ pub struct FlowEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number, or two: [from starboard, from port]")]
 pub enum StraighteningEntry {
-    /// Of both.
+    /// For both sides.
     Both(f64),
-    /// Of flow from starboard, and of flow from port.
+    /// For flow from starboard, and for flow from port.
     Each([f64; 2]),
 }
 
@@ -102,9 +101,9 @@ impl FlowEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a lift slope in 1/rad or \"estimate\"")]
 pub enum LiftEntry {
-    /// So much, 1/rad.
+    /// A number, 1/rad.
     Stated(f64),
-    /// As the trials tell.
+    /// Estimated from the trials.
     Told(EstimateWord),
 }
 
@@ -130,7 +129,7 @@ impl FinEntry {
     }
 }
 
-/// What the wind meets.
+/// Areas exposed to wind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WindEntry {

@@ -33,16 +33,16 @@ pub struct SensorEntries {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImuEntry {
-    /// Where it sits, m, body frame.
+    /// Its position, m, body frame.
     #[serde(deserialize_with = "exact::numbers")]
     pub position_m: [f64; 3],
-    /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    /// Roll, pitch, yaw that rotate the vehicle's axes to the instrument's, deg.
     #[serde(deserialize_with = "exact::numbers")]
     pub rotation_deg: [f64; 3],
     /// Standard deviation of one sample, m/s².
     #[serde(skip_serializing_if = "Option::is_none")]
     pub std_m_s2: Option<f64>,
-    /// Whether each logged sample is the mean since the one before; else it is what was measured at
+    /// True if each logged sample is the mean since the one before; otherwise it is the value at
     /// its instant.
     pub averages: bool,
 }
@@ -51,10 +51,10 @@ pub struct ImuEntry {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DvlEntry {
-    /// Where it sits, m, body frame.
+    /// Its position, m, body frame.
     #[serde(deserialize_with = "exact::numbers")]
     pub position_m: [f64; 3],
-    /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    /// Roll, pitch, yaw that rotate the vehicle's axes to the instrument's, deg.
     #[serde(deserialize_with = "exact::numbers")]
     pub rotation_deg: [f64; 3],
     /// Standard deviation of one sample, m/s.
@@ -66,7 +66,7 @@ pub struct DvlEntry {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PositionEntry {
-    /// Where it sits, m, body frame.
+    /// Its position, m, body frame.
     #[serde(deserialize_with = "exact::numbers")]
     pub position_m: [f64; 3],
     /// Standard deviation of one sample, m.
@@ -78,7 +78,7 @@ pub struct PositionEntry {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AttitudeEntry {
-    /// Roll, pitch, yaw that turn the vehicle's axes into the instrument's, deg.
+    /// Roll, pitch, yaw that rotate the vehicle's axes to the instrument's, deg.
     #[serde(deserialize_with = "exact::numbers")]
     pub rotation_deg: [f64; 3],
     /// Standard deviation of one sample, deg.
@@ -87,7 +87,7 @@ pub struct AttitudeEntry {
 }
 
 impl SensorEntries {
-    /// A standard deviation of zero or less would give an instrument any weight.
+    /// Checks standard deviations: one of zero or less would give an instrument arbitrary weight.
     pub(super) fn check(&self, path: &Path) -> Result<(), Error> {
         let stated = [
             ("dvl.std_m_s", self.dvl.as_ref().and_then(|dvl| dvl.std_m_s)),

@@ -1,4 +1,4 @@
-//! Logs to look at.
+//! Logs for tests.
 #![allow(dead_code, reason = "each test program uses its own part")]
 #![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use seaplant_log::{Log, ReadOptions, read};
 use tempfile::TempDir;
 
-/// A folder of logs that goes when this does.
+/// A folder of logs that is deleted on drop.
 pub struct Folder(TempDir);
 
 impl Folder {
@@ -34,13 +34,13 @@ pub fn open(files: &[PathBuf]) -> Log {
     Log::open(&files).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A log of one column sampled at 10 Hz.
+/// Returns a log of one column sampled at 10 Hz.
 pub fn column(header: &str, values: &[f64]) -> Log {
     let times: Vec<f64> = (0..values.len()).map(|k| k as f64 / 10.0).collect();
     timed(header, &times, values)
 }
 
-/// A log of one column.
+/// Returns a log of one column.
 pub fn timed(header: &str, times: &[f64], values: &[f64]) -> Log {
     let rows = times.iter().zip(values).map(|(t, x)| format!("{t},{x}\n"));
     let folder = Folder::new();
@@ -48,7 +48,7 @@ pub fn timed(header: &str, times: &[f64], values: &[f64]) -> Log {
     read(&path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// CSV of columns that are functions of time, at `rate_hz` for `span_s`.
+/// Writes CSV of columns that are functions of time, at `rate_hz` for `span_s`.
 pub fn csv(rate_hz: f64, span_s: f64, columns: &[(&str, &dyn Fn(f64) -> f64)]) -> String {
     let mut text = "time [s]".to_owned();
     columns.iter().for_each(|(header, _)| text += &format!(",{header}"));
@@ -60,15 +60,15 @@ pub fn csv(rate_hz: f64, span_s: f64, columns: &[(&str, &dyn Fn(f64) -> f64)]) -
     text + "\n"
 }
 
-/// Noise from −1 to 1 that is the same each time.
+/// Returns deterministic noise from −1 to 1.
 pub fn noise(k: usize) -> f64 {
     let x = (k as u64).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     let x = (x ^ (x >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     ((x >> 11) as f64) / (1u64 << 52) as f64 - 1.0
 }
 
-/// A file of the data that others measured, in the folder that `SEAPLANT_DATA` names, from
-/// the workspace, else in `../shared/data`; says so if it is absent.
+/// Returns a file of third-party data in the folder in `SEAPLANT_DATA`, relative to the workspace,
+/// else in `../shared/data`; prints a note if it is absent.
 pub fn data(name: &str) -> Option<PathBuf> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let named = std::env::var_os("SEAPLANT_DATA").map(PathBuf::from);
@@ -80,8 +80,8 @@ pub fn data(name: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-/// What an error says, but for its folders and for the line of the file with its mark, which is for
-/// the tests of `excerpt` and of the program.
+/// Returns an error's message without its folders and without the excerpt of the file, which the
+/// tests of `excerpt` and of the program check.
 pub fn said(error: &seaplant_campaign::Error, folder: &Folder) -> String {
     let words = error.to_string();
     let words = match error {

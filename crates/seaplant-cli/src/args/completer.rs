@@ -1,4 +1,4 @@
-//! What a shell is offered for the values of arguments.
+//! Completions of arguments' values.
 
 use std::ffi::OsStr;
 

@@ -19,11 +19,11 @@ pub enum MethodChoice {
     One(Method),
 }
 
-/// How all methods are asked for.
+/// Name that selects all methods.
 const ALL: &str = "all";
 
 impl MethodChoice {
-    /// The methods, each once, in the order in which they were named.
+    /// Returns the methods, each once, in the order in which they were named.
     pub fn methods(choices: &[Self]) -> Vec<Method> {
         let mut methods = Vec::new();
         for choice in choices {
@@ -119,7 +119,7 @@ pub struct Compare {
     after_help = "Example, between dives:\n  seaplant watch campaign.toml\n\nIt ends with Ctrl-C. Each round shows which parameters changed by more than chance."
 )]
 pub struct Watch {
-    /// What to identify, and how.
+    /// The campaign, methods and output.
     #[command(flatten)]
     pub identify: Identify,
     /// Time without changes after which files count as complete, s.
@@ -130,7 +130,7 @@ pub struct Watch {
     pub rounds: Option<u64>,
 }
 
-/// Seconds that are some and not too many.
+/// Parses a positive number of seconds up to a limit.
 #[cfg(not(target_family = "wasm"))]
 fn settle(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "is not a number of seconds".to_owned())?;

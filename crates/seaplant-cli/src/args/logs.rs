@@ -6,20 +6,20 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, ValueHint};
 use seaplant_campaign::VehiclePreset;
 
-/// A vehicle by the name that vehicle.toml has for it.
+/// Parses a known vehicle by its name in vehicle.toml.
 fn preset() -> impl TypedValueParser<Value = VehiclePreset> {
     let named = |name: String| VehiclePreset::ALL.into_iter().find(|known| known.key() == name);
     PossibleValuesParser::new(VehiclePreset::ALL.map(VehiclePreset::key))
         .try_map(move |name| named(name).ok_or("no such preset"))
 }
 
-/// Write a starting vehicle.toml and campaign.toml from what a log holds.
+/// Write a starting vehicle.toml and campaign.toml from a log.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant init dive12.csv\n  seaplant init thrusters.csv dvl.csv --out dive12"
 )]
 pub struct Init {
-    /// The log, or the files that were logged side by side.
+    /// The log, or the files that were logged simultaneously.
     #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
     /// The folder to write to.
@@ -31,12 +31,12 @@ pub struct Init {
     /// Overwrite existing files.
     #[arg(long)]
     pub force: bool,
-    /// How to read the log.
+    /// Options of reading the log.
     #[command(flatten)]
     pub reading: Reading,
 }
 
-/// How to read a log.
+/// Options of reading a log.
 #[derive(Debug, Args)]
 pub struct Reading {
     /// The time column of a table, if its name does not say so.
@@ -48,15 +48,15 @@ pub struct Reading {
     /// The sheet of a workbook; its first if not given.
     #[arg(long, value_name = "NAME")]
     pub sheet: Option<String>,
-    /// Which time of a ROS message to use.
+    /// The time of a ROS message to use.
     #[arg(long, value_name = "WHICH", default_value = "header")]
     pub stamp: MessageStamp,
 }
 
-/// Which time of a message to use.
+/// The choice between a message's two times.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum MessageStamp {
-    /// The time in its header; of messages without one, the time of receipt.
+    /// The time in its header; for messages without one, the time of receipt.
     Header,
     /// The time at which it was recorded.
     Receive,
@@ -65,22 +65,22 @@ pub enum MessageStamp {
 /// Show a log's channels: units, rates, spans, gaps and suspicious values.
 ///
 /// A file of more than 64 MiB is surveyed: its index is read, where its format has one, and parts
-/// from its first byte to its last. What is estimated is marked by ≈.
+/// from its first byte to its last. Estimates are marked by ≈.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant inspect thrusters.csv dvl.csv\n  seaplant inspect dive.mcap --whole"
 )]
 pub struct Inspect {
-    /// The log, or the files that were logged side by side.
+    /// The log, or the files that were logged simultaneously.
     #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
     /// Show only columns whose name contains this; may be given several times.
     #[arg(long, value_name = "TEXT")]
     pub only: Vec<String>,
-    /// Read every sample of large files, too, count gaps, and hash them.
+    /// Also read every sample of large files, count gaps, and hash them.
     #[arg(long)]
     pub whole: bool,
-    /// How to read the log.
+    /// Options of reading the log.
     #[command(flatten)]
     pub reading: Reading,
 }
@@ -91,7 +91,7 @@ pub struct Inspect {
     after_help = "Examples:\n  seaplant plot dive12.csv\n  seaplant plot dive12.BIN --only ATT --only RCOU --out dive12.html"
 )]
 pub struct Plot {
-    /// The log, or the files that were logged side by side.
+    /// The log, or the files that were logged simultaneously.
     #[arg(required = true, value_name = "LOG", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
     /// Draw only columns whose name contains this; may be given several times.
@@ -103,7 +103,7 @@ pub struct Plot {
     /// Also overwrite a file that is not such a page; never an input.
     #[arg(long)]
     pub force: bool,
-    /// How to read the log.
+    /// Options of reading the log.
     #[command(flatten)]
     pub reading: Reading,
 }

@@ -18,12 +18,12 @@ fn criterion() -> impl TypedValueParser<Value = Criterion> {
         .map(|name| Criterion::ALL.into_iter().find(|one| one.name() == name).unwrap_or_default())
 }
 
-/// Plan the next trial: what to drive, for how long, and what will be known then.
+/// Plan the next trial: manoeuvres, their duration, and the intervals after it.
 ///
-/// The plant is believed by hull formulas from a vehicle.toml, by a published table or plant file, or
-/// by results with their covariance. Manoeuvres are as strong as the limits allow; minutes go to those
-/// that narrow the intervals of the goals, with a certificate. Files to play and to print are written
-/// to --out.
+/// The prior plant comes from hull formulas and a vehicle.toml, from a published table or plant
+/// file, or from results with their covariance. Manoeuvres are as strong as the limits allow;
+/// minutes go to those that narrow the intervals of the goals, with a certificate. Files to play
+/// and to print are written to --out.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant plan vehicle.toml --out plan\n  seaplant plan published:bluerov2-heavy-von-benzon-2022 --goal mass.surge=5% --goal drag.yaw=10% --box 5,5 --out plan\n  seaplant plan results/results.json --minutes 20 --out next"
@@ -35,27 +35,27 @@ pub struct Plan {
     /// The folder to write plan.json, plan.html, plan.svg, commands and plan.lua to.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
-    /// What is to be known, as mass.surge=5%, drag.yaw=10%, speed.surge=3% or "surge: |u|u=12" in SI
-    /// units: half of a 95 % interval. Repeat it for several; if not given, mass to 5 % and drag to
-    /// 10 % of every axis that thrusters push.
+    /// A goal, as mass.surge=5%, drag.yaw=10%, speed.surge=3% or "surge: |u|u=12" in SI units: half
+    /// of a 95 % interval. Repeat it for several; if not given, mass to 5 % and drag to 10 % of
+    /// every axis with thrust.
     #[arg(long = "goal", value_name = "GOAL")]
     pub goals: Vec<String>,
-    /// A request in TOML: goals, limits, what is logged; `seaplant schema request` prints its keys.
-    /// Options here go before it.
+    /// A request in TOML: goals, limits, logged channels; `seaplant schema request` prints its
+    /// keys. Options here override it.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub request: Option<PathBuf>,
-    /// What the minutes are to make small: the widest interval of the goals, their mean square, or
-    /// the volume of all.
+    /// The objective that the minutes minimise: the widest interval of the goals, their mean
+    /// square, or the volume of all.
     #[arg(long, value_parser = criterion())]
     pub criterion: Option<Criterion>,
     /// Minutes of driving; as many as the goals need if not given.
     #[arg(long, value_name = "MIN")]
     pub minutes: Option<f64>,
-    /// An axis of the plant; of a vehicle.toml those that thrusters push if not given. Repeat it for
+    /// An axis of the plant; for a vehicle.toml by default those with thrust. Repeat it for
     /// several.
     #[arg(long = "axis", value_parser = dof())]
     pub axes: Vec<Dof>,
-    /// How far the vehicle may go north or south, and east or west, of where it begins, m.
+    /// The greatest distance north or south, and east or west, of the start, m.
     #[arg(long = "box", value_name = "N,E", value_delimiter = ',', num_args = 1)]
     pub room: Vec<f64>,
     /// The least and the greatest depth, m.
@@ -73,17 +73,17 @@ pub struct Plan {
     /// The greatest angle of roll and of pitch, degrees.
     #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
-    /// The part of its greatest thrust that a thruster may give, per cent.
+    /// The fraction of its greatest thrust that a thruster may give, per cent.
     #[arg(long, value_name = "PER CENT")]
     pub thrust: Option<f64>,
-    /// How far a tether lets the vehicle go from where it begins, m.
+    /// The length of tether, or greatest straight distance from the start, m.
     #[arg(long, value_name = "M")]
     pub tether: Option<f64>,
-    /// Standard deviation of the disturbance that is expected on each axis, per cent of the force that
+    /// Standard deviation of the expected disturbance on each axis, per cent of the force that
     /// drives it within the limits; results state their own.
     #[arg(long, value_name = "PER CENT")]
     pub disturbance: Option<f64>,
-    /// The current that is expected, north and east, m/s, as 0.2,-0.1.
+    /// The expected current, north and east, m/s, as 0.2,-0.1.
     #[arg(
         long,
         value_name = "N,E",
@@ -95,20 +95,20 @@ pub struct Plan {
     /// The input of full thrust from neutral, as "1650 rpm" or 400, where a curve states no end.
     #[arg(long, value_name = "INPUT")]
     pub full_input: Option<String>,
-    /// Number of plants that the vehicle may have, over which the plan is averaged.
+    /// Number of plants drawn from the prior, over which the plan is averaged.
     #[arg(long, value_name = "N")]
     pub draws: Option<usize>,
     /// Simulated runs in disturbances that check the limits.
     #[arg(long, value_name = "N")]
     pub checks: Option<usize>,
-    /// Also tell the minutes that driving without a plan would need: the paper's sinusoid and
+    /// Also print the minutes that driving without a plan would need: the paper's sinusoid and
     /// joystick, and a sweep, of each axis in turn.
     #[arg(long)]
     pub compare: bool,
     /// Seed of all random numbers.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Also drive the plan with a simulated vehicle, whose plant differs from the believed one, and
+    /// Also drive the plan with a simulated vehicle, whose plant differs from the prior's mean, and
     /// write its campaign and logs to this folder.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub rehearse: Option<PathBuf>,

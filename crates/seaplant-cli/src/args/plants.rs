@@ -18,8 +18,8 @@ fn dof() -> impl TypedValueParser<Value = Dof> {
 /// Simulate a plant with given inputs, or with the thrust of a log.
 ///
 /// Inputs alone are --step, a profile in TOML, or a table whose columns are time, wrench.AXIS,
-/// thruster.NAME.INPUT and supply.voltage, with units. Any other log is read through its campaign, and
-/// simulated and measured velocity are compared.
+/// thruster.NAME.INPUT and supply.voltage, with units. Any other log is read through its campaign,
+/// and simulated and measured velocity are compared.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant simulate results/results.json --step \"surge 200 N\" --for 60\n  seaplant simulate results/results.json profile.toml --out motion.csv\n  seaplant simulate results/results.json dive13.csv --dof heave --out heave.csv"
@@ -28,11 +28,11 @@ pub struct Simulate {
     /// The results.json of a fit; for inputs alone also a plant file or published:NAME.
     #[arg(value_hint = ValueHint::FilePath, add = plants())]
     pub results: PathBuf,
-    /// A profile, a table of inputs, or the log or files that were logged side by side.
+    /// A profile, a table of inputs, or the log or files that were logged simultaneously.
     #[arg(value_name = "INPUTS", value_hint = ValueHint::FilePath)]
     pub logs: Vec<PathBuf>,
-    /// A constant force from rest, as "surge 200 N", "yaw 5 N m" or "surge 60 %" of what the thrusters
-    /// give; repeat it for each axis.
+    /// A constant force from rest, as "surge 200 N", "yaw 5 N m" or "surge 60 %" of the thrusters'
+    /// maximum; repeat it for each axis.
     #[arg(long = "step", value_name = "FORCE", conflicts_with = "logs", requires = "duration_s")]
     pub steps: Vec<String>,
     /// Duration of the simulation, s.
@@ -85,8 +85,8 @@ fn formats() -> PossibleValuesParser {
 
 /// Export a plant to a format of a simulator or controller.
 ///
-/// Every file states its units, frames, source, settings and uncertainty. What a format cannot hold,
-/// and what of the plant is not known, is listed in the files and here.
+/// Every file states its units, frames, source, settings and uncertainty. The plant's unknowns and
+/// the limitations of the format are listed in the files and here.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant export results/results.json --to gazebo --out model\n  seaplant export published:bluerov2-wu-2018 --to fmu --out model"
@@ -119,9 +119,9 @@ fn law() -> impl TypedValueParser<Value = Law> {
 
 /// Make a controller for a plant: gains, stability margins and tracking errors.
 ///
-/// Gains come from a bandwidth and a damping ratio, or from the error and the force that are worth
-/// each other. Lag, delay and limits are those of the plant's thrusters, as far as they are known;
-/// margins are taken over draws of the coefficients.
+/// Gains come from a bandwidth and a damping ratio, or from an error and a force of equal cost.
+/// Lag, delay and limits are those of the plant's thrusters, as far as they are known; margins are
+/// taken over draws of the coefficients.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant control results/results.json --bandwidth \"surge 0.05 Hz\" --out controller\n  seaplant control published:bluerov2-heavy-von-benzon-2022 --bandwidth \"yaw 0.2 Hz\" --law pid"
@@ -134,8 +134,8 @@ pub struct Control {
     /// axis.
     #[arg(long = "bandwidth", value_name = "AXIS")]
     pub bandwidths: Vec<String>,
-    /// The error that is worth a force, as "surge 0.1 m 400 N", in place of a bandwidth: a linear
-    /// quadratic regulator.
+    /// The error and the force of equal cost, as "surge 0.1 m 400 N", in place of a bandwidth: a
+    /// linear quadratic regulator.
     #[arg(long = "lqr", value_name = "AXIS")]
     pub regulators: Vec<String>,
     /// The damping ratio of axes with a bandwidth.

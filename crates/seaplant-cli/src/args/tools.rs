@@ -1,4 +1,4 @@
-//! Commands beside the way from a log to a plant.
+//! Commands outside of the path from a log to a plant.
 
 use std::path::PathBuf;
 

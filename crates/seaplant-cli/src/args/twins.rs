@@ -17,14 +17,14 @@ pub struct Demo {
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = "seaplant-demo", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
-    /// A whole vehicle in place of Jason 2: a published table, such as rexrov, or a plant file
-    /// with thrusters.
+    /// A vehicle with several axes in place of Jason 2: a published table, such as rexrov, or a
+    /// plant file with thrusters.
     #[arg(long, value_name = "NAME", value_hint = ValueHint::FilePath)]
     pub vehicle: Option<String>,
     /// Seed of all random numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// What disturbs the twin: none, all (tether, current, lag, delay, thrcoef and lever), or
+    /// Disturbances of the twin: none, all (tether, current, lag, delay, thrcoef and lever), or
     /// names separated by commas; an unknown name is answered with the list.
     #[arg(long, value_name = "LIST", default_value = "none", value_parser = disturbances)]
     pub disturbances: String,
@@ -33,12 +33,12 @@ pub struct Demo {
     pub force: bool,
 }
 
-/// The list as it was written, if it is one.
+/// Returns the list as written, if it is valid.
 fn disturbances(list: &str) -> Result<String, seaplant::Error> {
     Disturbance::parse_list(list).map(|_| list.to_owned())
 }
 
-/// Make the logs of a vehicle whose truth is known.
+/// Make the logs of a vehicle with known truth.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant twin twin.toml --out logs\n  echo 'disturbances = [\"current\"]' > twin.toml && seaplant twin twin.toml --out logs"
@@ -55,8 +55,8 @@ pub struct Twin {
     pub force: bool,
 }
 
-/// Measure errors and coverage of the methods on a twin, over many seeds; of a whole vehicle those
-/// of every coefficient.
+/// Measure errors and coverage of the methods on a twin, over many seeds; for several axes those of
+/// every coefficient.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  seaplant monte-carlo --disturbances tether --runs 30\n  seaplant monte-carlo twin.toml --method filter-error --out table.json\n  echo 'vehicle = \"published:rexrov\"' > whole.toml && seaplant monte-carlo whole.toml --disturbances tether"
@@ -65,7 +65,7 @@ pub struct MonteCarlo {
     /// The specification of the twin, in TOML; the Jason 2 twin if not given.
     #[arg(value_hint = ValueHint::FilePath)]
     pub spec: Option<PathBuf>,
-    /// What disturbs it, in place of what the file says: none, all, or a list.
+    /// The disturbances, in place of those in the file: none, all, or a list.
     #[arg(long, value_name = "LIST")]
     pub disturbances: Option<String>,
     /// The degrees of freedom, in place of what the file says. Repeat the option for several.

@@ -18,7 +18,7 @@ use crate::args::Compare;
 use crate::output::{FAINT, Output, STRONG, WARNING};
 use crate::summary::{align, plain_table, push_caveats};
 
-/// Fits beside each other.
+/// Compared fits.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Comparison {
     /// The results, in the order of every list below.
@@ -29,7 +29,7 @@ struct Comparison {
 
 pub fn run(arguments: &Compare, output: Output) -> Result<ExitCode> {
     let paths: Vec<PathBuf> = arguments.results.iter().map(|path| file_of(path)).collect();
-    let read: Vec<Read> = paths.iter().map(|path| Read::of(path)).collect::<Result<_>>()?;
+    let read: Vec<Read> = paths.iter().map(|path| Read::open(path)).collect::<Result<_>>()?;
     let compared: Vec<Compared<'_>> = read.iter().map(Read::compared).collect();
     let found = differences(&compared, arguments.method);
     if found.dofs.is_empty() {
@@ -49,7 +49,7 @@ enum Read {
 }
 
 impl Read {
-    fn of(path: &Path) -> Result<Self> {
+    fn open(path: &Path) -> Result<Self> {
         match read_table(path)? {
             Some(model) => Ok(Self::Table(Box::new(model))),
             None => Ok(Self::Fit(Box::new(read_results(path)?))),
@@ -86,7 +86,7 @@ fn words(comparison: &Comparison) -> String {
     text
 }
 
-/// Whether the plants of one degree of freedom differ, in a sentence.
+/// States in a sentence whether the plants of one degree of freedom differ.
 pub fn verdict(difference: &DofDifference) -> String {
     let Some(test) = difference.test else {
         return "nothing to test: no two plants state the same parameters with standard deviations"
@@ -116,7 +116,8 @@ fn table(dof: Dof, difference: &DofDifference) -> String {
     lines_of(rows, difference.methods.len())
 }
 
-/// A row for each number: what each of the plants has, and how well chance explains it.
+/// Returns a row for each number: the estimate of each plant, and the probability of the difference
+/// by chance.
 fn lines_of<'a>(
     rows: impl Iterator<Item = (String, &'a ParameterDifference)>,
     plants: usize,

@@ -1,4 +1,4 @@
-//! Completion by the shell: it asks the program, which knows its own words.
+//! Shell completion, for which the shell calls the program.
 
 use std::process::ExitCode;
 
@@ -9,10 +9,10 @@ use clap_complete::env::{CompleteEnv, Shells};
 use crate::args::{Arguments, Completions};
 use crate::output::print;
 
-/// The variable by which a shell's script asks for completions.
+/// Variable by which a shell's script requests completions.
 const VARIABLE: &str = "SEAPLANT_COMPLETE";
 
-/// In bash a word ends at a colon, and so would `published:NAME`.
+/// In bash a colon ends a word, and would split `published:NAME`.
 const BASH: &str = "COMP_WORDBREAKS=${COMP_WORDBREAKS//:/}\n";
 
 pub fn run(arguments: &Completions) -> anyhow::Result<ExitCode> {
@@ -28,7 +28,7 @@ pub fn run(arguments: &Completions) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Answers a shell that asks for completions, and ends the program then.
+/// Answers a shell that requests completions, and then ends the program.
 pub fn answer() {
     CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
 }

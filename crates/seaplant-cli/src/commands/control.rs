@@ -1,4 +1,4 @@
-//! A controller for a plant.
+//! Makes a controller for a plant.
 
 mod charts;
 mod words;
@@ -26,15 +26,15 @@ use crate::args::Control;
 use crate::output::Output;
 use crate::writing::{File, Made, Permit, Target};
 
-/// How long the two runs are, s.
+/// Duration of each of the two runs, s.
 const RUN_S: f64 = 120.0;
 
-/// The sine that is followed: its amplitude in translations and rotations, m and rad …
+/// Amplitude of the reference sine in translations and rotations, m and rad …
 const AMPLITUDE: (f64, f64) = (0.5, 0.3);
-/// … and its frequency, as a part of the bandwidth.
+/// … and its frequency, as a fraction of the bandwidth.
 const SINE_PART: f64 = 0.5;
 
-/// Noise of the runs' instruments: velocity, m/s and rad/s, and position, m and rad.
+/// Noise of the instruments in the runs: velocity, m/s and rad/s, and position, m and rad.
 const NOISE: (f64, f64) = (0.003, 0.002);
 
 pub fn run(arguments: &Control, output: Output) -> Result<ExitCode> {
@@ -65,7 +65,7 @@ pub fn run(arguments: &Control, output: Output) -> Result<ExitCode> {
     }
     if let Some(folder) = &arguments.out {
         let inputs = [file_of(&arguments.plant)];
-        let permit = Permit::of(&inputs, arguments.force);
+        let permit = Permit::new(&inputs, arguments.force);
         Target { folder, made: Some(Made::Export), permit }.write(&files)?;
     }
     let paths: Vec<_> = files
@@ -124,7 +124,7 @@ fn asked(arguments: &Control, model: &PlantModel) -> Result<Design> {
     })
 }
 
-/// `surge 0.1 m 400 N`.
+/// Parses `surge 0.1 m 400 N`.
 fn regulator(text: &str, model: &PlantModel) -> Result<(Dof, Tuning)> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let [axis, error, length, force, rest @ ..] = words.as_slice() else {
@@ -142,7 +142,7 @@ fn regulator(text: &str, model: &PlantModel) -> Result<(Dof, Tuning)> {
     Ok((dof, LqrWeights { error, force }.tuning(mass, damping)?))
 }
 
-/// What was followed, on the plant as it is believed: in still water and in a current.
+/// Tracking runs on the nominal plant: in still water and in a current.
 struct Run {
     name: &'static str,
     tracked: Tracked,
@@ -176,7 +176,7 @@ fn runs(
         let mut controller = Controller::new(model.plant.clone(), gains.clone(), &asked.speed);
         match track(&model.plant, &mut controller, actuators, &paths, &sea, RUN_S) {
             Ok(tracked) => runs.push(Run { name, tracked }),
-            // An unstable loop that was asked for anyway has nothing to follow with.
+            // A requested unstable loop cannot follow a reference.
             Err(_) if arguments.anyway => {}
             Err(error) => return Err(error.into()),
         }
@@ -184,7 +184,7 @@ fn runs(
     Ok(runs)
 }
 
-/// Runs that spend more than this part of their time at a limit are told.
+/// Fraction of time at a limit from which it is reported.
 const TOLD_SATURATED: f64 = 0.01;
 
 fn saturation(runs: &[Run]) -> impl Iterator<Item = String> + '_ {

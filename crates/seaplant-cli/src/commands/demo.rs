@@ -16,7 +16,7 @@ use crate::writing::{Made, Permit, Target};
 pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     let spec = spec(arguments)?;
     let twin = spec.make()?;
-    let permit = Permit::of(&[], arguments.force);
+    let permit = Permit::new(&[], arguments.force);
     let target = Target { folder: &arguments.out, made: Some(Made::Report), permit };
     target.check(&["results.json", "report.html"])?;
     super::twin::write(&twin, &arguments.out, permit)?;

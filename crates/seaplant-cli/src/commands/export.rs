@@ -17,7 +17,7 @@ pub fn run(arguments: &Export, output: Output) -> Result<ExitCode> {
     let files: Vec<File> =
         files.into_iter().map(|file| File { path: file.path, bytes: file.bytes }).collect();
     let inputs = [file_of(&arguments.plant)];
-    let permit = Permit::of(&inputs, arguments.force);
+    let permit = Permit::new(&inputs, arguments.force);
     let target = Target { folder: &arguments.out, made: Some(Made::Export), permit };
     target.write(&files)?;
     let paths: Vec<PathBuf> = files.iter().map(|file| arguments.out.join(&file.path)).collect();

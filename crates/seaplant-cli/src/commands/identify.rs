@@ -19,7 +19,7 @@ pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
     Ok(exit_code(&found.results))
 }
 
-/// Identifies a campaign, writes its report and says what was found.
+/// Identifies a campaign, writes its report and prints the result.
 pub fn identified(arguments: &Identify, output: Output) -> Result<Identification> {
     let mut campaign = watched(output, || Campaign::open(&arguments.campaign))?;
     if !arguments.methods.is_empty() {
@@ -31,7 +31,7 @@ pub fn identified(arguments: &Identify, output: Output) -> Result<Identification
     }
     let folder = arguments.out.clone().unwrap_or_else(|| beside(&arguments.campaign));
     let inputs = campaign_files(&arguments.campaign);
-    let permit = Permit::of(&inputs, arguments.force);
+    let permit = Permit::new(&inputs, arguments.force);
     let target = Target { folder: &folder, made: Some(Made::Report), permit };
     target.check(&["results.json", "report.html"])?;
     let found = fitted(output, &campaign, &command_line(arguments));
@@ -39,12 +39,12 @@ pub fn identified(arguments: &Identify, output: Output) -> Result<Identification
     Ok(found)
 }
 
-/// Failure if anything that was asked for could not be done.
+/// Returns failure if any requested fit failed.
 pub fn exit_code(results: &Results) -> ExitCode {
     if results.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Writes the report and says what was found; fails if nothing was.
+/// Writes the report and prints the result; fails if no fit succeeded.
 pub fn finish(
     found: &Identification,
     trials: &[Trial],
@@ -55,10 +55,10 @@ pub fn finish(
     results.check()?;
     let mut sketches = Sketches::default();
     written(output, || {
-        target.fill(|aside| {
+        target.fill(|staging| {
             let series = found.series(trials).inspect(|series| sketches.see(series, results));
             render(results, series, |artifact| {
-                aside.write(&artifact.path, |out| artifact.write_to(out))
+                staging.write(&artifact.path, |out| artifact.write_to(out))
             })
         })
     })?;
@@ -87,7 +87,7 @@ fn command_line(arguments: &Identify) -> String {
     words.join(" ")
 }
 
-/// A path as a shell reads it.
+/// Quotes a path for a shell.
 pub fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);

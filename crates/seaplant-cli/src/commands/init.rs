@@ -24,7 +24,7 @@ pub fn run(arguments: &Init, output: Output) -> Result<ExitCode> {
     let log = watched(output, || Log::open(&files))?;
     let proposal = propose(&log, &arguments.logs, &arguments.out, &options, arguments.preset);
     let file = |path: &str, text: &str| File { path: path.to_owned(), bytes: text.into() };
-    let permit = Permit::of(&arguments.logs, arguments.force);
+    let permit = Permit::new(&arguments.logs, arguments.force);
     Target { folder: &arguments.out, made: None, permit }.write(&[
         file("vehicle.toml", &proposal.vehicle_toml),
         file("campaign.toml", &proposal.campaign_toml),

@@ -29,7 +29,7 @@ pub fn run(arguments: &Inspect, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Only the channels that were asked for.
+/// Keeps only the requested channels.
 fn narrowed(inspection: Inspection, only: &[String]) -> Result<Inspection> {
     let Inspection { channels, .. } = &inspection;
     let wanted = channels.iter().filter(|channel| contains_any(&channel.column, only));
@@ -40,12 +40,12 @@ fn narrowed(inspection: Inspection, only: &[String]) -> Result<Inspection> {
     Ok(Inspection { channels, ..inspection })
 }
 
-/// The last part of a path: what tells files apart in a table.
+/// Returns the last component of a path, which distinguishes files in a table.
 fn file_name(path: &str) -> &str {
     Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path)
 }
 
-/// What was read of a file that was not read whole.
+/// Describes the parts of a file that were read.
 fn surveyed(file: &InspectedFile) -> String {
     if !file.surveyed {
         return String::new();
@@ -58,21 +58,21 @@ fn surveyed(file: &InspectedFile) -> String {
     )
 }
 
-/// A number, marked if it is an estimate.
+/// Formats a number, marked if it is an estimate.
 fn figure(channel: &ChannelSummary, field: &str, number: String) -> String {
     let is_estimate = channel.estimated.iter().any(|estimated| estimated == field);
     if is_estimate { format!("≈ {number}") } else { number }
 }
 
-/// Logs with more columns than this are shown topic by topic.
+/// Number of columns from which logs are shown topic by topic.
 const PLAIN: usize = 24;
 
-/// A column without its topic, and the topic: `ATT` of `ATT.Roll`, `/dvl` of `/dvl.velocity.x`.
+/// Splits a column into its topic and the rest: `ATT` for `ATT.Roll`, `/dvl` for `/dvl.velocity.x`.
 fn topic(channel: &ChannelSummary) -> (&str, &str) {
     channel.column.split_once('.').unwrap_or(("", &channel.column))
 }
 
-/// Where the topic of a column begins to differ from that of the one before.
+/// Returns whether the topic of a column differs from that of the one before.
 fn is_new_topic(before: Option<&ChannelSummary>, channel: &ChannelSummary) -> bool {
     before.is_none_or(|before| (topic(before).0, &before.file) != (topic(channel).0, &channel.file))
 }
@@ -113,7 +113,7 @@ fn words(inspection: &Inspection) -> String {
     text
 }
 
-/// Every channel that varies; of many, under the name of its topic.
+/// Lists every channel that varies; if there are many, under the name of their topic.
 fn table(channels: &[&ChannelSummary], several: bool, inspection: &Inspection) -> String {
     let by_topic = channels.len() > PLAIN;
     let mut table = plain_table();
@@ -147,10 +147,10 @@ fn table(channels: &[&ChannelSummary], several: bool, inspection: &Inspection) -
     format!("{table}\n")
 }
 
-/// As many constant channels are named; the others are counted.
+/// Maximum number of constant channels that are named; the others are counted.
 const NAMED: usize = 12;
 
-/// Channels that never change, in one line.
+/// Lists the constant channels in one line.
 fn folded(channels: &[&ChannelSummary]) -> String {
     if channels.is_empty() {
         return String::new();
@@ -167,23 +167,24 @@ fn folded(channels: &[&ChannelSummary]) -> String {
     format!("{FAINT}constant:{FAINT:#} {}{more}\n", named.join(", "))
 }
 
-/// Later than this a clock counts from long before the log, whatever its file states, s.
+/// First time from which a clock is taken to count from long before the log, whatever its file
+/// states, s.
 const LATE_S: f64 = 1e6;
 
-/// Whether times are shown from the first sample of a file, as `from_s` of a trial counts them: its
-/// clock counts from another instant.
+/// Returns whether times are shown from the first sample of a file, as `from_s` of a trial counts
+/// them: its clock counts from another instant.
 fn is_shifted(file: &InspectedFile, first: f64) -> bool {
     first > LATE_S || (first > 0.0 && file.epoch != InspectedEpoch::Unstated)
 }
 
-/// The time that those of a file are shown from.
+/// Returns the time from which those of a file are shown.
 fn start_s(inspection: &Inspection, path: &str) -> f64 {
     let file = inspection.files.iter().find(|file| file.path == path);
     let first = file.and_then(|file| Some((file, file.span_s?[0])));
     first.filter(|(file, first)| is_shifted(file, *first)).map_or(0.0, |(_, first)| first)
 }
 
-/// When a file starts whose times are shown from there, and how long it lasts.
+/// Describes the start and the duration of a file whose times are shown from its start.
 fn span(file: &InspectedFile) -> String {
     let Some([first, last]) = file.span_s.filter(|[first, _]| is_shifted(file, *first)) else {
         return String::new();
@@ -196,7 +197,7 @@ fn span(file: &InspectedFile) -> String {
     format!("{start}, lasts {}; times below count from there\n", lasting(last - first))
 }
 
-/// Year, month, day, hour, minute and second of a time since 1970.
+/// Formats year, month, day, hour, minute and second of a time since 1970.
 fn instant(unix_s: f64) -> Option<String> {
     let instant = jiff::Timestamp::from_second(unix_s.floor() as i64).ok()?;
     Some(instant.strftime("%Y-%m-%d %H:%M:%S").to_string())
@@ -216,7 +217,7 @@ fn lasting(seconds: f64) -> String {
     }
 }
 
-/// What the times of a file count from, and their span.
+/// Describes the epoch of a file's times, and their span.
 fn clock(file: &InspectedFile) -> String {
     let Some([first_s, last_s]) = file.span_s else { return String::new() };
     let (name, epoch) = (file_name(&file.path), file.epoch.name());
@@ -225,7 +226,7 @@ fn clock(file: &InspectedFile) -> String {
     )
 }
 
-/// How far the clock of a file is from that of the first.
+/// Describes the offset of a file's clock to that of the first.
 fn apart(offset: &InspectedOffset) -> String {
     let [name, against] = [&offset.file, &offset.against].map(|path| file_name(path));
     let mut text = format!("{STRONG}{name} and {against}:{STRONG:#} ");
@@ -270,7 +271,8 @@ mod tests {
     #[test]
     fn dates_are_those_of_the_calendar() {
         assert_eq!(instant(0.0).as_deref(), Some("1970-01-01 00:00:00"));
-        // By `date -u -d @1700000000` and `date -u -d @1709251199`, the last second of a leap day.
+        // From `date -u -d @1700000000` and `date -u -d @1709251199`, the last second of a leap
+        // day.
         assert_eq!(instant(1_700_000_000.9).as_deref(), Some("2023-11-14 22:13:20"));
         assert_eq!(instant(1_709_251_199.0).as_deref(), Some("2024-02-29 23:59:59"));
         assert_eq!(lasting(90.04), "90.0 s");
@@ -278,7 +280,7 @@ mod tests {
         assert_eq!(lasting(7_260.0), "2 h 1 min");
     }
 
-    /// A file of one channel, 40 000 s long, whose clock starts at `first_s`.
+    /// Returns a file of one channel, 40 000 s long, whose clock starts at `first_s`.
     fn inspection(epoch: InspectedEpoch, first_s: f64) -> Inspection {
         let file = InspectedFile {
             path: "a.csv".to_owned(),
@@ -324,7 +326,7 @@ mod tests {
         );
         let row: Vec<&str> = words.lines().last().unwrap_or_default().split_whitespace().collect();
         assert_eq!(row[6..8], ["0", "40000.0"], "{words}");
-        // A clock of which nothing is known keeps its own times: they are those of the table.
+        // A clock of unknown epoch keeps its own times, which are those of the table.
         let words = shown(&inspection(InspectedEpoch::Unstated, 112.3));
         assert!(words.contains("112.300"), "{words}");
     }

@@ -12,11 +12,11 @@ pub fn run(arguments: &Man, output: Output) -> anyhow::Result<ExitCode> {
     let mut pages = vec![page("seaplant", command.clone())?];
     for sub in command.get_subcommands().filter(|sub| !sub.is_hide_set()) {
         let name = format!("seaplant-{}", sub.get_name());
-        // Manual pages are found by the dashed name: `man seaplant-identify`.
+        // `man` looks pages up by the dashed name: `man seaplant-identify`.
         let dashed: &'static str = Box::leak(name.clone().into_boxed_str());
         pages.push(page(&name, sub.clone().name(dashed))?);
     }
-    let permit = Permit::of(&[], arguments.force);
+    let permit = Permit::new(&[], arguments.force);
     for page in &pages {
         let path = arguments.out.join(&page.path);
         check_single(&path, permit, is_page).with_context(|| path.display().to_string())?;
@@ -26,7 +26,7 @@ pub fn run(arguments: &Man, output: Output) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether a file is a manual page of this program, by its first bytes.
+/// Returns whether a file is a manual page of this program, by its first bytes.
 fn is_page(first: &[u8]) -> bool {
     const TITLE: &[u8] = b".TH seaplant";
     first.windows(TITLE.len()).any(|bytes| bytes == TITLE)

@@ -1,4 +1,5 @@
-//! `simulate` with a manoeuvre: what a ship's plant does in a turning circle, a zigzag or a stop.
+//! `simulate` with a manoeuvre: the response of a ship's plant in a turning circle, a zigzag or a
+//! stop.
 
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -14,7 +15,7 @@ use crate::args::Simulate;
 use crate::output::{Output, STRONG, WARNING};
 use crate::summary::{align, plain_table};
 
-/// Tells the numbers of a manoeuvre.
+/// Prints the characteristic numbers of a manoeuvre.
 pub fn run(
     arguments: &Simulate,
     profile: &Profile,
@@ -54,7 +55,7 @@ pub fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// How fast the rudder turns, where nobody stated it.
+/// Notes the assumed rate of the rudder, if none was stated.
 fn rudder(entry: &ManoeuvreEntry) -> Option<String> {
     let is_assumed = entry.rudder_deg_per_s.is_none() && entry.kind != ManoeuvreKind::Stop;
     is_assumed.then(|| {
@@ -78,7 +79,7 @@ fn words(model: &PlantModel, numbers: &[ManoeuvreNumber], notes: &[String]) -> S
     text
 }
 
-/// A number with its interval, angles in degrees, lengths also by the ship's.
+/// Formats a number with its interval, angles in degrees, lengths also in ship lengths.
 fn told(number: &ManoeuvreNumber, length: Option<f64>) -> [String; 5] {
     let (factor, unit) = match number.unit.as_str() {
         "rad" => (180.0 / std::f64::consts::PI, "deg"),

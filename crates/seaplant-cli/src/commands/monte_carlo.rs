@@ -25,7 +25,7 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
         bail!("--runs is 0 and must be at least 1");
     }
     let inputs: Vec<PathBuf> = arguments.spec.iter().cloned().collect();
-    let permit = Permit::of(&inputs, arguments.force);
+    let permit = Permit::new(&inputs, arguments.force);
     if let Some(path) = &arguments.out {
         check_single(path, permit, is_ours).with_context(|| path.display().to_string())?;
     }
@@ -56,7 +56,7 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
 
 const STOPPED: &str = "the study was stopped";
 
-/// Writes a table where that is asked for, and prints it.
+/// Writes a table if requested, and prints it.
 fn give<T: Serialize>(
     arguments: &MonteCarlo,
     table: &T,
@@ -71,7 +71,7 @@ fn give<T: Serialize>(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether a file starts as the tables that this writes.
+/// Returns whether a file starts like the tables that this command writes.
 fn is_ours(bytes: &[u8]) -> bool {
     let text = String::from_utf8_lossy(bytes);
     let has = |key: &str| text.contains(&format!("\n  \"{key}\": "));
@@ -114,7 +114,7 @@ fn progress(runs: u64, output: Output) -> ProgressBar {
     if output.quiet || output.json {
         return ProgressBar::with_draw_target(Some(runs), ProgressDrawTarget::hidden());
     }
-    // Indicatif itself draws nothing where standard error is no terminal.
+    // Indicatif draws nothing if standard error is no terminal.
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} twins, {eta} left");
     ProgressBar::new(runs).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
@@ -165,7 +165,7 @@ fn words_of_several_axes(table: &WholeMonteCarloTable) -> String {
     all
 }
 
-/// What users of the recommended plants were told, beside the truth.
+/// Formats the assurance given to users of the recommended plants, with the truth.
 fn told(of: &Assurance) -> String {
     let Assurance { dof, plants, wrong, good, .. } = of;
     let Assurance { wrong_but_usable: usable, wrong_but_usable_with_care: care, .. } = of;
@@ -175,7 +175,7 @@ fn told(of: &Assurance) -> String {
     )
 }
 
-/// One cell for each parameter, a dash where it was not fitted.
+/// Returns one cell for each parameter, a dash where it was not fitted.
 fn cells(rows: &[Row], of: impl Fn(&Row) -> String) -> [String; 3] {
     [ParameterName::Mass, ParameterName::QuadraticDrag, ParameterName::BiasForce]
         .map(|name| rows.iter().find(|row| row.parameter == name).map_or("–".to_owned(), &of))

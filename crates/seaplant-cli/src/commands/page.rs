@@ -31,7 +31,7 @@ pub fn run(arguments: &Page, output: Output) -> Result<ExitCode> {
         )
     })?;
     for request in server.incoming_requests() {
-        // A browser that goes away before it has read all is no error of this program.
+        // A browser that disconnects early is no error of this program.
         let _ = answer(request, &page, address.port());
     }
     Ok(ExitCode::SUCCESS)
@@ -39,7 +39,7 @@ pub fn run(arguments: &Page, output: Output) -> Result<ExitCode> {
 
 const INDEX: &str = "index.html";
 
-/// A file without this is not the page.
+/// Text by which the page is recognised.
 const MARK: &[u8] = b"Seaplant";
 
 fn beside_the_program() -> Result<PathBuf> {
@@ -60,8 +60,8 @@ fn read(file: &Path) -> Result<Vec<u8>> {
     Ok(page)
 }
 
-/// Answers a request for the page; refuses any other, and one that a name of another machine was
-/// made to lead to.
+/// Answers a request for the page; refuses any other, and one under another host's name that
+/// resolves to this machine.
 fn answer(request: Request, page: &[u8], port: u16) -> std::io::Result<()> {
     let is_get = matches!(request.method(), Method::Get | Method::Head);
     let path = request.url().split(['?', '#']).next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! A plan of the next trial.
+//! Plans the next trial.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -27,7 +27,7 @@ pub fn run(arguments: &args::Plan, output: Output) -> Result<ExitCode> {
     let (files, notes) = files(&prior, &made)?;
     let mut inputs = vec![file_of(&arguments.plant)];
     inputs.extend(arguments.request.clone());
-    let permit = Permit::of(&inputs, arguments.force);
+    let permit = Permit::new(&inputs, arguments.force);
     Target { folder: &arguments.out, made: Some(Made::Export), permit }.write(&files)?;
     let mut campaign = None;
     if let Some(folder) = &arguments.rehearse {
@@ -56,7 +56,7 @@ pub fn run(arguments: &args::Plan, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The files but for those of single manoeuvres, which are counted.
+/// Lists the files; those of single manoeuvres are only counted.
 fn names(files: &[File]) -> String {
     let (of_manoeuvres, others): (Vec<&File>, Vec<&File>) =
         files.iter().partition(|file| file.path.starts_with(COMMANDS));
@@ -64,7 +64,7 @@ fn names(files: &[File]) -> String {
     format!("{} and {} tables of commands in {COMMANDS}", others.join(", "), of_manoeuvres.len())
 }
 
-/// Where the tables of commands go.
+/// Folder of the tables of commands.
 const COMMANDS: &str = "commands";
 
 fn request(arguments: &args::Plan) -> Result<Request> {
@@ -114,7 +114,7 @@ fn request(arguments: &args::Plan) -> Result<Request> {
     Ok(request)
 }
 
-/// `1650 rpm`, or a number in the unit of the curve.
+/// Parses `1650 rpm`, or a number in the unit of the curve.
 fn full_input(text: &str) -> Result<f64> {
     let (number, factor) = match text.trim().strip_suffix("rpm") {
         Some(number) => (number, std::f64::consts::PI / 30.0),
@@ -126,7 +126,7 @@ fn full_input(text: &str) -> Result<f64> {
     Ok(factor * number)
 }
 
-/// What is believed of the vehicle, and the vehicle as its logs will be read with.
+/// Returns the prior of the vehicle's plant, and the vehicle with which its logs will be read.
 fn prior(arguments: &args::Plan) -> Result<(Prior, Vehicle)> {
     if is_vehicle_file(&arguments.plant)? {
         let vehicle = SourcedVehicle::open(&arguments.plant)?.vehicle;
@@ -139,7 +139,7 @@ fn prior(arguments: &args::Plan) -> Result<(Prior, Vehicle)> {
     Ok((prior, vehicle_of(&model)))
 }
 
-/// Whether a path is a vehicle.toml, not a plant file, results or a published table.
+/// Returns whether a path is a vehicle.toml, not a plant file, results or a published table.
 fn is_vehicle_file(path: &Path) -> Result<bool> {
     const MOST_BYTES: u64 = 1 << 24;
     if path.extension().is_none_or(|ending| ending != "toml") || !path.is_file() {
@@ -147,7 +147,7 @@ fn is_vehicle_file(path: &Path) -> Result<bool> {
     }
     let bytes = read_bounded(path, MOST_BYTES)?;
     let table = std::str::from_utf8(&bytes).ok().and_then(|text| text.parse::<toml::Table>().ok());
-    // What cannot be read is for the reader of vehicle files to report.
+    // The reader of vehicle files reports what cannot be read.
     Ok(table.is_none_or(|table| !table.contains_key("schema")))
 }
 

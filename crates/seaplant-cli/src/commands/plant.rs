@@ -1,4 +1,4 @@
-//! Plants as commands take them: results, plant files, published tables.
+//! Reads plants given to commands: results, plant files, published tables.
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +9,12 @@ use seaplant_campaign::{nearest_published, read_plant_file};
 
 use super::validate::read_results;
 
-/// The results.json in a folder, or the path as it is.
+/// Returns the results.json in a folder, or the path unchanged.
 pub fn file_of(path: &Path) -> PathBuf {
     if path.is_dir() { path.join("results.json") } else { path.to_owned() }
 }
 
-/// The plant that a file of results, a plant file or a published table holds.
+/// Reads the plant from results, a plant file or a published table.
 pub fn read_plant(path: &Path, method: Option<Method>) -> Result<PlantModel> {
     let path = file_of(path);
     match read_table(&path)? {
@@ -30,9 +30,9 @@ pub fn read_plant(path: &Path, method: Option<Method>) -> Result<PlantModel> {
     }
 }
 
-/// The plant of a plant file or published table; none of results.
+/// Reads the plant from a plant file or published table; `None` for results.
 pub fn read_table(path: &Path) -> Result<Option<PlantModel>> {
-    // A file that does not exist is for the reader of results to report: it says what to give.
+    // The reader of results reports a file that does not exist, with advice.
     if !path.exists() && !path.to_string_lossy().starts_with("published:") {
         if let Some(near) = nearest_published(path) {
             bail!("there is no file `{}`; did you mean `{near}`?", path.display());

@@ -1,4 +1,4 @@
-//! `plot`: a log before the fit, in the terminal and as a page.
+//! `plot`: shows a log before the fit, in the terminal and as a page.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -16,11 +16,11 @@ use crate::progress::watched;
 use crate::sketch::over_time;
 use crate::writing::{Permit, check_single, write_file};
 
-/// Charts on a page beyond which nobody looks at each.
+/// Maximum number of charts on a page.
 const MOST_CHARTS: usize = 200;
 
 pub fn run(arguments: &Plot, output: Output) -> Result<ExitCode> {
-    let permit = Permit::of(&arguments.logs, arguments.force);
+    let permit = Permit::new(&arguments.logs, arguments.force);
     if let Some(path) = &arguments.out {
         check_single(path, permit, is_log_page).with_context(|| path.display().to_string())?;
     }
@@ -54,7 +54,7 @@ pub fn run(arguments: &Plot, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The first sample of any channel: what a campaign's `from_s` counts from.
+/// Returns the first time of any channel, from which a campaign's `from_s` counts.
 fn start_s(log: &Log) -> f64 {
     let first = log.channels().iter().filter_map(|channel| channel.time_s().first().copied());
     first.fold(f64::INFINITY, f64::min)

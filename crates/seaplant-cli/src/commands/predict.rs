@@ -1,4 +1,4 @@
-//! `simulate` with inputs alone: what a plant would do.
+//! `simulate` with inputs alone: predicts the response of a plant.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -23,13 +23,13 @@ use crate::writing::{Permit, check_single, write_file};
 
 /// Inputs without a measured motion.
 pub enum InputsAlone {
-    /// Forces and thrusters by time, in TOML or of the command line.
+    /// Forces and thrusters over time, in TOML or from the command line.
     Profile(Profile),
     /// A table, and the instants of its rows.
     Table(Drive, Vec<f64>),
 }
 
-/// What drives the plant, if it is inputs alone and no log of a motion.
+/// Returns the inputs, if they are inputs alone and no log of a motion.
 pub fn inputs_alone(arguments: &Simulate) -> Result<Option<InputsAlone>> {
     let only = match arguments.logs.as_slice() {
         [] if arguments.steps.is_empty() => {
@@ -49,12 +49,12 @@ pub fn inputs_alone(arguments: &Simulate) -> Result<Option<InputsAlone>> {
         }
         return Ok(Some(InputsAlone::Profile(profile)));
     }
-    // What no table can be is for the reader of logs to tell.
+    // The reader of logs reports errors of a file that is no table.
     let table = if arguments.campaign.is_none() { input_table(only).ok().flatten() } else { None };
     Ok(table.map(|(drive, time_s)| InputsAlone::Table(drive, time_s)))
 }
 
-/// A profile of one hold.
+/// Makes a profile of one hold.
 fn stepped(arguments: &Simulate) -> Result<Profile> {
     let mut force = BTreeMap::new();
     for step in &arguments.steps {
@@ -76,7 +76,7 @@ fn stepped(arguments: &Simulate) -> Result<Profile> {
     Ok(profile)
 }
 
-/// `surge 200 N`, or `surge 60 %` of what the thrusters give there.
+/// Parses `surge 200 N`, or `surge 60 %` of the thrusters' maximum.
 fn step_force(text: &str) -> Result<(Dof, ForceEntry)> {
     const FLAG: &str = "--step";
     match text.trim_end().strip_suffix('%') {
@@ -94,7 +94,7 @@ fn step_force(text: &str) -> Result<(Dof, ForceEntry)> {
     }
 }
 
-/// `surge 200 N`: an axis, a number, and the axis's unit.
+/// Parses `surge 200 N`: an axis, a number, and the axis's unit.
 pub(super) fn quantity(
     text: &str,
     flag: &str,
@@ -131,7 +131,7 @@ pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<
     }
     let mut read = arguments.logs.clone();
     read.push(file_of(&arguments.results));
-    let permit = Permit::of(&read, arguments.force);
+    let permit = Permit::new(&read, arguments.force);
     let page =
         arguments.out.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "html"));
     let is_ours = |bytes: &[u8]| {
@@ -167,7 +167,7 @@ pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is simulated.
+/// Returns the scenario to simulate.
 fn scenario(arguments: &Simulate, given: InputsAlone, model: &PlantModel) -> Result<Scenario> {
     let mut scenario = match given {
         InputsAlone::Profile(profile) => profile.scenario(model)?,
@@ -186,7 +186,7 @@ fn scenario(arguments: &Simulate, given: InputsAlone, model: &PlantModel) -> Res
     Ok(scenario)
 }
 
-/// What every CSV file of a prediction starts with.
+/// First line of every CSV file of a prediction.
 const HEADER: &str = "time [s],north [m],east [m],down [m],roll [rad],pitch [rad],heading [rad]";
 
 fn csv(prediction: &Prediction) -> String {
@@ -202,7 +202,7 @@ fn csv(prediction: &Prediction) -> String {
     }
     text.push('\n');
     for (k, t) in prediction.time_s.iter().enumerate() {
-        // Sums of tenths are written as such.
+        // Rounding removes the error of summing tenths.
         let _ = write!(text, "{}", (t * 1e9).round() / 1e9);
         let band = prediction.band.get(k).into_iter().flatten().flatten();
         let all = prediction.pose[k].iter().chain(&prediction.velocity[k]).chain(band);
@@ -212,7 +212,7 @@ fn csv(prediction: &Prediction) -> String {
     text
 }
 
-/// A consequence with its interval.
+/// Formats a consequence with its interval.
 fn told(of: &Consequence) -> [String; 5] {
     let interval = of.interval95.map_or(String::new(), |[low, high]| {
         format!("[{}, {}]", significant(low, 3), significant(high, 3))

@@ -28,19 +28,19 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
         );
     }
     let results = read_results(&path)?;
-    let chosen = Chosen::of(&results, arguments)?;
+    let chosen = Chosen::select(&results, arguments)?;
     let campaign = campaign_of(arguments, &results)?;
     let mut inputs = campaign_files(&campaign);
     inputs.push(path);
     inputs.extend(arguments.logs.iter().cloned());
-    let permit = Permit::of(&inputs, arguments.force);
+    let permit = Permit::new(&inputs, arguments.force);
     let is_ours = |bytes: &[u8]| {
         [HEADER, HEADER_OF_SEVERAL].iter().any(|header| bytes.starts_with(header.as_bytes()))
     };
     let trial = watched(output, || read_logs(&campaign, &arguments.logs, &chosen.axes()))?;
     let (rows, said, lines) = match chosen {
         Chosen::Axis(dof, plant) => {
-            let one = Simulation::of(dof, plant, &trial)?;
+            let one = Simulation::new(dof, plant, &trial)?;
             (csv(&one), serde_json::to_value(&one)?, words(trial.name(), &one))
         }
         Chosen::Several(plant) => {
@@ -60,7 +60,7 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The plant that is simulated.
+/// The plant to simulate.
 #[derive(Clone, Copy)]
 enum Chosen<'a> {
     Axis(Dof, &'a PlantResult),
@@ -68,8 +68,9 @@ enum Chosen<'a> {
 }
 
 impl<'a> Chosen<'a> {
-    /// The only plant of the results, or that of `--dof`: by itself where it has one of its own.
-    fn of(results: &'a Results, arguments: &Simulate) -> Result<Self> {
+    /// Selects the only plant of the results, or that of `--dof`: the one-axis plant where there is
+    /// one.
+    fn select(results: &'a Results, arguments: &Simulate) -> Result<Self> {
         let of_axis = |dof| Ok(Self::Axis(dof, results.plant_of(dof, arguments.method)?));
         let axes: Vec<Dof> = results.plants.keys().copied().collect();
         let several: Vec<&CoupledPlant> = results.coupled.values().collect();
@@ -108,7 +109,7 @@ impl<'a> Chosen<'a> {
     }
 }
 
-/// The campaign that was asked for, or the one that the results came from.
+/// Returns the requested campaign, or the one that the results came from.
 fn campaign_of(arguments: &Simulate, results: &Results) -> Result<PathBuf> {
     if let Some(campaign) = &arguments.campaign {
         return Ok(campaign.clone());
@@ -131,10 +132,10 @@ fn words(trial: &str, simulation: &Simulation) -> String {
     )
 }
 
-/// What every file that this writes starts with.
+/// Start of every file that this command writes.
 const HEADER: &str = "time [s],force [";
 
-/// The same of a plant of several axes, each of which is measured at its own times.
+/// The same for a plant of several axes, each measured at its own times.
 const HEADER_OF_SEVERAL: &str = "time [s],axis,force [";
 
 fn csv_of_several(all: &[Simulation]) -> String {

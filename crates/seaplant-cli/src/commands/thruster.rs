@@ -27,7 +27,7 @@ pub fn run(arguments: &Thruster, output: Output) -> Result<ExitCode> {
     if let Some(path) = &arguments.plot {
         let figure = thrust_figure(&result)?;
         let inputs = [arguments.table.clone()];
-        let permit = Permit { flag: "--overwrite", ..Permit::of(&inputs, arguments.overwrite) };
+        let permit = Permit { flag: "--overwrite", ..Permit::new(&inputs, arguments.overwrite) };
         write_file(path, image(path, figure)?.as_slice(), permit, is_picture)?;
     }
     let columns = format!("{} against {}", bench.force_column.trim(), bench.input_column.trim());
@@ -35,7 +35,7 @@ pub fn run(arguments: &Thruster, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether a file is a picture that this drew; pixels bear no name.
+/// Returns whether a file is a picture by this command; pixel formats cannot be recognised.
 fn is_picture(bytes: &[u8]) -> bool {
     bytes.starts_with(b"<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"fig\"")
 }
@@ -78,7 +78,7 @@ fn words(columns: &str, missing: usize, fit: &BollardPullResult) -> String {
     text
 }
 
-/// The line for vehicle.toml.
+/// Returns the line for vehicle.toml.
 fn curve_toml(fit: &BollardPullResult) -> String {
     let value = |parameter: &Option<Parameter>| parameter.as_ref().map_or(0.0, |p| p.value);
     let mut words = format!(

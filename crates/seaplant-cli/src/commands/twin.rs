@@ -15,7 +15,7 @@ pub fn run(arguments: &Twin, output: Output) -> Result<ExitCode> {
     let spec = TwinFile::read(&arguments.spec)?;
     let twin = spec.make().with_context(|| arguments.spec.display().to_string())?;
     let inputs = [arguments.spec.clone()];
-    let permit = Permit::of(&inputs, arguments.force);
+    let permit = Permit::new(&inputs, arguments.force);
     write(&twin, &arguments.out, permit)?;
     let campaign = arguments.out.join("campaign.toml");
     let trials: Vec<&str> = twin.trials.iter().map(|trial| trial.name.as_str()).collect();

@@ -43,7 +43,7 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The plant of a plant file or published table; none of results.
+/// Reads the plant from a plant file or published table; `None` for results.
 fn table(arguments: &Validate) -> Result<Option<PlantModel>> {
     let path = file_of(&arguments.results);
     match read_table(&path)? {
@@ -62,7 +62,7 @@ pub fn read_results(path: &Path) -> Result<Results> {
             path.display()
         );
     }
-    /// Ten thousand trials take a quarter of this.
+    /// Size limit; ten thousand trials take a quarter of it.
     const MOST_BYTES: u64 = 1 << 30;
     let bytes = read_bounded(path, MOST_BYTES).map_err(|error| match error {
         Error::Io { source, .. } => {

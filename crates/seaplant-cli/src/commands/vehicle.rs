@@ -11,8 +11,8 @@ use crate::output::{FAINT, Output, STRONG, WARNING};
 pub fn run(arguments: &Vehicle, output: Output) -> Result<ExitCode> {
     let file: VehicleFile = read_toml(&arguments.vehicle)?;
     let thrusters = file.thrusters();
-    // A file that is still being written is shown, with what it lacks.
-    let missing = SourcedVehicle::of(file.clone(), &arguments.vehicle).err();
+    // An incomplete file is shown, with its error.
+    let missing = SourcedVehicle::from_file(file.clone(), &arguments.vehicle).err();
     let missing = missing.map(|error| error.to_string());
     let mut result = json!(file);
     result["thruster"] = thrusters.iter().map(shown).collect();
@@ -21,8 +21,8 @@ pub fn run(arguments: &Vehicle, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A thruster as its file has it, and the wrench of one newton of thrust at positive input, also in
-/// words.
+/// Returns a thruster as in its file, and the wrench of one newton of thrust at positive input,
+/// also in words.
 fn shown(thruster: &ThrusterEntry) -> Value {
     let (mut shown, wrench) = (json!(thruster), wrench(thruster));
     shown["wrench"] = json!(wrench);
@@ -30,8 +30,8 @@ fn shown(thruster: &ThrusterEntry) -> Value {
     shown
 }
 
-/// The wrench of one newton of thrust at positive input, `[d; r × d]` in N and N m, if position and
-/// direction are given.
+/// Returns the wrench of one newton of thrust at positive input, `[d; r × d]` in N and N m, if
+/// position and direction are given.
 fn wrench(thruster: &ThrusterEntry) -> Option<[f64; 6]> {
     let ([x, y, z], d) = (thruster.position_m?, thruster.direction?);
     let length = d.iter().map(|d| d * d).sum::<f64>().sqrt();
@@ -57,10 +57,10 @@ fn words(file: &VehicleFile, thrusters: &[ThrusterEntry], missing: Option<&str>)
     text
 }
 
-/// What less than this part of a newton, or of a newton metre, adds is not named.
+/// Smallest contribution in newtons, or newton metres, that is named.
 const NAMED: f64 = 0.01;
 
-/// `0.707 N forward, 0.707 N to port, 0.19 N m to port`.
+/// Formats `0.707 N forward, 0.707 N to port, 0.19 N m to port`.
 fn moves(wrench: [f64; 6]) -> String {
     const WAYS: [[&str; 2]; 6] = [
         ["N forward", "N aft"],
@@ -87,7 +87,7 @@ mod tests {
         let toml = "preset = \"bluerov2\"\n[[thruster]]\nname = \"motor 1\"\nreversed = true";
         let file: VehicleFile = toml::from_str(toml).expect("a vehicle");
         let [first, second, ..] = &file.thrusters()[..] else { panic!("six thrusters") };
-        // At starboard bow; reversed, it pushes forward and to port.
+        // At starboard bow; reversed, it acts forward and to port.
         let turns = 0.5_f64.sqrt() * -(0.156 + 0.111);
         let wrench = wrench(first).expect("a preset has positions");
         assert!((wrench[5] - turns).abs() < 1e-12, "{wrench:?}");

@@ -44,8 +44,7 @@ pub fn run(arguments: &Watch, output: Output) -> Result<ExitCode> {
     last
 }
 
-/// The files that a campaign is made from, watched by way of their folders: one that is not there
-/// yet may come.
+/// Files of a campaign, watched through their folders, because an absent one may appear.
 struct Files {
     campaign: PathBuf,
     files: BTreeSet<PathBuf>,
@@ -64,7 +63,7 @@ impl Files {
         Ok(watch)
     }
 
-    /// Watches what the campaign names now.
+    /// Updates the watched files from the campaign.
     fn look_again(&mut self) -> Result<()> {
         self.files = campaign_files(&self.campaign).iter().map(|file| absolute(file)).collect();
         for file in &self.files {
@@ -80,7 +79,7 @@ impl Files {
         Ok(())
     }
 
-    /// Waits until a file changes and then none does for a while; says which changed.
+    /// Waits until a file changes and then none does for a while; returns the changed file.
     fn wait(&self, settle: Duration) -> Result<String> {
         let mut changed = BTreeSet::new();
         while changed.is_empty() {
@@ -112,7 +111,7 @@ impl Files {
     }
 }
 
-/// With its folder's links followed; the file itself may not be there.
+/// Resolves the links of its folder; the file itself may not exist.
 fn absolute(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new(".")).canonicalize();
@@ -122,7 +121,7 @@ fn absolute(path: &Path) -> PathBuf {
     }
 }
 
-/// What became of each parameter.
+/// Describes the change of each parameter.
 fn moves(before: &Results, after: &Results) -> String {
     let mut text = String::new();
     for (dof, plant) in &after.plants {
@@ -148,7 +147,7 @@ fn moves(before: &Results, after: &Results) -> String {
     if text.is_empty() { "nothing moved".to_owned() } else { text }
 }
 
-/// Value and standard deviation of each parameter that there is.
+/// Returns value and standard deviation of each parameter.
 fn named(parameters: &Parameters) -> BTreeMap<&'static str, [f64; 2]> {
     let Parameters { mass, quadratic_drag, linear_drag, bias_force } = parameters;
     let all = [

@@ -1,23 +1,24 @@
-//! How long fits will take: guessed from their sizes, then from how long the first of them took.
+//! Estimates how long fits will take: first from their sizes, then from the duration of the
+//! completed ones.
 
 use seaplant::Stage;
 
-/// Elapsed over processor time where a fit uses the cores that there are.
+/// Ratio of elapsed to processor time for a fit that uses all cores.
 const PARALLEL: f64 = 0.6;
 
-/// By what factor the rest may be quicker or slower than what was seen of the fits before.
+/// Factor by which the remaining fits may be faster or slower than the completed ones.
 const UNEVEN: f64 = 1.5;
 
-/// The pace of fits is believed once they were this part of all.
+/// Fraction of completed work from which the measured pace is used.
 const SEEN: f64 = 0.1;
 
-/// From the least to the most that all fits may take, s elapsed.
+/// Returns the bounds of the duration of all fits, s elapsed.
 pub fn whole(stages: &[Stage]) -> (f64, f64) {
     let of = |cost_s: fn(&Stage) -> f64| stages.iter().map(cost_s).sum::<f64>();
     (PARALLEL * of(|stage| stage.cost_s.0), of(|stage| stage.cost_s.1))
 }
 
-/// From the least to the most that is left, s; `done` fits took `before_s`, and the next one has
+/// Returns the bounds of the remaining time, s; `done` fits took `before_s`, and the next one has
 /// taken `now_s`.
 pub fn left(stages: &[Stage], done: usize, before_s: f64, now_s: f64) -> (f64, f64) {
     let usual = |stages: &[Stage]| stages.iter().map(Stage::usual_s).sum::<f64>();
@@ -31,8 +32,8 @@ pub fn left(stages: &[Stage], done: usize, before_s: f64, now_s: f64) -> (f64, f
     ((left / UNEVEN - now_s).max(0.0), (UNEVEN * left - now_s).max(0.0))
 }
 
-/// `10 s to 2 min`, each to the next round number.
-pub fn spoken((least, most): (f64, f64)) -> String {
+/// Formats `10 s to 2 min`, each rounded up.
+pub fn formatted((least, most): (f64, f64)) -> String {
     match (round(least), round(most)) {
         (_, most) if most < 2.0 => "a second".to_owned(),
         (least, most) if least < 1.0 => format!("up to {}", time(most)),
@@ -41,7 +42,7 @@ pub fn spoken((least, most): (f64, f64)) -> String {
     }
 }
 
-/// 1, 2, 5, 10, 20 or 30, of seconds, minutes or hours.
+/// Rounds to 1, 2, 5, 10, 20 or 30, of seconds, minutes or hours.
 fn round(seconds: f64) -> f64 {
     const STEPS: [f64; 6] = [1.0, 2.0, 5.0, 10.0, 20.0, 30.0];
     let units = [1.0, 60.0, 3600.0];
@@ -78,14 +79,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_follows_from_sizes_at_first_and_from_the_pace_then() {
+    fn remaining_time_follows_from_sizes_at_first_and_then_from_the_pace() {
         let stages = four_equal();
         assert_eq!(whole(&stages), (2.4, 64.0));
         let (least, most) = left(&stages, 0, 0.0, 2.0);
         assert!((least - 0.4).abs() < 1e-9 && most == 62.0);
         // The first took 30 s, so that the three others take 90 s, of which 10 s are over.
         assert_eq!(left(&stages, 1, 30.0, 10.0), (50.0, 125.0));
-        // One that takes far longer than those before it is at its end at any moment.
+        // A fit that takes far longer than those before it may end at any moment.
         assert_eq!(left(&stages, 3, 9.0, 60.0), (0.0, 0.0));
         assert_eq!(left(&stages, 9, 9.0, 0.0), (0.0, 0.0));
         assert_eq!(left(&[], 0, 0.0, 0.0), (0.0, 0.0));
@@ -101,7 +102,7 @@ mod tests {
             ((0.0, 0.3), "a second"),
             ((600.0, 9000.0), "10 min to 2 h"),
         ] {
-            assert_eq!(spoken(range), words, "{range:?}");
+            assert_eq!(formatted(range), words, "{range:?}");
         }
     }
 }

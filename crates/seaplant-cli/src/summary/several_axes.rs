@@ -1,4 +1,4 @@
-//! What `identify` says of plants of several axes.
+//! The part of the summary on plants of several axes.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -13,10 +13,10 @@ use seaplant_report::number::{Rounded, decimals, or_absent};
 use super::{align, beside_truth, plain_table, push_caveats, spoken_verdict};
 use crate::output::{FAINT, STRONG};
 
-/// True coefficients by name; one that is not there is zero.
+/// True coefficients by name; an absent one is zero.
 type Truth = BTreeMap<String, f64>;
 
-/// A block for each plant: what each axis has by itself, how axes couple, how it predicts.
+/// Formats a block for each plant: coefficients of each axis, couplings, predictions.
 pub(super) fn block(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
     let mut text = String::new();
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
@@ -35,7 +35,7 @@ pub(super) fn block(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
     text
 }
 
-/// A model of steering: K, T and how it predicts.
+/// Formats a steering model: K, T and its prediction error.
 pub(super) fn steering(model: &NomotoResult) -> String {
     let order = if model.order == 2 { "second" } else { "first" };
     let law = match model.rudder_law {
@@ -74,7 +74,7 @@ pub(super) fn steering(model: &NomotoResult) -> String {
     text
 }
 
-/// Axis by axis, mass before damping before what else acts there; what acts on several axes is last.
+/// Lists coefficients axis by axis: mass, damping, then others; those of several axes are last.
 fn coefficients(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
     let mut table = plain_table();
     for place in plant.axes.iter().map(|&dof| Some(dof)).chain([None]) {
@@ -94,7 +94,7 @@ fn coefficients(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
     table.to_string().trim_end().to_owned()
 }
 
-/// The axis that a coefficient acts on; `None` of one that acts on several.
+/// Returns the axis that a coefficient acts on; `None` for one that acts on several.
 fn only_axis(x: &Coefficient) -> Option<Dof> {
     match x.on[..] {
         [only] => Some(only),

@@ -1,9 +1,9 @@
-//! The exchange of a folder's files for new ones, which is undone unless it is complete.
+//! Exchanges a folder's files for new ones, and undoes the exchange unless it is complete.
 //!
 //! A folder of results may be the campaign's own, a mount point or the current folder, and may hold
 //! files of others, so it cannot be exchanged as one. Its files are moved one by one, and a record
-//! of the exchange stands beside those that were put away. If the program is killed, the next run
-//! that writes to the folder moves them back.
+//! of the exchange is kept with the replaced files. If the program is killed, the next run that
+//! writes to the folder moves them back.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -12,25 +12,25 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 
-use super::aside::{Aside, leftovers};
 use super::listed_path::fault;
 use super::manifest::{Manifest, hash_of};
+use super::staging::{StagedFiles, leftovers};
 use super::{Permit, make_folder, sync_folder, write_whole};
 
-/// The record of an exchange in the folder of files that are put away.
+/// File with the record of an exchange, in the temporary folder of replaced files.
 const RECORD: &str = "exchange.json";
 
-/// Bytes of a record: it holds a list and the paths of another.
+/// Size limit of a record: it holds a list and the paths of another.
 const MOST_BYTES: u64 = 128 << 20;
 
-/// What an exchange changes in a folder.
+/// Changes of an exchange in a folder.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Exchange {
     /// The folder's list before, where it keeps one.
     before: Option<Manifest>,
-    /// Files that are put in place, with their SHA-256.
+    /// New files, with their SHA-256.
     new: Vec<(String, String)>,
-    /// Files that are put away and not replaced.
+    /// Files that are removed and not replaced.
     stale: Vec<String>,
 }
 
@@ -42,13 +42,13 @@ struct Move {
 }
 
 impl Exchange {
-    /// An exchange of stale files, and of those that new ones replace, for all that are aside.
-    pub(super) fn new(before: Option<Manifest>, stale: Vec<String>, aside: &Aside) -> Self {
-        Self { before, new: aside.hashes().to_vec(), stale }
+    /// Creates an exchange of stale files, and of those that new ones replace.
+    pub(super) fn new(before: Option<Manifest>, stale: Vec<String>, staging: &StagedFiles) -> Self {
+        Self { before, new: staging.hashes().to_vec(), stale }
     }
 
-    /// Exchanges the files: all, or none if one cannot be moved. `after` is the folder's list
-    /// then, where it keeps one; folders that are made are added to `made`.
+    /// Exchanges the files: all, or none if one cannot be moved. `after` is the folder's new list,
+    /// where it keeps one; folders that are created are added to `made`.
     ///
     /// # Errors
     /// If a file cannot be moved. If files cannot be moved back either, all stay where they are,
@@ -56,14 +56,14 @@ impl Exchange {
     pub(super) fn make(
         &self,
         folder: &Path,
-        aside: &mut Aside,
+        staging: &mut StagedFiles,
         after: Option<&Manifest>,
         made: &mut Vec<PathBuf>,
     ) -> Result<()> {
-        let Err(error) = self.try_make(folder, aside.path(), after, made) else { return Ok(()) };
-        if let Err(second) = self.undo(folder, aside.path()) {
-            aside.keep();
-            let kept = aside.path().display();
+        let Err(error) = self.try_make(folder, staging.path(), after, made) else { return Ok(()) };
+        if let Err(second) = self.undo(folder, staging.path()) {
+            staging.keep();
+            let kept = staging.path().display();
             return Err(error.context(format!(
                 "files of the run before are in {kept} ({second:#}); the next run puts them back"
             )));
@@ -74,15 +74,15 @@ impl Exchange {
     fn try_make(
         &self,
         folder: &Path,
-        aside: &Path,
+        staging: &Path,
         after: Option<&Manifest>,
         made: &mut Vec<PathBuf>,
     ) -> Result<()> {
         let record = serde_json::to_vec(self)?;
-        write_whole(&aside.join(RECORD), |out| out.write_all(&record))?.sync_all()?;
-        sync_folder(aside);
+        write_whole(&staging.join(RECORD), |out| out.write_all(&record))?.sync_all()?;
+        sync_folder(staging);
         if let (Some(before), Some(after)) = (&self.before, after) {
-            before.beside(after).write(folder, aside)?;
+            before.beside(after).write(folder, staging)?;
         }
         let mut folders = vec![folder.to_owned()];
         for (path, _) in &self.new {
@@ -92,53 +92,53 @@ impl Exchange {
                 folders.push(parent);
             }
         }
-        self.moves(folder, aside).iter().try_for_each(Move::make)?;
+        self.moves(folder, staging).iter().try_for_each(Move::make)?;
         folders.iter().for_each(|folder| sync_folder(folder));
         if let Some(after) = after {
-            after.write(folder, aside)?;
+            after.write(folder, staging)?;
         }
-        end(aside)
+        end(staging)
     }
 
-    /// Moves every file back that was moved, the last one first, and restores the list.
-    fn undo(&self, folder: &Path, aside: &Path) -> Result<()> {
-        self.moves(folder, aside).iter().rev().try_for_each(Move::undo)?;
+    /// Moves every moved file back, the last one first, and restores the list.
+    fn undo(&self, folder: &Path, staging: &Path) -> Result<()> {
+        self.moves(folder, staging).iter().rev().try_for_each(Move::undo)?;
         if let Some(before) = &self.before {
-            before.restore(folder, aside)?;
+            before.restore(folder, staging)?;
         }
         sync_folder(folder);
-        end(aside)
+        end(staging)
     }
 
-    /// Every move in its order. A file that is put away or that was never there leaves its place
-    /// empty, so that what is there tells which moves were made.
-    fn moves(&self, folder: &Path, aside: &Path) -> Vec<Move> {
+    /// Returns every move in order. A file that is moved away or never existed leaves its path
+    /// empty, so that the files present reveal which moves were made.
+    fn moves(&self, folder: &Path, staging: &Path) -> Vec<Move> {
         let stale = self.stale.iter().enumerate().map(|(k, path)| Move {
             from: folder.join(path),
-            to: aside.join(format!("{k}.stale")),
+            to: staging.join(format!("{k}.stale")),
         });
         let replaced = self.new.iter().enumerate().flat_map(|(k, (path, _))| {
-            let (place, old) = (folder.join(path), aside.join(format!("{k}.old")));
-            let new = Aside::new_file(aside, k);
+            let (place, old) = (folder.join(path), staging.join(format!("{k}.old")));
+            let new = StagedFiles::new_file(staging, k);
             [Move { from: place.clone(), to: old }, Move { from: new, to: place }]
         });
         stale.chain(replaced).collect()
     }
 
-    /// The record of an exchange that was not completed, if a folder has one. A record that was
-    /// not written to its end precedes all moves.
-    fn left_in(aside: &Path) -> Option<Self> {
-        let bytes = seaplant_campaign::read_bounded(&aside.join(RECORD), MOST_BYTES).ok()?;
+    /// Returns the record of an incomplete exchange, if a folder has one. An incomplete record
+    /// precedes all moves.
+    fn left_in(staging: &Path) -> Option<Self> {
+        let bytes = seaplant_campaign::read_bounded(&staging.join(RECORD), MOST_BYTES).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
 
-    /// Refuses to undo what would reach files outside of the folder, inputs, or files that were
+    /// Refuses to undo changes to files outside of the folder, to inputs, or to files that were
     /// changed after the exchange.
-    fn check(&self, folder: &Path, aside: &Path, permit: Permit<'_>) -> Result<()> {
+    fn check(&self, folder: &Path, staging: &Path, permit: Permit<'_>) -> Result<()> {
         let paths = self.new.iter().map(|(path, _)| path).chain(&self.stale);
         for path in paths {
             if let Some(fault) = fault(folder, path) {
-                let record = aside.join(RECORD);
+                let record = staging.join(RECORD);
                 bail!("{} names `{path}`, but {fault}; remove that folder", record.display());
             }
             let place = folder.join(path);
@@ -152,7 +152,7 @@ impl Exchange {
         }
         for (k, (path, sha256)) in self.new.iter().enumerate() {
             let place = folder.join(path);
-            let is_placed = !Aside::new_file(aside, k).exists() && place.exists();
+            let is_placed = !StagedFiles::new_file(staging, k).exists() && place.exists();
             if is_placed && hash_of(&place)? != *sha256 {
                 bail!(
                     "{} was changed after a run was ended that wrote it; move it away, so that \
@@ -184,10 +184,10 @@ impl Move {
 }
 
 /// Removes the record of an exchange: from here on there is nothing to undo, in whatever order the
-/// files beside it are removed.
-fn end(aside: &Path) -> Result<()> {
-    let removed = fs::remove_file(aside.join(RECORD));
-    sync_folder(aside);
+/// other files are removed.
+fn end(staging: &Path) -> Result<()> {
+    let removed = fs::remove_file(staging.join(RECORD));
+    sync_folder(staging);
     match removed {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(error.into()),
         _ => Ok(()),
@@ -198,7 +198,7 @@ fn is_there(path: &Path) -> bool {
     path.symlink_metadata().is_ok()
 }
 
-/// Undoes the exchanges of runs that were killed, and removes what else they left in a folder.
+/// Undoes the exchanges of killed runs, and removes their other leftovers in a folder.
 ///
 /// The folder's lock must be held.
 ///
@@ -219,17 +219,17 @@ pub(super) fn recover(folder: &Path, permit: Permit<'_>) -> Result<()> {
 mod tests {
     use super::super::{File, Made, Target};
     use super::*;
-    use crate::writing::aside::Hidden;
+    use crate::writing::staging::TemporaryFolder;
 
     fn permit() -> Permit<'static> {
-        Permit::of(&[], true)
+        Permit::new(&[], true)
     }
 
     fn file(path: &str, text: &str) -> File {
         File { path: path.to_owned(), bytes: text.as_bytes().to_vec() }
     }
 
-    /// A folder with a report of two files, and one of somebody's own.
+    /// Makes a folder with a report of two files, and one file of the user's.
     fn written() -> tempfile::TempDir {
         let folder = tempfile::tempdir().expect("a folder");
         fs::write(folder.path().join("mine.txt"), "mine").expect("a file");
@@ -238,25 +238,27 @@ mod tests {
         folder
     }
 
-    /// A run that is killed after so many moves of an exchange, in which one file replaces
-    /// another, one a file of somebody's own, one is new and one goes; `None` if there are fewer.
+    /// Simulates a run that is killed after this many moves of an exchange, in which one file
+    /// replaces another, one a user's file, one is new and one is removed; `None` if there are
+    /// fewer moves.
     fn killed_after(moves: usize, folder: &Path) -> Option<()> {
-        let mut aside = Aside::new(Hidden::in_folder(folder, &[]).expect("a folder"));
+        let mut staging =
+            StagedFiles::new(TemporaryFolder::in_folder(folder, &[]).expect("a folder"));
         for path in ["report.html", "mine.txt", "b.svg"] {
-            aside.write(path, |out| out.write_all(b"2")).expect("a file");
+            staging.write(path, |out| out.write_all(b"2")).expect("a file");
         }
         let before = Manifest::read(folder).expect("a list");
-        let after = before.with(Made::Report, aside.hashes());
+        let after = before.with(Made::Report, staging.hashes());
         let stale = before.stale(Made::Report, &after, folder);
         assert_eq!(stale, ["figures/a.svg"]);
-        let exchange = Exchange::new(Some(before), stale, &aside);
+        let exchange = Exchange::new(Some(before), stale, &staging);
         let record = serde_json::to_vec(&exchange).expect("JSON");
-        fs::write(aside.path().join(RECORD), record).expect("a file");
+        fs::write(staging.path().join(RECORD), record).expect("a file");
         let before = exchange.before.as_ref().expect("a list");
-        before.beside(&after).write(folder, aside.path()).expect("a list");
-        let all = exchange.moves(folder, aside.path());
+        before.beside(&after).write(folder, staging.path()).expect("a list");
+        let all = exchange.moves(folder, staging.path());
         all.iter().take(moves).for_each(|one| one.make().expect("it can be moved"));
-        aside.keep();
+        staging.keep();
         (moves <= all.len()).then_some(())
     }
 
@@ -321,9 +323,9 @@ mod tests {
         let (folder, secret) = (outer.path().join("out"), outer.path().join("secret.txt"));
         fs::write(&secret, "mine").expect("a file");
         fs::create_dir_all(folder.join(".seaplant-forged")).expect("a folder");
-        let aside = folder.join(".seaplant-forged");
-        fs::write(aside.join("lock"), "").expect("a file");
-        fs::write(aside.join("0.old"), "theirs").expect("a file");
+        let staging = folder.join(".seaplant-forged");
+        fs::write(staging.join("lock"), "").expect("a file");
+        fs::write(staging.join("0.old"), "theirs").expect("a file");
         let sha256 = hash_of(&secret).expect("a file");
         for path in ["../secret.txt", secret.to_str().expect("UTF-8")] {
             let (new, stale) = (vec![(path.to_owned(), sha256.clone())], vec![]);
@@ -332,7 +334,7 @@ mod tests {
                 Exchange { before: None, new: vec![], stale: vec![path.to_owned()] },
             ] {
                 let record = serde_json::to_vec(&exchange).expect("JSON");
-                fs::write(aside.join(RECORD), record).expect("a file");
+                fs::write(staging.join(RECORD), record).expect("a file");
                 let before = everything(outer.path());
                 let error = recover(&folder, permit()).expect_err("refused").to_string();
                 assert!(error.contains("not a relative path inside the folder"), "{error}");
@@ -346,7 +348,7 @@ mod tests {
         let folder = written();
         killed_after(7, folder.path()).expect("there are seven moves");
         let inputs = [folder.path().join("report.html")];
-        let error = recover(folder.path(), Permit::of(&inputs, true)).expect_err("refused");
+        let error = recover(folder.path(), Permit::new(&inputs, true)).expect_err("refused");
         assert!(error.to_string().contains("is an input, and a run that wrote it"), "{error}");
     }
 }

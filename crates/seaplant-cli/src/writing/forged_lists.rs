@@ -1,5 +1,5 @@
-//! A folder's list that somebody forged: nothing outside of the folder changes, and no entry of a
-//! list with a bad entry is used.
+//! Forged lists of files: nothing outside of the folder changes, and no entry of a list with an
+//! invalid entry is used.
 
 use std::fs;
 use std::io::Write;
@@ -19,7 +19,7 @@ const INSIDE: [&str; 2] = ["listed.txt", "deep/listed.txt"];
 /// Links, a pipe and a folder inside it, which a list may not name.
 const NOT_FILES: [&str; 4] = ["file-link", "folder-link", "pipe", "deep"];
 
-/// A folder `out` with files, links and a pipe, beside a file that is nobody's business.
+/// A folder `out` with files, links and a pipe, next to a file outside of it.
 struct Sandbox(TempDir);
 
 impl Sandbox {
@@ -44,8 +44,8 @@ impl Sandbox {
         self.0.path().join("secret.txt")
     }
 
-    /// Writes a list of a report that names these paths, each with the right hash if it
-    /// leads to a regular file, wherever that is.
+    /// Writes a list of a report with these paths, each with the right hash if it leads to a
+    /// regular file anywhere.
     fn forge(&self, paths: &[String]) {
         let entry = |path: &String| {
             let there = self.out().join(path).canonicalize().and_then(|file| hash_of(&file));
@@ -58,12 +58,12 @@ impl Sandbox {
     }
 
     fn write(&self, made: Made) -> anyhow::Result<()> {
-        let (folder, permit) = (&self.out(), Permit::of(&[], false));
+        let (folder, permit) = (&self.out(), Permit::new(&[], false));
         let file = File { path: "new.txt".to_owned(), bytes: b"new".to_vec() };
         Target { folder, made: Some(made), permit }.write(&[file])
     }
 
-    /// Every path with what it is, and the content of regular files.
+    /// Returns every path with its kind, and the content of regular files.
     fn everything(&self) -> Vec<(PathBuf, String)> {
         let mut found = Vec::new();
         let mut folders = vec![self.0.path().to_owned()];
@@ -81,7 +81,7 @@ impl Sandbox {
     }
 }
 
-/// Whether a path in the sandbox may be listed, from what the sandbox holds.
+/// Returns whether a path in the sandbox may be listed, from the sandbox's content.
 fn may_be_listed(path: &str) -> bool {
     let parts: Vec<&str> = path.split('/').collect();
     let leads_elsewhere = parts.iter().any(|part| ["", ".", ".."].contains(part));
@@ -89,7 +89,7 @@ fn may_be_listed(path: &str) -> bool {
     !leads_elsewhere && !passes_a_link && !NOT_FILES.contains(&path)
 }
 
-/// Paths of one to four parts, some of them absolute.
+/// Generates paths of one to four parts, some of them absolute.
 fn path() -> impl Strategy<Value = String> {
     let part = prop::sample::select(vec![
         "..",
@@ -107,7 +107,7 @@ fn path() -> impl Strategy<Value = String> {
     prop::collection::vec(part, 1..4).prop_map(|parts| parts.join("/"))
 }
 
-/// Lists of which about half are as Seaplant would write them.
+/// Generates lists, about half of them valid.
 fn paths() -> impl Strategy<Value = Vec<String>> {
     let good = prop::sample::select(INSIDE.to_vec()).prop_map(str::to_owned);
     prop_oneof![prop::collection::vec(good, 0..3), prop::collection::vec(path(), 0..4),]
@@ -170,9 +170,10 @@ fn an_input_stays_even_if_the_list_has_it_as_a_file_of_an_earlier_run() {
     let sandbox = Sandbox::new();
     sandbox.forge(&INSIDE.map(str::to_owned));
     let inputs = [sandbox.out().join("listed.txt")];
-    let permit = Permit::of(&inputs, false);
+    let permit = Permit::new(&inputs, false);
     let target = Target { folder: &sandbox.out(), made: Some(Made::Report), permit };
-    let new = |aside: &mut super::Aside| aside.write("new.txt", |out| out.write_all(b"new"));
+    let new =
+        |staging: &mut super::StagedFiles| staging.write("new.txt", |out| out.write_all(b"new"));
     target.fill(new).expect("it can be written");
     assert_eq!(INSIDE.map(|path| sandbox.out().join(path).exists()), [true, false]);
 }
@@ -189,7 +190,8 @@ fn a_pipe_in_place_of_a_lock_or_of_the_list_ends_nothing() {
     assert!(left.join("lock").exists());
 }
 
-/// Not by a program: until one has begun it holds the locks of tests that run at the same time.
+/// Makes a pipe without a child process, which would hold the locks of concurrent tests until it
+/// has started.
 fn make_pipe(path: &Path) {
     nix::unistd::mkfifo(path, nix::sys::stat::Mode::S_IRWXU).expect("a pipe");
 }

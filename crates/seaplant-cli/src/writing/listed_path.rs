@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
-/// Finds what is wrong with a path that the list of a folder names; nothing if it may be used.
+/// Returns the fault of a path in a folder's list; `None` if the path may be used.
 ///
 /// A usable path is relative, leads through no link, and names a regular file inside the folder or
 /// nothing. The file is not opened: a pipe would never answer.

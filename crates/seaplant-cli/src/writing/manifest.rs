@@ -1,4 +1,5 @@
-//! The list of what Seaplant wrote to a folder: what it may write over, and whether it is whole.
+//! The list of files that Seaplant wrote to a folder, which may therefore be overwritten, and
+//! whether the list is complete.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,58 +13,58 @@ use sha2::{Digest, Sha256};
 use super::listed_path::fault;
 use super::{sync_folder, write_whole};
 
-/// What it is called.
+/// Its file name.
 pub(super) const MANIFEST: &str = "seaplant-files.json";
 
 /// Its version.
 const SCHEMA: &str = "seaplant/files/1";
 
-/// What files are made of.
+/// Origin of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Made {
-    /// A twin: its campaign and logs. What was made of an earlier one goes with it.
+    /// A twin: its campaign and logs. Files derived from an earlier one are removed with it.
     Campaign,
-    /// Of a campaign: results, report, figures, tables.
+    /// A campaign: results, report, figures, tables.
     Report,
-    /// Of a plant, for another tool; those for one tool leave those for others alone.
+    /// A plant, for another tool; those for one tool do not replace those for others.
     Export,
 }
 
 impl Made {
-    /// Whether files of one kind are nothing any more once those of this kind are made anew.
+    /// Returns whether files of `other` become obsolete once those of this kind are made again.
     const fn replaces(self, other: Self) -> bool {
         matches!((self, other), (Self::Campaign, _) | (Self::Report, Self::Report))
     }
 }
 
-/// A file that was written.
+/// A file on the list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Entry {
     made: Made,
     sha256: String,
-    /// Of the file that this replaces, while it does.
+    /// Hash of the file that this one replaces, during the exchange.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     before: Option<String>,
 }
 
-/// The files of a folder.
+/// Files of a folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Manifest {
     schema: String,
-    /// Whether all files are of one run; not while they are replaced, nor after a run that was
+    /// True if all files are of one run; false while they are replaced, and after a run that was
     /// killed then.
     complete: bool,
     files: BTreeMap<String, Entry>,
 }
 
-/// Whether the files of a folder are of one run, as far as its list says.
+/// Returns whether the files of a folder are of one run, according to its list.
 pub fn is_complete(folder: &Path) -> bool {
     Manifest::parse(folder).complete
 }
 
 impl Manifest {
-    /// Reads the list in a folder; an empty one if there is none, or it is not such a list.
+    /// Reads the list in a folder; an empty one if there is none, or it is invalid.
     ///
     /// # Errors
     /// If an entry is anything but a relative path to a regular file inside the folder, reached
@@ -84,7 +85,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// The list in a folder, whatever its entries are.
+    /// Parses the list in a folder, without checking its entries.
     fn parse(folder: &Path) -> Self {
         let read = || -> Option<Self> {
             let bytes = seaplant_campaign::read_bounded(&folder.join(MANIFEST), MOST_BYTES).ok()?;
@@ -94,14 +95,14 @@ impl Manifest {
         read().filter(|manifest| manifest.schema == SCHEMA).unwrap_or_else(empty)
     }
 
-    /// Whether a file is there as Seaplant wrote it.
+    /// Returns whether a file is present and unchanged since Seaplant wrote it.
     pub(super) fn made(&self, path: &str, folder: &Path) -> bool {
         let Some(Entry { sha256, before, .. }) = self.files.get(path) else { return false };
         let found = hash_of(&folder.join(path));
         found.is_ok_and(|found| found == *sha256 || Some(found) == *before)
     }
 
-    /// The list once new files are in place.
+    /// Returns the list with the new files in place.
     pub(super) fn with(&self, made: Made, new: &[(String, String)]) -> Self {
         let mut files = self.files.clone();
         files.retain(|_, entry| !made.replaces(entry.made));
@@ -112,7 +113,7 @@ impl Manifest {
         Self { schema: SCHEMA.to_owned(), complete: true, files }
     }
 
-    /// The list while files are replaced: those before and after.
+    /// Returns the list during the exchange, with the files before and after.
     pub(super) fn beside(&self, after: &Self) -> Self {
         let mut files = self.files.clone();
         for (path, entry) in &after.files {
@@ -122,7 +123,8 @@ impl Manifest {
         Self { schema: SCHEMA.to_owned(), complete: false, files }
     }
 
-    /// Files of this list that are no part of the next and may go: they are as they were written.
+    /// Returns files of this list that the next one lacks and that may be removed: they are
+    /// unchanged.
     pub(super) fn stale(&self, made: Made, after: &Self, folder: &Path) -> Vec<String> {
         let is_stale = |(path, entry): &(&String, &Entry)| {
             made.replaces(entry.made) && !after.files.contains_key(*path) && self.made(path, folder)
@@ -130,10 +132,10 @@ impl Manifest {
         self.files.iter().filter(is_stale).map(|(path, _)| path.clone()).collect()
     }
 
-    /// Puts the list back in its place; none if it names nothing.
-    pub(super) fn restore(&self, folder: &Path, aside: &Path) -> Result<()> {
+    /// Restores the list; removes it if it is empty.
+    pub(super) fn restore(&self, folder: &Path, staging: &Path) -> Result<()> {
         if !self.files.is_empty() {
-            return self.write(folder, aside);
+            return self.write(folder, staging);
         }
         match fs::remove_file(folder.join(MANIFEST)) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
@@ -141,9 +143,9 @@ impl Manifest {
         }
     }
 
-    /// Puts the list in its place, whole.
-    pub(super) fn write(&self, folder: &Path, aside: &Path) -> Result<()> {
-        let new = aside.join(MANIFEST);
+    /// Writes the list, completely or not at all.
+    pub(super) fn write(&self, folder: &Path, staging: &Path) -> Result<()> {
+        let new = staging.join(MANIFEST);
         let text = serde_json::to_string_pretty(self)? + "\n";
         write_whole(&new, |out| out.write_all(text.as_bytes()))?.sync_all()?;
         fs::rename(&new, folder.join(MANIFEST))?;
@@ -152,10 +154,10 @@ impl Manifest {
     }
 }
 
-/// A hundred thousand files take a few of these.
+/// Size limit; a hundred thousand files take a few MiB.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// Characters of a path that an error shows.
+/// Length at which an error truncates a path.
 const LONGEST_SHOWN: usize = 200;
 
 /// Computes the SHA-256 of a regular file, in hexadecimal digits.

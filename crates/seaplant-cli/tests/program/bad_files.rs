@@ -1,4 +1,4 @@
-//! Campaigns that cannot be identified: each message says where, what and what to do.
+//! Campaigns that cannot be identified: each message states where, what and the remedy.
 
 use seaplant::IdentifyOptions;
 
@@ -44,7 +44,7 @@ fn a_unit_of_another_dimension_in_the_header_is_refused() {
 }
 
 #[test]
-fn a_unit_that_is_none_brings_the_near_one() {
+fn an_invalid_unit_suggests_the_nearest_one() {
     let workshop = Workshop::new();
     workshop.change("campaign.toml", "\"speed\"", "\"speed\", unit = \"m/sec.\"");
     let message = workshop.refusal();
@@ -54,7 +54,7 @@ fn a_unit_that_is_none_brings_the_near_one() {
 }
 
 #[test]
-fn a_unit_that_nobody_states_is_asked_for() {
+fn an_unstated_unit_is_requested() {
     let workshop = Workshop::new();
     workshop.change("log.csv", "speed [m/s]", "speed");
     assert_eq!(
@@ -264,7 +264,7 @@ fn a_channel_without_a_value_is_refused() {
 }
 
 #[test]
-fn constant_thrust_tells_no_plant() {
+fn constant_thrust_determines_no_plant() {
     let workshop = Workshop::new();
     workshop.write("log.csv", log(|_| 80.0));
     let advice = "the surge trial excites 2 of the 3 requested terms: thrust or speed is constant, \
@@ -278,7 +278,7 @@ fn constant_thrust_tells_no_plant() {
 }
 
 #[test]
-fn what_one_method_cannot_do_does_not_stop_the_others() {
+fn a_failing_method_does_not_stop_the_others() {
     let workshop = Workshop::new();
     let text = workshop.read("log.csv");
     let three_seconds: Vec<&str> = text.lines().take(31).collect();
@@ -291,7 +291,7 @@ fn what_one_method_cannot_do_does_not_stop_the_others() {
     assert!(said.contains(&format!("failed: {why}")), "{said}");
     assert!(said.contains("surge by filter-error"), "{said}");
     assert!(workshop.join("out/report.html").is_file());
-    // Where nothing is printed, errors still are.
+    // Errors are printed even with `-q`.
     let quiet = workshop.seaplant(&["identify", "campaign.toml", "--out", "out", "-q"]).assert();
     quiet.code(1).stdout("").stderr(format!("error: {why}"));
 }
@@ -328,11 +328,11 @@ fn a_window_outside_of_the_log_is_refused() {
 }
 
 #[test]
-fn a_clock_that_goes_back_is_told_with_its_line() {
+fn a_clock_that_goes_back_is_reported_with_its_line() {
     let workshop = Workshop::new();
     let text = workshop.read("log.csv");
     let lines: Vec<&str> = text.lines().collect();
-    // The second minute again as the first.
+    // The second minute repeats the first.
     let again = [&lines[..601], &lines[1..600]].concat();
     workshop.write("log.csv", again.join("\n"));
     assert_eq!(
@@ -355,7 +355,7 @@ fn a_variable_that_is_not_set_is_named() {
 }
 
 #[test]
-fn a_log_that_is_not_there_is_told_with_its_path() {
+fn a_log_that_is_not_there_is_reported_with_its_path() {
     let workshop = Workshop::new();
     workshop.change("campaign.toml", "\"log.csv\"", "\"dives/12.csv\"");
     let message = workshop.refusal();
@@ -365,7 +365,7 @@ fn a_log_that_is_not_there_is_told_with_its_path() {
 }
 
 #[test]
-fn a_campaign_or_vehicle_that_is_not_there_is_told_with_its_path() {
+fn a_campaign_or_vehicle_that_is_not_there_is_reported_with_its_path() {
     let workshop = Workshop::new();
     let absent = workshop.failure(&["identify", "absent.toml"]);
     assert!(absent.starts_with("cannot read absent.toml: "), "{absent}");

@@ -1,9 +1,9 @@
-//! Files that are no results of this version, and wishes that results do not hold.
+//! Files that are no results of this version, and requests that results cannot satisfy.
 
 use crate::demo;
 use crate::workshop::Workshop;
 
-/// What `validate` and `simulate` say of the same results file.
+/// Returns the error that `validate` and `simulate` both print for a results file.
 fn both(workshop: &Workshop, results: &str) -> String {
     let simulated = workshop.failure(&["simulate", results, "log.csv"]);
     assert_eq!(workshop.failure(&["validate", results, "campaign.toml"]), simulated);
@@ -51,7 +51,7 @@ fn results_that_were_cut_off_are_refused() {
 }
 
 #[test]
-fn results_that_are_not_there_are_told_with_their_path() {
+fn results_that_are_not_there_are_reported_with_their_path() {
     let message = both(&Workshop::new(), "none.json");
     assert!(message.starts_with("cannot read none.json: "), "{message}");
     assert!(message.ends_with("; give the results.json of a fit"), "{message}");

@@ -1,12 +1,11 @@
-//! The book and the README: what they tell a reader to type works and prints what they show,
-//! and what they point at is there.
+//! The book and the README: commands work and print what is shown, and links lead somewhere.
 //!
-//! A page is read as its reader reads it, block by block, in a folder of its own:
+//! Each page is processed block by block in a folder of its own:
 //!
 //! - a block in `sh` that begins with `seaplant` is run;
-//! - one in `text` right below it is what it prints; a line `…` stands for any lines;
+//! - a block in `text` right below it is the expected output; a line `…` stands for any lines;
 //! - `<!-- file: NAME -->` above a block: the block is that file;
-//! - `<!-- needs SEAPLANT_DATA -->`: run where the logs of others are at hand;
+//! - `<!-- needs SEAPLANT_DATA -->`: run if the third-party logs are available;
 //! - `<!-- not run: WHY -->`: for a log that only the reader has.
 #![cfg(unix)]
 
@@ -20,10 +19,11 @@ use serde_json::Value;
 use crate::real_data::{data, workspace};
 use crate::workshop::{Workshop, seaplant};
 
-/// Blocks marked as not run: of logs that only the reader has, or downloads, or that take a minute.
+/// Number of blocks marked as not run: for logs that only the reader has, downloads, or commands of
+/// more than a minute.
 const NOT_RUN: usize = 8;
 
-/// Commands that a reader may count on.
+/// Minimum number of commands that are run.
 const LEAST_RUN: usize = 30;
 
 /// A file in Markdown.
@@ -35,14 +35,14 @@ struct Page {
 /// A fenced block of a page.
 #[derive(Debug, Default)]
 struct Block {
-    /// Where it begins, counted from 1.
+    /// Its first line, counted from 1.
     line: usize,
-    /// What is written after its fence.
+    /// Language after its fence.
     language: String,
     text: String,
-    /// The comment right above it.
+    /// The comment directly above it.
     mark: String,
-    /// Whether nothing but blank lines stand between it and the block before it.
+    /// True if only blank lines separate it from the block before it.
     follows: bool,
 }
 
@@ -52,7 +52,7 @@ impl Page {
         Self { path, text }
     }
 
-    /// Lines outside of blocks, and the blocks.
+    /// Splits the page into lines outside of blocks, and the blocks.
     fn parts(&self) -> (Vec<&str>, Vec<Block>) {
         let (mut prose, mut blocks, mut open) = (Vec::new(), Vec::new(), None::<Block>);
         let mut before = "";
@@ -81,7 +81,7 @@ impl Page {
         (prose, blocks)
     }
 
-    /// Headings, as a link to them is written after `#`.
+    /// Returns the anchors of headings.
     fn anchors(&self) -> BTreeSet<String> {
         let headings = self.parts().0.into_iter().filter(|line| line.starts_with('#'));
         let slug = |heading: &str| -> String {
@@ -92,7 +92,7 @@ impl Page {
         headings.map(slug).collect()
     }
 
-    /// Where it points: what stands in `](…)`, in prose and outside of `code`.
+    /// Returns the targets of links `](…)` in prose, outside of `code`.
     fn links(&self) -> Vec<String> {
         let mut links = Vec::new();
         for line in self.parts().0 {
@@ -108,7 +108,7 @@ fn source() -> PathBuf {
     workspace().join("docs/src").canonicalize().expect("the book is there")
 }
 
-/// Every page of the book but its summary.
+/// Returns every page of the book except its summary.
 fn book() -> Vec<Page> {
     fn below(folder: &Path, found: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(folder).expect("a folder") {
@@ -126,13 +126,13 @@ fn book() -> Vec<Page> {
     paths.into_iter().map(Page::read).collect()
 }
 
-/// What stands beside the book.
+/// Returns the Markdown files outside of the book.
 fn beside() -> Vec<Page> {
     let root = workspace().canonicalize().expect("the workspace is there");
     ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| Page::read(root.join(name))).into()
 }
 
-/// What came of the blocks of a page.
+/// Results of a page's blocks.
 #[derive(Default)]
 struct Told {
     run: usize,
@@ -140,7 +140,7 @@ struct Told {
     wrong: Vec<String>,
 }
 
-/// Does as a page says.
+/// Follows a page's instructions.
 fn follow(page: &Page, told: &mut Told) {
     let workshop = Workshop::empty();
     std::os::unix::fs::symlink(source().join("../../examples"), workshop.join("examples"))
@@ -163,7 +163,7 @@ fn follow(page: &Page, told: &mut Told) {
     }
 }
 
-/// What a block's commands print, if they are run.
+/// Returns the output of a block's commands, if they are run.
 fn run(block: &Block, place: &str, workshop: &Workshop, told: &mut Told) -> Option<String> {
     let commands = || block.text.lines().filter(|line| line.starts_with("seaplant "));
     if !block.text.starts_with("seaplant ") {
@@ -197,7 +197,7 @@ fn run(block: &Block, place: &str, workshop: &Workshop, told: &mut Told) -> Opti
     Some(printed)
 }
 
-/// Whether output is what a page shows of it, `…` standing for any lines.
+/// Returns whether output matches what a page shows, with `…` for any lines.
 fn is_as_shown(shown: &str, printed: &str) -> bool {
     fn matches(shown: &[&str], printed: &[&str]) -> bool {
         match (shown, printed) {
@@ -257,7 +257,7 @@ fn the_summary_lists_every_page_once() {
     assert_eq!(listed.into_iter().collect::<BTreeSet<_>>(), pages);
 }
 
-/// The values of an enumeration in the schema of a file.
+/// Returns the values of an enumeration in the schema of a file.
 fn values_of(kind: &str, name: &str) -> BTreeSet<String> {
     let output = seaplant().args(["schema", kind]).output().expect("the program runs");
     let schema: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -294,7 +294,7 @@ fn every_disturbance_is_in_the_chapter_on_the_twin() {
 }
 
 #[test]
-fn lines_left_out_stand_for_any() {
+fn omitted_lines_match_any() {
     assert!(is_as_shown("a\n…\nd\n", "a\nb\nc\nd\n"));
     assert!(is_as_shown("a\n…\n", "a  \n"));
     assert!(!is_as_shown("a\n…\nd\n", "a\nb\n"));

@@ -1,12 +1,12 @@
-//! What would run for ever, or fill the memory: refused at once, in words.
+//! Inputs that would take forever, or exhaust memory: refused at once with a message.
 //!
-//! No test measures time: one that hangs is ended by whoever runs the tests.
+//! No test measures time: the runner of the tests ends one that hangs.
 
 use crate::workshop::{Workshop, assert_within, number};
 
 const QUADRATIC: &str = "forward = 0.04, reverse = 0.04";
 
-/// The sled's log with its column of propeller speed as a force, and a number in place of one.
+/// Writes the sled's log with its column of propeller speed as a force, and one number replaced.
 fn with_wrench(workshop: &Workshop, number: &str) {
     workshop.change("log.csv", "prop [rpm]", "tau [N]");
     workshop.change(
@@ -100,7 +100,7 @@ fn a_pipe_or_a_device_is_no_file_to_read() {
 fn a_file_of_settings_that_is_far_too_large_is_not_read() {
     let workshop = Workshop::new();
     let file = std::fs::File::create(workshop.join("large.toml")).expect("a file");
-    // It takes no room on the disk.
+    // The file is sparse.
     file.set_len(1 << 40).expect("a sparse file");
     let message = workshop.seaplant(&["identify", "large.toml"]).assert().code(1);
     let said = String::from_utf8_lossy(&message.get_output().stderr).into_owned();
@@ -120,7 +120,7 @@ fn no_more_threads_are_made_than_a_system_has() {
 }
 
 #[test]
-fn what_is_of_single_axes_is_refused_for_a_whole_vehicle() {
+fn settings_of_one_axis_are_refused_for_several_axes() {
     let workshop = Workshop::empty();
     workshop.write("whole.toml", "vehicle = \"published:rexrov\"\n");
     for (option, what_to_do) in [
@@ -153,7 +153,7 @@ fn a_gap_of_a_year_is_no_trial_but_either_side_of_it_is() {
     workshop.change("campaign.toml", "[channels]", "to_s = 3600.0\n[channels]");
     let found = workshop.json(&["identify", "campaign.toml", "--json"]);
     let mass = |found| number(found, "plants.surge.parameters.mass.value");
-    // The same samples, but for the thrust that is held past the last.
+    // The same samples, except for the thrust that is held past the last.
     assert_within("mass", mass(&found), mass(&sound), 1e-3);
 }
 

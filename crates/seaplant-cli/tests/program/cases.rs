@@ -1,8 +1,8 @@
-//! Simulated vehicles with faults that the digital twin of the project does not make, and their
-//! truth, through the whole program.
+//! Simulated vehicles with faults that the project's digital twin lacks, and their truth, through
+//! the complete program.
 //!
-//! They are looked for in the folder that `SEAPLANT_CASES` names, else in `../shared/cases`; a test
-//! whose files are absent says so.
+//! They are looked for in the folder in `SEAPLANT_CASES`, else in `../shared/cases`; a test whose
+//! files are absent reports it.
 
 use std::path::PathBuf;
 
@@ -11,13 +11,13 @@ use serde_json::Value;
 use crate::real_data::workspace;
 use crate::workshop::{Workshop, number};
 
-/// A user takes a mass for right within this part …
+/// Relative error up to which a mass counts as right …
 const MASS: f64 = 0.05;
-/// … and a drag at the speed that the vehicle goes within this.
+/// … and a drag at the vehicle's working speed.
 const DRAG: f64 = 0.10;
 
-/// A likelihood ratio of nested models is not below zero; what two optima differ by when each is
-/// reached to within its rounding, twice its 0.05, is.
+/// A likelihood ratio of nested models is not negative, except for rounding of the two optima, each
+/// within 0.05.
 const ROUNDING: f64 = 0.1;
 
 fn case(name: &str) -> Option<PathBuf> {
@@ -30,7 +30,7 @@ fn case(name: &str) -> Option<PathBuf> {
     Some(folder.canonicalize().expect("it is there"))
 }
 
-/// The recommended plant of a case, and the truth.
+/// Returns the recommended plant of a case, and the truth.
 fn plant(name: &str) -> Option<(Value, Value)> {
     let folder = case(name)?;
     let truth = std::fs::read_to_string(folder.join("truth.json")).expect("a truth");
@@ -46,7 +46,7 @@ fn plant(name: &str) -> Option<(Value, Value)> {
     Some((found["plants"][dof].clone(), truth))
 }
 
-/// Quadratic and linear drag at a speed.
+/// Computes quadratic and linear drag at a speed.
 fn drag(of: &dyn Fn(&str) -> f64, speed: f64) -> f64 {
     of("quadratic_drag") * speed * speed + of("linear_drag") * speed
 }
@@ -57,7 +57,7 @@ fn is_found(name: &str) {
     let known = |key: &str| truth[key].as_f64().unwrap_or(0.0);
     let mass = found("mass") / known("mass") - 1.0;
     assert!(mass.abs() < MASS, "{name}: mass {:+.1} %", 100.0 * mass);
-    // Drag is compared where the vehicle goes; the error of a model that never moves is its speed.
+    // Drag is compared at working speed; the error of a model that never moves is that speed.
     let speed = number(&plant, "hold_out.null_error");
     let drag = drag(&found, speed) / drag(&known, speed) - 1.0;
     assert!(drag.abs() < DRAG, "{name}: drag {:+.1} %", 100.0 * drag);
@@ -118,7 +118,7 @@ fn a_sensor_that_reads_too_much_is_found() {
 }
 
 #[test]
-fn plants_that_the_logs_do_not_tell_are_doubtful() {
+fn plants_that_the_logs_do_not_determine_are_doubtful() {
     for name in ["case12-surge-field3", "case14-heave-field3", "case15-yaw-field3"] {
         let Some((plant, _)) = plant(&format!("06-usable-with-wide-interval/{name}")) else {
             return;

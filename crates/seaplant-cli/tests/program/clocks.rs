@@ -1,15 +1,15 @@
-//! Two files of one trial whose clocks differ, as a user finds out and mends it.
+//! Two files of one trial whose clocks differ, as a user detects and corrects it.
 
 use crate::workshop::{Workshop, number};
 
-/// How far the DVL's clock is behind, s.
+/// Lag of the DVL's clock, s.
 const BEHIND_S: f64 = 41.25;
 
 fn rate(t: f64) -> f64 {
     4.0 * (0.31 * t + 3.0 * (0.05 * t).sin()).sin() + 2.0 * (0.83 * t + 0.0021 * t * t).cos()
 }
 
-/// A workshop with an autopilot's gyro, and a DVL with a compass.
+/// Makes a workshop with an autopilot's gyroscope, and a DVL with a compass.
 fn workshop() -> Workshop {
     let workshop = Workshop::empty();
     let (mut gyro, mut dvl) =
@@ -29,7 +29,7 @@ fn workshop() -> Workshop {
 }
 
 #[test]
-fn inspect_tells_how_far_clocks_are_apart_and_what_to_write() {
+fn inspect_reports_clock_offsets_and_the_campaign_line() {
     let workshop = workshop();
     let words = workshop.success(&["inspect", "autopilot.csv", "dvl.csv"]);
     for says in [

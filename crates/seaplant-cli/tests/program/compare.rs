@@ -1,10 +1,10 @@
-//! Fits beside each other.
+//! Comparisons of fits.
 
 use predicates::prelude::*;
 
 use crate::workshop::{Workshop, assert_within, log, number};
 
-/// The sled, and the sled on another day.
+/// Makes the sled, and the sled on another day.
 fn two_days() -> Workshop {
     let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--out", "first", "--quiet"]);
@@ -36,7 +36,7 @@ fn each_test_is_the_difference_over_its_uncertainty() {
 }
 
 #[test]
-fn words_say_whether_the_plants_differ() {
+fn the_verdict_states_whether_the_plants_differ() {
     let workshop = two_days();
     let words = workshop.success(&["compare", "first", "second"]);
     assert!(words.starts_with("[1] first/results.json\n[2] second/results.json\n"), "{words}");
@@ -69,7 +69,7 @@ fn one_fit_is_misuse() {
 }
 
 #[test]
-fn a_fit_stands_beside_a_published_table() {
+fn a_fit_is_compared_with_a_published_table() {
     let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--quiet"]);
     let words = workshop.success(&["compare", "results", "published:wam-v-vrx"]);
@@ -77,14 +77,14 @@ fn a_fit_stands_beside_a_published_table() {
     let found = workshop.json(&["compare", "results", "published:wam-v-vrx", "--json"]);
     let drag = &found["dofs"]["surge"]["parameters"]["quadratic_drag"];
     assert!(drag["estimates"][0]["std"].is_number() && drag["estimates"][1]["std"].is_null());
-    // A number without an uncertainty is shown, and not tested.
+    // A number without an uncertainty is listed, but not tested.
     assert!(drag["estimates"][1]["value"].is_number() && drag["test"].is_null(), "{drag}");
     let refused = workshop.failure(&["compare", "results", "published:wam"]);
     assert!(refused.contains("did you mean `wam-v-vrx`"), "{refused}");
 }
 
 #[test]
-fn published_plants_of_several_axes_stand_beside_each_other_with_their_couplings() {
+fn published_plants_of_several_axes_are_compared_with_their_couplings() {
     let workshop = Workshop::empty();
     let both = ["published:remus-100-prestero-2001", "published:otter-mss"];
     let found = workshop.json(&["compare", both[0], both[1], "--json"]);

@@ -48,7 +48,7 @@ fn a_controller_is_written_with_its_margins() {
 }
 
 #[test]
-fn what_cannot_be_is_told_with_what_would_do() {
+fn impossible_settings_are_refused_with_valid_ones() {
     let workshop = Workshop::empty();
     let fails = |words: &[&str]| {
         let mut all = vec!["control", BLUEROV];
@@ -90,7 +90,7 @@ fn settings_that_would_take_hours_are_refused_at_once() {
     }
 }
 
-/// The sled's results with another verdict on surge.
+/// Makes the sled's results with another verdict on surge.
 fn judged(trust: &str, reason: &str) -> Workshop {
     let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--quiet"]);
@@ -125,7 +125,7 @@ fn a_doubtful_plant_says_so_in_the_gains() {
 }
 
 #[test]
-fn a_limit_that_is_reached_is_told() {
+fn a_limit_that_is_reached_is_reported() {
     let workshop = Workshop::empty();
     let words = ["control", BLUEROV, "--bandwidth", "surge 0.2 Hz", "--limit", "surge 5 N"];
     let said = workshop.success(&words);

@@ -1,7 +1,7 @@
-//! A whole identification from DataFlash logs.
+//! A complete identification from DataFlash logs.
 //!
-//! The twin's trials are written as such logs by `tests/reference/twin_to_dataflash.py`, which the
-//! interpreter that `SEAPLANT_PYTHON` names runs; without it the test says that it is skipped.
+//! `tests/reference/twin_to_dataflash.py` writes the twin's trials as such logs, with the
+//! interpreter in `SEAPLANT_PYTHON`; without it the test reports that it is skipped.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::demo;
 use crate::workshop::Workshop;
 
-/// A campaign of the demo's trials as DataFlash logs.
+/// Makes a campaign of the demo's trials as DataFlash logs.
 fn campaign() -> Option<Workshop> {
     let Some(python) = std::env::var_os("SEAPLANT_PYTHON") else {
         eprintln!("skipped: SEAPLANT_PYTHON is not set; scripts/check sets it");
@@ -39,7 +39,7 @@ fn logs_of_an_autopilot_give_the_estimates_that_tables_give() {
     }
 }
 
-/// The same to the last bit, but for caveats, which tell what the readers noted.
+/// Asserts equality to the last bit, except for caveats, which contain the readers' notes.
 fn assert_same(name: &str, found: &Value, wanted: &Value) {
     match (found, wanted) {
         (Value::Object(found), Value::Object(wanted)) => {

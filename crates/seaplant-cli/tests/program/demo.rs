@@ -11,7 +11,7 @@ const DOFS: [&str; 4] = ["surge", "sway", "heave", "yaw"];
 
 /// The demo of seed 1, run once for all tests.
 struct Demo {
-    /// Where it was run; its files are in `demo` there.
+    /// Working folder; its files are in `demo` there.
     place: PathBuf,
     printed: Value,
 }
@@ -37,12 +37,12 @@ fn read_json(path: &Path) -> Value {
     serde_json::from_slice(&text).expect("JSON")
 }
 
-/// results.json of the demo, an absolute path.
+/// Returns the absolute path of the demo's results.json.
 pub fn results_file() -> PathBuf {
     demo().place.join("demo/results.json")
 }
 
-/// The demo's folder.
+/// Returns the demo's folder.
 pub fn folder() -> PathBuf {
     demo().place.join("demo")
 }
@@ -59,14 +59,14 @@ fn plant(dof: &str, method: &str) -> &'static Value {
     &results()["methods"][dof][method]
 }
 
-/// The program, started where the demo was.
+/// Runs the program in the demo's working folder.
 fn there(words: &[&str]) -> Value {
     let mut command = seaplant();
     let output = command.current_dir(&demo().place).args(words).arg("--json").assert().success();
     serde_json::from_slice(&output.get_output().stdout).expect("JSON and nothing else")
 }
 
-/// A method recovers every mass and quadratic drag to within a part of the truth.
+/// Asserts that a method recovers every mass and quadratic drag to within a fraction of the truth.
 fn assert_recovers(method: &str, mass_part: f64, drag_part: f64) {
     let truth = truth();
     for dof in DOFS {
@@ -80,7 +80,7 @@ fn assert_recovers(method: &str, mass_part: f64, drag_part: f64) {
 }
 
 #[test]
-fn what_is_printed_is_what_is_written() {
+fn printed_and_written_results_are_equal() {
     assert_eq!(*results(), read_json(&results_file()));
     assert_eq!(results()["schema"], "seaplant/results/1");
     assert_eq!(results()["failures"], serde_json::json!([]));
@@ -110,10 +110,10 @@ fn filter_error_is_recommended_and_stable() {
 }
 
 #[test]
-fn the_papers_mass_is_too_large_by_what_its_filter_takes() {
-    // Zero-phase second-order Butterworth at 1/8 Hz: |H|² = 1 / (1 + (f / f_c)⁴) at each
-    // pass. Design, section 2: 1/|H| is 2.0 in surge and 4.2 in yaw; the joystick, which
-    // has slower parts, and the drag move the mass itself a little from there.
+fn the_papers_mass_is_too_large_by_its_filters_attenuation() {
+    // Zero-phase second-order Butterworth at 1/8 Hz: |H|² = 1 / (1 + (f / f_c)⁴) at each pass.
+    // Design, section 2: 1/|H| is 2.0 in surge and 4.2 in yaw; the joystick, which has slower
+    // components, and the drag move the mass a little from there.
     let truth = truth();
     for (dof, low, high) in [("surge", 0.90, 1.07), ("yaw", 2.90, 3.50)] {
         let found = plant(dof, "paper");
@@ -124,7 +124,7 @@ fn the_papers_mass_is_too_large_by_what_its_filter_takes() {
 }
 
 #[test]
-fn the_papers_attenuation_is_told_with_its_factor() {
+fn the_papers_attenuation_is_reported_with_its_factor() {
     for (dof, frequency_hz) in [("surge", 0.125), ("yaw", 1.0 / 6.0)] {
         let message = caveat(plant(dof, "paper"), "filter-attenuates-excitation");
         let factor = message
@@ -132,8 +132,8 @@ fn the_papers_attenuation_is_told_with_its_factor() {
             .and_then(|(_, rest)| rest.split_once(" times too large"))
             .and_then(|(factor, _)| factor.parse::<f64>().ok());
         let factor = factor.unwrap_or_else(|| panic!("no factor in: {message}"));
-        // The filter is run both ways, so its gain is that of one pass squared. Warping by
-        // the bilinear transform and the grid of the spectrum shift it by a few per cent.
+        // The filter is run both ways, so its gain is that of one pass squared. Warping by the
+        // bilinear transform and the grid of the spectrum shift it by a few per cent.
         let inverse_gain = 1.0 + (frequency_hz / 0.125_f64).powi(4);
         assert_within(&format!("1/|H| in {dof}"), factor, inverse_gain, 0.05);
         assert!(message.contains("equation-error"), "{message}");
@@ -277,7 +277,7 @@ fn simulation_prints_a_table_whose_differences_are_the_error() {
 }
 
 #[test]
-fn without_the_fits_campaign_another_is_asked_for() {
+fn without_the_fits_campaign_another_is_requested() {
     let logs = hold_out_logs();
     let elsewhere = Workshop::empty();
     let results = results_file();
@@ -293,7 +293,7 @@ fn without_the_fits_campaign_another_is_asked_for() {
 }
 
 #[test]
-fn a_twin_of_ones_own_goes_in_through_the_front_door() {
+fn a_custom_twin_is_identified_from_its_files() {
     let workshop = Workshop::empty();
     workshop.write("twin.toml", "dofs = [\"surge\"]\nduration_s = 120.0\n");
     let made = workshop.json(&["twin", "twin.toml", "--out", "logs", "--json"]);

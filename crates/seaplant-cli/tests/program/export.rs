@@ -1,4 +1,4 @@
-//! Plants that leave the program.
+//! Exported plants.
 
 use serde_json::Value;
 
@@ -18,7 +18,7 @@ const FORMATS: [&str; 11] = [
     "json",
 ];
 
-/// The sled with its results, surge alone.
+/// Makes the sled with its results, surge alone.
 fn identified() -> Workshop {
     let workshop = Workshop::quick();
     workshop.change("vehicle.toml", "name = \"sled\"\n", "name = \"sled\"\ndry_mass_kg = 300.0\n");
@@ -83,7 +83,7 @@ fn a_doubtful_plant_says_so_wherever_it_goes() {
 }
 
 #[test]
-fn formats_stand_beside_each_other_and_what_was_edited_stays() {
+fn formats_coexist_and_edited_files_are_kept() {
     let workshop = Workshop::empty();
     let plant = "published:wam-v-vrx";
     let export = |format| vec!["export", plant, "--to", format, "--out", "out"];
@@ -123,7 +123,7 @@ fn exported_json_is_the_same_plant_again() {
 }
 
 #[test]
-fn a_plant_that_is_none_is_refused_by_name() {
+fn an_invalid_plant_is_refused_by_name() {
     let workshop = Workshop::empty();
     let refused = |plant: &str| workshop.failure(&["export", plant, "--to", "c", "--out", "out"]);
     assert!(refused("published:rexrow").contains("did you mean `rexrov`"));

@@ -1,4 +1,4 @@
-//! Logs that are no text.
+//! Logs in binary formats.
 
 use std::io::{Cursor, Write};
 
@@ -15,7 +15,7 @@ fn gzip(text: &str) -> Vec<u8> {
     packed.finish().unwrap()
 }
 
-/// A workbook of sheets, each from comma-separated text: no more than the standard asks for
+/// Makes a workbook of sheets, each from comma-separated text: the minimum of the standard
 /// (ECMA-376, part 1, 12.3.23 and 12.3.24).
 fn workbook(sheets: &[(&str, &str)]) -> Vec<u8> {
     const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
@@ -90,7 +90,7 @@ fn a_log_gives_the_same_plant_packed_or_in_a_sheet() {
 }
 
 #[test]
-fn a_sheet_that_is_not_there_is_told() {
+fn a_sheet_that_is_not_there_is_reported() {
     let workshop = Workshop::new();
     let text = workshop.read("log.csv");
     workshop.write("log.xlsx", workbook(&[("run 1", &text)]));
@@ -122,7 +122,7 @@ fn init_writes_down_how_the_log_is_read() {
 #[test]
 fn a_workbook_whose_parts_contradict_each_other_is_one_error() {
     let workshop = Workshop::new();
-    // The place of a cell is a number that no reader of sheets can hold.
+    // The row number of the cell exceeds every reader's limit.
     let sheet = "t,u\n0,1\n1,2\n";
     let book = workbook(&[("run 1", sheet)]);
     let mut archive = zip::ZipArchive::new(Cursor::new(book)).unwrap();

@@ -1,4 +1,4 @@
-//! Looking at logs before a fit: `plot`, and what `inspect` shows of many columns.
+//! Views of logs before a fit: `plot`, and `inspect` with many columns.
 
 use crate::workshop::Workshop;
 
@@ -35,7 +35,7 @@ fn a_channel_that_is_not_there_is_said() {
     }
 }
 
-/// A log of an autopilot: many columns of few topics, since 1970.
+/// Makes a log of an autopilot: many columns of few topics, since 1970.
 fn wide() -> Workshop {
     let workshop = Workshop::new();
     let names = |topic: &str| (0..15).map(|k| format!(",{topic}.f{k} [m]")).collect::<String>();
@@ -50,7 +50,7 @@ fn wide() -> Workshop {
 }
 
 #[test]
-fn many_columns_stand_by_topic_constants_in_a_line_and_times_count_from_the_start() {
+fn many_columns_are_grouped_by_topic_with_constants_in_a_line_and_relative_times() {
     let words = wide().success(&["inspect", "wide.csv"]);
     assert!(words.contains("starts 2023-11-14 22:13:20 UTC, lasts 4.90 s"), "{words}");
     let topics: Vec<&str> =
@@ -63,7 +63,7 @@ fn many_columns_stand_by_topic_constants_in_a_line_and_times_count_from_the_star
 }
 
 #[test]
-fn only_some_columns_are_shown_where_that_is_asked_for() {
+fn only_requested_columns_are_shown() {
     let words = wide().success(&["inspect", "wide.csv", "--only", "att.f1"]);
     assert!(words.contains("ATT.f1 [m]") && words.contains("ATT.f14 [m]"), "{words}");
     assert!(!words.contains("RCOU") && !words.contains("X.still"), "{words}");
@@ -80,7 +80,7 @@ fn a_pattern_makes_a_trial_of_each_run() {
     let trials = found["trials"].as_array().expect("trials");
     let names: Vec<&str> = trials.iter().filter_map(|trial| trial["name"].as_str()).collect();
     assert_eq!(names, ["run 1 a", "run 1 b"]);
-    // The files that a pattern reads are inputs, and stay.
+    // Files that match a pattern are inputs, and are not overwritten.
     let refused = workshop.failure(&[
         "simulate",
         "results",

@@ -1,4 +1,4 @@
-//! The whole program, run as a user runs it.
+//! Tests the complete program, run as a user runs it.
 #![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
 mod bad_files;

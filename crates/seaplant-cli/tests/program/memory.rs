@@ -1,16 +1,16 @@
-//! How much memory a long log takes.
+//! Memory consumption with a long log.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crate::workshop::Workshop;
 
-/// What a day at 10 Hz may take at its peak, in bytes, by the methods that run unasked.
+/// Limit for a day at 10 Hz at its peak, in bytes, by the default methods.
 const MOST_BYTES_A_DAY: f64 = 215e6;
 
 const SAMPLES_A_DAY: f64 = 864_000.0;
 
-/// The seconds of two logs: what both take alike is no matter of their length.
+/// Durations of two logs, s; their difference cancels fixed costs.
 const LOGS_S: [u32; 2] = [2 * 3600, 8 * 3600];
 
 #[test]
@@ -26,7 +26,7 @@ fn a_day_at_10_hz_is_identified_in_215_mb() {
     assert!(a_day < MOST_BYTES_A_DAY, "{a_sample:.0} bytes a sample, {:.0} MB a day", a_day / 1e6);
 }
 
-/// The peak of the memory in which a twin's surge trial of 12 channels is identified.
+/// Returns the peak memory of identifying a twin's surge trial of 12 channels.
 fn peak_bytes(seconds: u32) -> f64 {
     let workshop = Workshop::empty();
     let spec = format!("duration_s = {seconds}\nhold_out_s = 120\ndofs = [\"surge\"]\n");
@@ -35,7 +35,7 @@ fn peak_bytes(seconds: u32) -> f64 {
     let mut program = Command::new(env!("CARGO_BIN_EXE_seaplant"))
         .current_dir(workshop.path())
         .args(["identify", "log/campaign.toml", "--out", "found", "--quiet"])
-        // What glibc keeps for each thread is up to chance, and differs by 20 MB.
+        // What glibc keeps for each thread varies at random by 20 MB.
         .env("MALLOC_ARENA_MAX", "1")
         .stdin(Stdio::null())
         .spawn()
@@ -51,7 +51,7 @@ fn peak_bytes(seconds: u32) -> f64 {
     }
 }
 
-/// `None` once the program has ended.
+/// Returns the peak so far; `None` once the program has ended.
 fn peak_so_far(process: u32) -> Option<f64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! Methods to compare with: asked for by name, or all together.
+//! Methods for comparison: requested by name, or all together.
 
 use seaplant::Method;
 use serde_json::Value;
@@ -11,7 +11,7 @@ fn found(workshop: &Workshop, words: &[&str]) -> Value {
 }
 
 #[test]
-fn all_stands_for_every_method_and_the_recommended_one_is_first() {
+fn all_selects_every_method_and_the_recommended_one_is_first() {
     let workshop = Workshop::new();
     let words = ["identify", "campaign.toml", "--method", "all", "--out", "out"];
     let found = found(&workshop, &words);
@@ -55,7 +55,7 @@ fn a_method_named_before_all_comes_first_and_once() {
 }
 
 #[test]
-fn a_campaign_chooses_the_bootstrap_and_results_tell_its_seed() {
+fn a_campaign_chooses_the_bootstrap_and_results_contain_its_seed() {
     let workshop = Workshop::quick();
     let words = ["identify", "campaign.toml", "--out", "out"];
     let batches = found(&workshop, &words);

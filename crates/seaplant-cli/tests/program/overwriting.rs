@@ -1,4 +1,4 @@
-//! What is written never takes the place of what was read, nor of what Seaplant did not write.
+//! Outputs never overwrite inputs, nor files that Seaplant did not write.
 
 use sha2::{Digest, Sha256};
 
@@ -153,7 +153,7 @@ fn results_of_another_twin_go_with_its_logs() {
 }
 
 #[test]
-fn figures_of_an_earlier_run_do_not_stay_beside_those_of_a_later() {
+fn figures_of_an_earlier_run_are_replaced_by_those_of_a_later() {
     let workshop = identified();
     let first = workshop.join("out/series/run-1.surge.equation-error.csv");
     assert!(first.exists());
@@ -202,7 +202,7 @@ fn a_forged_list_deletes_no_file_outside_of_the_results() {
         (absolute.as_str(), outside),
         ("link/log.csv", "results/link is a symbolic link"),
     ] {
-        // With the log's hash, it passes for a file of an earlier run that this one replaces.
+        // With the log's hash, it is taken for a file of an earlier run that this one replaces.
         let sha256 = sha256_of(&workshop.read("log.csv"));
         let entry = format!("\"{path}\": {{ \"made\": \"report\", \"sha256\": \"{sha256}\" }}");
         let forged = list.replace("\"files\": {", &format!("\"files\": {{ {entry},"));
@@ -214,13 +214,13 @@ fn a_forged_list_deletes_no_file_outside_of_the_results() {
     }
 }
 
-/// SHA-256 of a text in hexadecimal digits.
+/// Returns the SHA-256 of a text in hexadecimal digits.
 fn sha256_of(text: &str) -> String {
     Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[test]
-fn what_a_killed_run_left_is_cleared_by_the_next_and_what_runs_is_not() {
+fn leftovers_of_a_killed_run_are_cleared_and_a_running_one_is_not() {
     let workshop = Workshop::quick();
     workshop.write("out/.seaplant-dead/lock", "");
     workshop.write("out/.seaplant-dead/0.new", "half");
@@ -233,9 +233,9 @@ fn what_a_killed_run_left_is_cleared_by_the_next_and_what_runs_is_not() {
 }
 
 #[test]
-fn files_of_two_runs_are_told_by_the_folders_list() {
+fn the_folders_list_reveals_files_of_two_runs() {
     let workshop = identified();
-    // As it is while files are moved: a program that is killed then leaves it so.
+    // As while files are moved: the state that a killed program leaves.
     workshop.change("out/seaplant-files.json", "\"complete\": true", "\"complete\": false");
     let words = "out/results.json may be of one run and the files beside it of another";
     for command in [

@@ -15,7 +15,7 @@ struct Served {
 }
 
 impl Served {
-    fn of(workshop: &Workshop) -> Self {
+    fn start(workshop: &Workshop) -> Self {
         let mut child = Command::new(assert_cmd::cargo::cargo_bin!("seaplant"))
             .current_dir(workshop.path())
             .args(["page", ".", "--port", "0"])
@@ -52,7 +52,7 @@ impl Drop for Served {
 fn the_page_is_served_to_this_machine_and_nothing_else_is() {
     let workshop = Workshop::quick();
     workshop.write("index.html", PAGE);
-    let served = Served::of(&workshop);
+    let served = Served::start(&workshop);
     let local = format!("127.0.0.1:{}", served.port);
     for path in ["/", "/index.html", "/?theme=dark"] {
         let answer = served.answer(&format!("GET {path}"), &local);
@@ -64,7 +64,7 @@ fn the_page_is_served_to_this_machine_and_nothing_else_is() {
         assert!(answer.starts_with("HTTP/1.1 404"), "{path}: {answer}");
     }
     assert!(served.answer("POST /", &local).starts_with("HTTP/1.1 405"));
-    // A name that a stranger has lead to this machine.
+    // A foreign host name that resolves to this machine.
     let strange = format!("example.com:{}", served.port);
     assert!(served.answer("GET /", &strange).starts_with("HTTP/1.1 403"));
 }

@@ -52,7 +52,7 @@ fn a_vehicle_file_leads_to_a_plan_with_its_files() {
 }
 
 #[test]
-fn results_lead_to_the_next_plan_with_what_is_known_today() {
+fn results_give_the_prior_of_the_next_plan() {
     let workshop = Workshop::empty();
     workshop.write("vehicle.toml", VEHICLE);
     planned(&workshop, &["--rehearse", "dive"]);
@@ -67,7 +67,7 @@ fn results_lead_to_the_next_plan_with_what_is_known_today() {
 }
 
 #[test]
-fn what_cannot_be_planned_is_told() {
+fn impossible_plans_are_reported() {
     let workshop = Workshop::empty();
     workshop.write("vehicle.toml", VEHICLE);
     let fails = |words: &[&str]| {

@@ -1,10 +1,10 @@
-//! What a plant would do under inputs alone.
+//! Predictions of a plant under inputs alone.
 
 use serde_json::Value;
 
 use crate::workshop::{SLED, Workshop, assert_within, number};
 
-/// Estimates of a log of two minutes.
+/// Tolerance of estimates from a log of two minutes.
 const PART: f64 = 0.02;
 
 fn identified() -> Workshop {
@@ -35,7 +35,7 @@ fn a_step_ends_at_top_speed_within_its_band() {
     assert_within("top speed", value("top speed"), top, PART);
     assert_within("time constant", value("time constant"), mass / (2.0 * drag * top), PART);
     assert_within("way", value("stopping distance"), mass / drag * 10.0_f64.ln(), PART);
-    // The same draws for the same seed, others for another.
+    // The same seed gives the same draws, another seed others.
     assert_eq!(workshop.json(&step)["band95"], said["band95"]);
     let other = [&step[..], &["--seed", "2"]].concat();
     assert_ne!(workshop.json(&other)["band95"], said["band95"]);
@@ -78,7 +78,7 @@ fn csv_and_page_are_written_and_known_again() {
     assert!(
         page.contains("<svg") && page.contains("Axes without a plant, which do not move: sway")
     );
-    // The licence of the chart library names its home, which nothing loads.
+    // The licence of the chart library contains its address, which is not loaded.
     let page = page.replace("https://github.com/leeoniya/uPlot", "");
     assert!(!page.contains("http://") && !page.contains("https://"), "it needs no network");
     workshop.write("other.csv", "mine");
@@ -87,7 +87,7 @@ fn csv_and_page_are_written_and_known_again() {
 }
 
 #[test]
-fn what_cannot_be_driven_is_refused_with_what_to_do() {
+fn impossible_requests_to_drive_are_refused_with_advice() {
     let workshop = identified();
     let refused = |words: &[&str]| workshop.failure(&[&["simulate", "results"], words].concat());
     assert!(refused(&[]).contains("--step \"surge 200 N\" --for 60"));
@@ -100,7 +100,7 @@ fn what_cannot_be_driven_is_refused_with_what_to_do() {
 }
 
 #[test]
-fn a_push_where_nothing_is_known_is_told() {
+fn a_force_on_an_unknown_axis_is_reported() {
     let workshop = identified();
     let words = workshop.success(&["simulate", "results", "--step", "yaw 5 N m", "--for", "5"]);
     assert!(words.contains("the inputs also act on yaw, where the plant is not known"), "{words}");

@@ -1,5 +1,5 @@
-//! Campaigns that `init` proposes for the logs of vehicles, finished as a person would who knows
-//! what was done, and identified: they give what the tables give.
+//! Campaigns that `init` proposes for the logs of vehicles, completed as a user would who knows the
+//! trials, and identified: their results equal those of the tables.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::demo;
 use crate::workshop::{Workshop, number};
 
-/// The demo's trials in another format, by a script of these tests; `None` without Python.
+/// Writes the demo's trials in another format, by a script of these tests; `None` without Python.
 fn written_by(script: &str, more: &[&str]) -> Option<Workshop> {
     let Some(python) = std::env::var_os("SEAPLANT_PYTHON") else {
         eprintln!("skipped: SEAPLANT_PYTHON is not set; scripts/check sets it");
@@ -24,11 +24,11 @@ fn written_by(script: &str, more: &[&str]) -> Option<Workshop> {
     Some(workshop)
 }
 
-/// The fit and the judge of two degrees of freedom, of one method, which takes no time.
+/// Fit and hold-out trials of two degrees of freedom, for one fast method.
 const TRIALS: [&str; 4] = ["heave-1", "heave-hold-out", "yaw-1", "yaw-hold-out"];
 const METHOD: &str = "methods = [\"equation-error\"]\n";
 
-/// Proposes a campaign of logs and says of its trials what they were, by their names.
+/// Proposes a campaign for logs and sets the roles of its trials by their names.
 fn init(workshop: &Workshop, extension: &str) {
     let logs = TRIALS.map(|trial| format!("{trial}.{extension}"));
     let mut words = vec!["init", "--force", "--quiet"];
@@ -55,7 +55,8 @@ fn identify(workshop: &Workshop) -> Value {
     found
 }
 
-/// The same trials as the demo's tables have them, but for the quantities that start with `without`.
+/// Returns the results of the same trials as tables, without the quantities that start with
+/// `without`.
 fn of_tables(without: &str) -> Value {
     let workshop = Workshop::empty();
     let demo = std::fs::read_to_string(demo::folder().join("campaign.toml")).expect("the demo's");
@@ -78,7 +79,7 @@ fn of_tables(without: &str) -> Value {
     identify(&workshop)
 }
 
-/// Every parameter of both fits is the same, to the rounding of sums in another order.
+/// Asserts that every parameter of both fits is equal, to the rounding of sums in another order.
 fn assert_same(found: &Value, expected: &Value) {
     const WITHIN: f64 = 1e-6;
     let mut compared = 0;

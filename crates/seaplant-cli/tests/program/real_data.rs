@@ -1,7 +1,7 @@
-//! Vehicles that others measured, through the whole program.
+//! Third-party vehicle data through the complete program.
 //!
-//! The logs are looked for in the folder that `SEAPLANT_DATA` names, from the workspace,
-//! else in `../shared/data`; a test whose files are absent says so.
+//! The logs are looked for in the folder in `SEAPLANT_DATA`, relative to the workspace, else in
+//! `../shared/data`; a test whose files are absent reports it.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -10,12 +10,12 @@ use serde_json::Value;
 
 use crate::workshop::{Workshop, caveats, number};
 
-/// The folder of all crates.
+/// Returns the folder of all crates.
 pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A folder of the data, if it is there.
+/// Returns a folder of the data, if it exists.
 pub fn data(folder: &str) -> Option<PathBuf> {
     let named = std::env::var_os("SEAPLANT_DATA").map(PathBuf::from);
     let all = workspace().join(named.unwrap_or_else(|| "../shared/data".into()));
@@ -27,7 +27,7 @@ pub fn data(folder: &str) -> Option<PathBuf> {
     Some(path.canonicalize().expect("it is there"))
 }
 
-/// What `identify` finds in an example, run once for all tests; its failures must be none.
+/// Returns the result of `identify` for an example, run once for all tests, without failures.
 fn identify(found: &'static OnceLock<Option<Value>>, example: &str) -> Option<&'static Value> {
     found.get_or_init(|| run(example)).as_ref()
 }
@@ -55,7 +55,8 @@ fn bolt_in_yaw() -> Option<&'static Value> {
     identify(&FOUND, "bolt/yaw.toml")
 }
 
-/// Mass is positive beyond doubt, and drag is positive or a caveat says that it is not.
+/// Asserts that mass is significantly positive, and that drag is positive or a caveat reports that
+/// it is not.
 fn assert_physical(plant: &Value) {
     assert!(number(plant, "parameters.mass.low95") > 0.0, "{}", plant["parameters"]["mass"]);
     for drag in ["quadratic_drag", "linear_drag"] {
@@ -68,7 +69,7 @@ fn assert_physical(plant: &Value) {
     }
 }
 
-/// On held-out trials a plant must be better than one that never moves.
+/// Asserts that on held-out trials a plant is better than one that never moves.
 fn assert_better_than_null(plant: &Value) {
     let of = |key: &str| number(plant, &format!("hold_out.{key}"));
     let (e, null) = (of("mean_abs_error"), of("null_error"));
@@ -81,14 +82,14 @@ fn held_out<'a>(plant: &'a Value, trial: &str) -> &'a Value {
     found.unwrap_or_else(|| panic!("{trial} is not held out"))
 }
 
-/// Position that a plant simulates freely over a whole held-out dive, from its thrust.
+/// Checks the position that a plant simulates over a complete held-out dive, from thrust alone.
 #[track_caller]
 fn assert_predicts_position(plant: &Value, trial: &str, r_squared: f64) {
     let found = number(held_out(plant, trial), "position_r_squared");
     assert!(found > r_squared, "{} on {trial}: R² {found}", plant["method"]);
 }
 
-/// A careful fit by hand reached 0.918 on these dives.
+/// A careful manual fit reached 0.918 on these dives.
 const HEAVE_R_SQUARED: f64 = 0.9;
 
 #[test]
@@ -97,7 +98,7 @@ fn bolt_in_heave_is_physical_and_predicts_held_out_dives() {
     for method in ["filter-error", "equation-error"] {
         let plant = &found["methods"]["heave"][method];
         assert_eq!(plant["stable"], true, "{method}");
-        // The intervals of equation error carry what it cannot explain of 25 s.
+        // The intervals of equation error include its unexplained residuals of 25 s.
         match method {
             "filter-error" => assert_physical(plant),
             _ => assert!(number(plant, "parameters.mass.value") > 0.0, "{plant}"),
@@ -112,9 +113,9 @@ fn bolt_in_heave_is_physical_and_predicts_held_out_dives() {
 }
 
 #[test]
-fn bolt_in_heave_tells_what_makes_it_doubtful() {
+fn bolt_in_heave_reports_why_it_is_doubtful() {
     let Some(found) = bolt_in_heave() else { return };
-    // All dives push down, for fifteen seconds, at 2 Hz.
+    // All dives have downward thrust, for fifteen seconds, at 2 Hz.
     for (method, code) in [
         ("filter-error", "one-signed-thrust"),
         ("equation-error", "lag-or-delay"),
@@ -126,7 +127,7 @@ fn bolt_in_heave_tells_what_makes_it_doubtful() {
     }
 }
 
-/// Velocity, simulated freely for half a minute, against the derivative of a heading at 2 Hz.
+/// Velocity, simulated for half a minute, against the derivative of a heading at 2 Hz.
 const YAW_R_SQUARED: f64 = 0.6;
 
 #[test]
@@ -137,7 +138,7 @@ fn bolt_in_yaw_is_physical_and_predicts_held_out_turns() {
     assert_physical(plant);
     assert_better_than_null(plant);
     assert!(number(plant, "hold_out.r_squared") > YAW_R_SQUARED);
-    // A careful fit by hand reached 0.967 on a held-out turn.
+    // A careful manual fit reached 0.967 on a held-out turn.
     for trial in ["yaw 4", "yaw 6"] {
         assert_predicts_position(plant, trial, 0.9);
     }
@@ -164,12 +165,12 @@ fn the_esso_osaka_is_physical_and_predicts_held_out_runs() {
     assert_physical(plant);
     assert_better_than_null(plant);
     assert!(number(plant, "hold_out.r_squared") > 0.75);
-    // Textbooks have the water that a tanker moves sideways weigh half as much again as the
-    // ship, and that which it moves ahead a tenth of it: 1.5 to 1.8 times the turning.
+    // By textbooks a tanker's added mass is half of its mass in sway and a tenth in surge: 1.5 to
+    // 1.8 times the turning.
     assert!((1.3..2.0).contains(&number(plant, "nuisances.turning.value")));
     for method in ["filter-error", "equation-error"] {
-        // The water that a slender hull takes along in surge weighs a few per cent of it;
-        // the guess of the propeller's thrust may be off by far more, either way.
+        // The added mass of a slender hull in surge is a few per cent of its mass; the assumed
+        // thrust of the propeller may be wrong by far more, either way.
         let mass = &found["methods"]["surge"][method]["parameters"]["mass"];
         let (low, high) = (number(mass, "low95"), number(mass, "high95"));
         assert!(low < 1.5 * 244.6 && high > 244.6, "{method}: {low} to {high} kg");
@@ -187,7 +188,8 @@ fn the_thruster_tables_of_its_maker_fit_a_curve_each_way() {
         assert!(number(&fit, "r_squared") > 0.95, "{volts} V: {fit}");
         assert_eq!(fit["input_unit"], "us");
         let (ahead, astern) = (number(&fit, "forward.value"), number(&fit, "reverse.value"));
-        // Its propeller is made to push ahead; the maker states 5.25 against 4.1 kgf at 16 V.
+        // Its propeller is designed for forward thrust; the maker states 5.25 against 4.1 kgf at 16
+        // V.
         assert!((0.7..0.9).contains(&(astern / ahead)), "{volts} V: {astern} against {ahead}");
         forward.push(ahead);
     }

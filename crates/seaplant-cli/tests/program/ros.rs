@@ -1,4 +1,4 @@
-//! The twin's campaign, recorded as ROS 2 records it.
+//! The twin's campaign in the form that ROS 2 records.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::demo;
 use crate::workshop::{Workshop, number};
 
-/// How far estimates may be apart: a part of the value, or of its standard deviation.
+/// Tolerance of estimates: relative to the value, or to its standard deviation.
 #[derive(Clone, Copy)]
 struct Within {
     paper: f64,
@@ -17,14 +17,14 @@ struct Within {
 
 #[test]
 fn an_mcap_recording_gives_the_estimates_of_the_tables() {
-    // By a clock that started with the vehicle, some time before: sums in another order.
+    // A clock that started with the vehicle, some time before: sums in another order.
     compare("1000000000000", Within { paper: 1e-9, others: 1e-9 });
 }
 
 #[test]
 fn stamps_since_1970_move_estimates_by_no_more_than_their_rounding() {
-    // They are rounded to a quarter of a microsecond, and that decides which sample of thrust
-    // the paper's method reads beside a velocity.
+    // Rounding to a quarter of a microsecond decides which sample of thrust the paper's method
+    // pairs with a velocity.
     compare("1700000000000000000", Within { paper: 5e-3, others: 1e-4 });
 }
 

@@ -2,8 +2,8 @@
 
 use crate::workshop::{Workshop, caveat, number};
 
-/// What the sound campaign says of a changed file: each change, the words of the refusal and what
-/// the mark stands under.
+/// Asserts the errors of a valid campaign with one changed file: each change, the message and the
+/// marked text.
 fn assert_refused(file: &str, from: &str, cases: &[(&str, &str, &str)]) {
     for (to, words, marked) in cases {
         let workshop = Workshop::quick();
@@ -60,7 +60,7 @@ fn a_filter_that_cannot_be_made_is_refused_in_its_line() {
 }
 
 #[test]
-fn a_bootstrap_that_tells_nothing_or_never_ends_is_refused_in_its_line() {
+fn a_bootstrap_too_small_or_too_large_is_refused_in_its_line() {
     assert_refused_settings(
         "equation-error",
         &[
@@ -111,7 +111,7 @@ fn a_gain_that_never_learns_is_refused_in_its_line() {
 }
 
 #[test]
-fn what_cannot_be_steady_is_refused_in_its_line() {
+fn invalid_steady_settings_are_refused_in_their_line() {
     assert_refused_settings(
         "steady",
         &[
@@ -203,7 +203,7 @@ fn a_unit_of_time_without_a_column_is_that_of_the_column_with_a_name_of_time() {
     workshop.change("campaign.toml", SECTION, &format!("[time]\nunit = \"ms\"\n\n{SECTION}"));
     let found = workshop.json(&["identify", "campaign.toml", "--json"]);
     let mass = |found| number(found, "plants.surge.parameters.mass.value");
-    // The times are the same but for rounding in the last digit of a double.
+    // The times are equal but for rounding in the last digit of a double.
     assert!((mass(&found) / mass(&sound) - 1.0).abs() < 1e-9, "{} {}", mass(&found), mass(&sound));
 }
 
@@ -217,7 +217,7 @@ fn a_unit_that_contradicts_the_header_of_time_is_warned_of() {
 }
 
 #[test]
-fn a_clock_that_says_two_things_is_refused_in_its_line() {
+fn a_contradictory_clock_is_refused_in_its_line() {
     assert_refused_settings(
         "time",
         &[

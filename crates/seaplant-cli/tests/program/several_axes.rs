@@ -4,12 +4,12 @@ use serde_json::Value;
 
 use crate::workshop::{Workshop, seaplant};
 
-/// A boat in three axes: m11, m22, m23, m33; quadratic drag of surge, linear and quadratic of
-/// sway and yaw.
+/// A boat in three axes: m11, m22, m23, m33; quadratic drag in surge, linear and quadratic in sway
+/// and yaw.
 const BOAT: [f64; 4] = [120.0, 180.0, 12.0, 40.0];
 const DRAG: [f64; 5] = [60.0, 90.0, 250.0, 20.0, 45.0];
 
-/// An estimate of two minutes and a half may be off by so much, as a part.
+/// Relative tolerance of an estimate from two and a half minutes.
 const PART: f64 = 0.05;
 
 const VEHICLE: &str = "name = \"boat\"\n";
@@ -37,7 +37,7 @@ axes = ["surge", "sway", "yaw"]
 "attitude.heading" = { column = "heading" }
 "#;
 
-/// ν̇ by the equations of a surface vessel, written out.
+/// Computes ν̇ by the equations of a surface vessel.
 fn rate([u, v, r]: [f64; 3], [x, y, n]: [f64; 3]) -> [f64; 3] {
     let [m11, m22, m23, m33] = BOAT;
     let [du, dv, dvv, dr, drr] = DRAG;
@@ -49,7 +49,7 @@ fn rate([u, v, r]: [f64; 3], [x, y, n]: [f64; 3]) -> [f64; 3] {
     [surge / m11, (m33 * sway - m23 * yaw) / determinant, (m22 * yaw - m23 * sway) / determinant]
 }
 
-/// The boat driven freely for 150 s in steps of 0.1 s, a log row each.
+/// Simulates the boat driven freely for 150 s in steps of 0.1 s, a log row each.
 fn log(phase: f64) -> String {
     const FINE: usize = 50;
     let mut text =
@@ -99,7 +99,7 @@ fn identify(workshop: &Workshop) -> assert_cmd::assert::Assert {
     seaplant().arg("identify").arg(workshop.join("campaign.toml")).assert()
 }
 
-/// Both of what a failing run says.
+/// Returns standard output and error of a failing run.
 fn refused(workshop: &Workshop) -> String {
     let refused = identify(workshop).failure();
     let output = refused.get_output();
@@ -107,7 +107,7 @@ fn refused(workshop: &Workshop) -> String {
 }
 
 #[test]
-fn a_boat_that_turns_while_it_advances_comes_out_whole() {
+fn a_boat_that_turns_while_it_advances_has_all_its_coefficients_recovered() {
     let workshop = boat(CAMPAIGN);
     let shown = identify(&workshop).success();
     let shown = String::from_utf8_lossy(&shown.get_output().stdout).into_owned();
@@ -156,7 +156,7 @@ fn a_term_that_does_not_exist_shows_its_place() {
 }
 
 #[test]
-fn an_axis_without_motion_is_refused_with_what_to_map() {
+fn an_axis_without_motion_is_refused_with_advice() {
     let wrong = CAMPAIGN.replace("\"surge\", \"sway\", \"yaw\"]", "\"surge\", \"sway\", \"roll\"]");
     let said = refused(&boat(&wrong));
     assert!(said.contains("velocity for roll") && said.contains("rate.roll"), "{said}");
@@ -217,7 +217,7 @@ fn a_log_is_simulated_with_all_axes_of_its_plant() {
     for (one, axis) in all.iter().zip(["surge", "sway", "yaw"]) {
         assert_eq!(one["dof"], axis);
         assert!(one["r_squared"].as_f64() > Some(0.99), "{axis}");
-        // The first seconds make the state to begin from.
+        // The first seconds give the initial state.
         let own = one["time_s"].as_array().map_or(0, Vec::len);
         assert!((1400..=1500).contains(&own), "{axis}: {own}");
         samples += own;
@@ -225,7 +225,7 @@ fn a_log_is_simulated_with_all_axes_of_its_plant() {
     let rows = workshop.read("two-simulated.csv");
     assert!(rows.starts_with("time [s],axis,force [N or N m],measured"), "{rows}");
     assert_eq!(rows.lines().count(), 1 + samples);
-    // Surge has a plant of its own beside.
+    // Surge also has a one-axis plant.
     let open = workshop.failure(&["simulate", "results", "two.csv"]);
     assert_eq!(open, "the results hold surge, surge-sway-yaw; choose one with --dof");
     let method = ["simulate", "results", "two.csv", "--dof", "yaw", "--method", "paper"];
@@ -235,7 +235,7 @@ fn a_log_is_simulated_with_all_axes_of_its_plant() {
 #[test]
 fn masses_below_that_in_air_are_not_to_be_used() {
     let workshop = boat(CAMPAIGN);
-    // As with thrust in kgf: both masses are less than a half of the boat's own.
+    // As with thrust in kgf: both masses are less than half of the boat's own.
     workshop.write("vehicle.toml", "name = \"boat\"\ndry_mass_kg = 400.0\n");
     identify(&workshop).failure();
     let results: Value =

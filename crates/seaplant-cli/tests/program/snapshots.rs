@@ -1,11 +1,11 @@
-//! What a person reads in the terminal, whole. `INSTA_UPDATE=always cargo test -p seaplant-cli
-//! snapshots` writes the files anew; read the difference before it is committed.
+//! Complete terminal output. `INSTA_UPDATE=always cargo test -p seaplant-cli snapshots` updates the
+//! files; review the difference before committing.
 
 use insta::assert_snapshot;
 
 use crate::workshop::Workshop;
 
-/// What a command prints to a terminal without colour.
+/// Returns the output of a command to a terminal without colour.
 fn said(workshop: &Workshop, words: &[&str]) -> String {
     workshop.success(words)
 }

@@ -1,4 +1,4 @@
-//! Bollard-pull tables, looking at logs, and beginning a campaign from them.
+//! Bollard-pull tables, inspection of logs, and initial campaigns from them.
 
 use serde_json::Value;
 
@@ -58,19 +58,19 @@ fn a_log_is_shown_channel_by_channel() {
 }
 
 #[test]
-fn a_log_that_cannot_be_read_is_told_once() {
+fn a_log_that_cannot_be_read_is_reported_once() {
     let message = Workshop::empty().failure(&["inspect", "no.csv"]);
     assert!(message.starts_with("cannot read no.csv: "), "{message}");
     assert_eq!(message.matches("No such file").count(), 1, "{message}");
 }
 
 #[test]
-fn what_init_writes_says_what_is_missing() {
+fn files_of_init_state_what_is_missing() {
     let workshop = Workshop::new();
     let words = workshop.success(&["init", "log.csv", "--out", "begun"]);
     assert!(words.starts_with("begun/vehicle.toml\nbegun/campaign.toml\n"), "{words}");
     assert!(words.contains("position_m, direction and curve"), "{words}");
-    // Unfilled, the files are refused: no placeholder passes for a number.
+    // Unfinished files are refused: no placeholder counts as a number.
     let message = workshop.failure(&["identify", "begun/campaign.toml"]);
     assert!(message.starts_with("begun/vehicle.toml: thruster `"), "{message}");
     let advice = "missing field `position_m`\nadd `position_m = ...` there; the file holds it as \
@@ -79,7 +79,7 @@ fn what_init_writes_says_what_is_missing() {
 }
 
 #[test]
-fn what_init_writes_is_identified_once_it_is_filled_in() {
+fn files_of_init_are_identified_once_completed() {
     let workshop = Workshop::new();
     workshop.success(&["init", "log.csv", "--out", "begun", "-q"]);
     let mut vehicle = workshop.read("begun/vehicle.toml");

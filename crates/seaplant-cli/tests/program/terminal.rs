@@ -1,4 +1,4 @@
-//! What is printed where, and how the program is asked.
+//! Output streams, and the command line.
 
 use std::io::Read;
 use std::process::Stdio;
@@ -17,7 +17,7 @@ fn without_a_command_help_is_shown_as_for_a_mistake() {
 }
 
 #[test]
-fn version_says_what_the_program_was_built_from() {
+fn version_states_the_commit() {
     let version = concat!("seaplant ", env!("CARGO_PKG_VERSION"));
     seaplant().arg("-V").assert().success().stdout(format!("{version}\n"));
     let whole = predicate::str::starts_with(format!("{version}; commit "))
@@ -25,7 +25,7 @@ fn version_says_what_the_program_was_built_from() {
     seaplant().arg("--version").assert().success().stdout(whole);
 }
 
-/// The commands that the help lists.
+/// Returns the commands that the help lists.
 fn commands() -> Vec<String> {
     let help = seaplant().arg("--help").assert().success().get_output().clone();
     let help = String::from_utf8(help.stdout).expect("UTF-8");
@@ -41,7 +41,7 @@ fn commands() -> Vec<String> {
 }
 
 #[test]
-fn every_command_has_help_that_says_how_it_is_called() {
+fn every_command_has_help_with_its_usage() {
     for command in commands() {
         let usage = format!("Usage: seaplant {command}");
         let says = predicate::str::contains(usage);
@@ -62,7 +62,7 @@ fn help_names_every_method() {
     }
 }
 
-/// A mistake on the command line is told apart from a failure.
+/// Asserts that an invalid command line has an exit code of its own.
 fn misuse(words: &[&str], says: &str) {
     let workshop = Workshop::new();
     let before = workshop.everything();
@@ -73,7 +73,7 @@ fn misuse(words: &[&str], says: &str) {
 }
 
 #[test]
-fn a_method_that_is_none_is_misuse() {
+fn an_invalid_method_is_misuse() {
     misuse(
         &["identify", "campaign.toml", "--method", "papper"],
         "tip: a similar value exists: 'paper'",
@@ -81,7 +81,7 @@ fn a_method_that_is_none_is_misuse() {
 }
 
 #[test]
-fn a_term_that_is_none_is_misuse() {
+fn an_invalid_term_is_misuse() {
     misuse(
         &["identify", "campaign.toml", "--terms", "force,cubic"],
         "unknown term `cubic`; expected force, quadratic, linear or bias",
@@ -98,7 +98,7 @@ fn terms_that_make_no_plant_are_misuse() {
 }
 
 #[test]
-fn a_disturbance_that_is_none_is_misuse() {
+fn an_invalid_disturbance_is_misuse() {
     misuse(
         &["demo", "--disturbances", "storm"],
         "it must be none, all, or some of tether, current, lag, delay, thrcoef, lever, swell, \
@@ -107,7 +107,7 @@ fn a_disturbance_that_is_none_is_misuse() {
 }
 
 #[test]
-fn a_degree_of_freedom_that_is_none_is_misuse() {
+fn an_invalid_degree_of_freedom_is_misuse() {
     misuse(
         &["simulate", "results.json", "log.csv", "--dof", "rol"],
         "[possible values: surge, sway, heave, roll, pitch, yaw]",
@@ -192,7 +192,7 @@ fn a_reader_that_goes_away_is_no_error() {
 }
 
 #[test]
-fn colour_is_as_asked_for() {
+fn colour_is_as_requested() {
     const ESCAPE: char = '\u{1b}';
     let workshop = Workshop::quick();
     let identify = |when: &str| {
@@ -207,7 +207,7 @@ fn colour_is_as_asked_for() {
 }
 
 #[test]
-fn the_summary_tells_mass_drag_doubts_and_where_the_report_is() {
+fn the_summary_contains_mass_drag_doubts_and_the_path_of_the_report() {
     let workshop = Workshop::new();
     let text = workshop.success(&["identify", "campaign.toml", "--out", "out"]);
     for part in [
@@ -239,14 +239,14 @@ fn every_schema_is_one() {
     for kind in ["results", "vehicle", "campaign", "twin"] {
         let output = seaplant().args(["schema", kind]).assert().success().get_output().clone();
         let schema: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        // A twin is of one axis at a time or of a whole vehicle.
+        // A twin has one axis at a time or several together.
         assert!(schema["properties"].is_object() || schema["anyOf"].is_array(), "{kind}");
         assert!(schema["$schema"].is_string(), "{kind}");
     }
 }
 
 #[test]
-fn shells_are_told_how_to_ask_for_completions() {
+fn shells_get_a_completion_script() {
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let asks = predicate::str::contains("SEAPLANT_COMPLETE");
         seaplant().args(["completions", shell]).assert().success().stdout(asks);
@@ -294,8 +294,8 @@ fn every_command_has_a_manual_page() {
     }
 }
 
-/// What a terminal obeys: escape, its eight-bit form, a carriage return, and what turns writing
-/// round.
+/// Control characters of terminals: escape, its eight-bit form, a carriage return, and the reversal
+/// of writing direction.
 const COMMANDS: [char; 4] = ['\u{1b}', '\u{9b}', '\r', '\u{202e}'];
 
 fn assert_obeyed_by_no_terminal(words: &[&str], output: &std::process::Output) {

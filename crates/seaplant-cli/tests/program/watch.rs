@@ -1,11 +1,11 @@
-//! A campaign that is identified again whenever a file of it changes.
+//! A campaign that is identified again whenever one of its files changes.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
 
 use crate::workshop::{Workshop, lively, log};
 
-/// `watch`, until it has identified twice.
+/// Starts `watch` for two identifications.
 fn watching(workshop: &Workshop) -> Child {
     let words = ["watch", "campaign.toml", "--out", "out", "--rounds", "2", "--settle-s", "0.1"];
     Command::new(assert_cmd::cargo::cargo_bin!("seaplant"))
@@ -17,7 +17,7 @@ fn watching(workshop: &Workshop) -> Child {
         .expect("it starts")
 }
 
-/// What is said until it waits, and then what is said to the end.
+/// Returns the output until it waits, and a reader of the rest.
 fn until_it_waits(child: &mut Child) -> (String, BufReader<std::process::ChildStdout>) {
     let mut said = BufReader::new(child.stdout.take().expect("standard output"));
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! A folder with a small campaign to break, and the program to break it with.
+//! A folder with a small campaign to modify, and the program to run on it.
 
 use std::path::{Path, PathBuf};
 
@@ -6,12 +6,12 @@ use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// The program.
+/// Returns the program.
 pub fn seaplant() -> Command {
     assert_cmd::cargo::cargo_bin_cmd!("seaplant")
 }
 
-/// A folder that goes when this does.
+/// A folder that is deleted on drop.
 pub struct Workshop(TempDir);
 
 pub const VEHICLE: &str = r#"name = "sled"
@@ -38,7 +38,7 @@ pub const SLED: (f64, f64) = (500.0, 150.0);
 
 const HEADER: &str = "time [s],prop [rpm],speed [m/s]";
 
-/// Two minutes of the sled at 10 Hz, its propeller at `speed(t)` rad/s.
+/// Simulates two minutes of the sled at 10 Hz, its propeller at `speed(t)` rad/s.
 pub fn log(speed: impl Fn(f64) -> f64) -> String {
     const SUBSTEPS: usize = 20;
     const STEP_S: f64 = 0.1;
@@ -59,13 +59,13 @@ pub fn log(speed: impl Fn(f64) -> f64) -> String {
     text
 }
 
-/// Both ways, fast and slow.
+/// Returns a propeller speed in both directions, fast and slow.
 pub fn lively(t: f64) -> f64 {
     120.0 * (0.5 * t).sin() + 60.0 * (0.17 * t + 1.0).sin()
 }
 
 impl Workshop {
-    /// With the sled's vehicle.toml, campaign.toml and log.csv.
+    /// Creates one with the sled's vehicle.toml, campaign.toml and log.csv.
     pub fn new() -> Self {
         let workshop = Self::empty();
         workshop.write("vehicle.toml", VEHICLE);
@@ -74,7 +74,7 @@ impl Workshop {
         workshop
     }
 
-    /// With the fastest method alone, where it does not matter which.
+    /// Creates one with only the fastest method, for tests to which the method does not matter.
     pub fn quick() -> Self {
         let workshop = Self::new();
         let method = "methods = [\"equation-error\"]\n[[trial]]";
@@ -104,34 +104,34 @@ impl Workshop {
         std::fs::read_to_string(self.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    /// Writes a changed copy of a file over it; the change must be one.
+    /// Replaces text in a file; the file must change.
     pub fn change(&self, name: &str, from: &str, to: &str) {
         let text = self.read(name);
         assert!(text.contains(from), "{name} does not hold {from:?}");
         self.write(name, text.replace(from, to));
     }
 
-    /// The program, started here.
+    /// Returns the program with arguments, in this folder.
     pub fn seaplant(&self, words: &[&str]) -> Command {
         let mut command = seaplant();
         command.current_dir(self.path()).args(words);
         command
     }
 
-    /// What is said on standard output by a command that does what it should.
+    /// Returns the standard output of a command that succeeds.
     pub fn success(&self, words: &[&str]) -> String {
         let output = self.seaplant(words).assert().success().stderr("").get_output().clone();
         String::from_utf8(output.stdout).expect("UTF-8")
     }
 
-    /// What a command prints as JSON.
+    /// Returns the JSON that a command prints.
     pub fn json(&self, words: &[&str]) -> Value {
         let text = self.success(words);
         serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error} in {text}"))
     }
 
-    /// What is said on standard error by a command that cannot do what it should, without
-    /// `error: `; it must write nothing.
+    /// Returns the standard error of a command that fails, without `error: `; the command must not
+    /// write files.
     pub fn failure(&self, words: &[&str]) -> String {
         let before = self.everything();
         let output = self.seaplant(words).assert().code(1).stdout("").get_output().clone();
@@ -141,17 +141,17 @@ impl Workshop {
         message.trim_end().to_owned()
     }
 
-    /// [`Self::failure`] of `identify campaign.toml`.
+    /// Returns [`Self::failure`] of `identify campaign.toml`.
     pub fn refusal(&self) -> String {
         self.failure(&["identify", "campaign.toml", "--out", "out"])
     }
 
-    /// Every file and folder, with the content of files.
+    /// Returns every file and folder, with the content of files.
     pub fn everything(&self) -> Vec<(PathBuf, Vec<u8>)> {
         self.everything_in("")
     }
 
-    /// [`Self::everything`] in a folder.
+    /// Returns [`Self::everything`] in a folder.
     pub fn everything_in(&self, folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
         let mut found = Vec::new();
         let mut folders = vec![self.join(folder)];
@@ -172,20 +172,20 @@ impl Workshop {
     }
 }
 
-/// A number in JSON, by its path: `plants.surge.parameters.mass.value`.
+/// Returns a number in JSON by its path: `plants.surge.parameters.mass.value`.
 pub fn number(json: &Value, path: &str) -> f64 {
     let found = path.split('.').fold(json, |json, key| &json[key]);
     found.as_f64().unwrap_or_else(|| panic!("{path} is {found}"))
 }
 
-/// Whether a value lies within a part of the right one.
+/// Asserts that a value is right within a relative tolerance.
 #[track_caller]
 pub fn assert_within(name: &str, value: f64, right: f64, part: f64) {
     let off = value / right - 1.0;
     assert!(off.abs() <= part, "{name} is {value}, off {right} by {:.2} %", 100.0 * off);
 }
 
-/// The caveats of a plant: code, severity, message.
+/// Returns the caveats of a plant: code, severity, message.
 pub fn caveats(plant: &Value) -> Vec<(&str, &str, &str)> {
     let all = plant["caveats"].as_array().expect("caveats");
     all.iter()
@@ -196,7 +196,7 @@ pub fn caveats(plant: &Value) -> Vec<(&str, &str, &str)> {
         .collect()
 }
 
-/// The message of a caveat, which must be there.
+/// Returns the message of a caveat, which must be present.
 #[track_caller]
 pub fn caveat<'a>(plant: &'a Value, code: &str) -> &'a str {
     let all = caveats(plant);

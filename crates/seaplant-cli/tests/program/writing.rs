@@ -1,6 +1,6 @@
-//! Output that cannot be written: nothing half-written stays, nothing that was there goes.
+//! Output that cannot be written: no incomplete file remains, and no existing one is lost.
 //!
-//! Permissions do not bind every account that runs tests, so a file stands in the way.
+//! Permissions do not bind every account that runs tests, so a file blocks the path instead.
 
 use crate::workshop::Workshop;
 
@@ -29,7 +29,7 @@ fn a_file_above_the_folder_stays() {
 }
 
 #[test]
-fn results_stay_whole_if_a_later_file_cannot_be_put_in_place() {
+fn results_stay_complete_if_a_later_file_cannot_be_moved() {
     let workshop = Workshop::quick();
     workshop.success(&IDENTIFY);
     std::fs::remove_dir_all(workshop.join("out/figures")).expect("a folder");
@@ -45,7 +45,7 @@ fn results_stay_whole_if_a_later_file_cannot_be_put_in_place() {
 }
 
 #[test]
-fn results_stay_whole_if_a_folder_is_where_a_file_goes() {
+fn results_stay_complete_if_a_folder_is_in_the_place_of_a_file() {
     let workshop = Workshop::quick();
     workshop.write("out/report.html/mine.txt", "a folder in the way");
     assert_eq!(
@@ -56,7 +56,7 @@ fn results_stay_whole_if_a_folder_is_where_a_file_goes() {
 }
 
 #[test]
-fn what_is_written_again_replaces_the_old_and_leaves_other_files() {
+fn new_output_replaces_the_old_and_leaves_other_files() {
     let workshop = Workshop::quick();
     workshop.success(&IDENTIFY);
     workshop.write("out/notes.txt", "mine");
@@ -83,7 +83,7 @@ fn a_demo_that_cannot_be_written_leaves_nothing() {
 }
 
 #[test]
-fn init_does_not_write_over_files_unless_told_to() {
+fn init_does_not_overwrite_files_without_force() {
     let workshop = Workshop::new();
     assert_eq!(
         workshop.failure(&["init", "log.csv"]),
@@ -113,7 +113,7 @@ fn a_plot_is_svg_or_png() {
 }
 
 #[test]
-fn a_single_file_is_written_whole_or_not_at_all() {
+fn a_single_file_is_written_completely_or_not_at_all() {
     let workshop = Workshop::quick();
     workshop.success(&["identify", "campaign.toml", "--out", "out", "-q"]);
     workshop.write("taken", "mine");
@@ -186,7 +186,7 @@ fn a_kill_while_results_are_replaced_leaves_those_before_or_those_after() {
         let last = campaign.lines().find(|line| line.starts_with("name")).expect("a name");
         workshop.change("campaign.toml", last, &format!("name = \"{run}\""));
         kill_while_files_are_moved(&workshop);
-        // Whatever writes to the folder next finds the kill's traces.
+        // The next run that writes to the folder restores it.
         workshop.success(&draw);
         std::fs::remove_file(workshop.join("out/curve.svg")).expect("a file");
         if workshop.everything_in("out") != before {
@@ -196,7 +196,7 @@ fn a_kill_while_results_are_replaced_leaves_those_before_or_those_after() {
     }
 }
 
-/// Kills a run as soon as the folder's list says that its files are replaced, or lets it end.
+/// Kills a run as soon as the folder's list records that its files are replaced, or lets it end.
 fn kill_while_files_are_moved(workshop: &Workshop) {
     let list = workshop.join("out/seaplant-files.json");
     let is_moving =
@@ -212,14 +212,15 @@ fn kill_while_files_are_moved(workshop: &Workshop) {
     run.wait().expect("it ends");
 }
 
-/// Folders of what is not complete: first that of the logs, then that of the report.
+/// Lists temporary folders: first that of the logs, then that of the report.
 #[cfg(unix)]
 fn unfinished(folder: &std::path::Path) -> usize {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(".seaplant-")).count()
 }
 
-/// Interrupts a demonstration at a moment; its exit code, when what it left was found sound.
+/// Interrupts a demonstration at a given moment; returns its exit code, after checking what it
+/// left.
 #[cfg(unix)]
 fn interrupted(at: impl Fn(&std::path::Path) -> bool) -> Option<i32> {
     let workshop = Workshop::new();
@@ -234,7 +235,7 @@ fn interrupted(at: impl Fn(&std::path::Path) -> bool) -> Option<i32> {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
     let interrupt = ["-INT", &child.id().to_string()];
-    // One that has ended is no process any more.
+    // The process may have ended already.
     let _ = std::process::Command::new("kill").args(interrupt).output().expect("kill");
     let code = child.wait().expect("it ends").code();
     assert_eq!(unfinished(&folder), 0);

@@ -1,4 +1,4 @@
-"""Writes the twin's heave and yaw trials as ArduSub would have logged them, by the names it uses.
+"""Writes the twin's heave and yaw trials as ArduSub would log them, with its names.
 
     python3 twin_to_ardusub.py FOLDER_OF_THE_DEMO FOLDER
 
@@ -28,7 +28,7 @@ def rows_of(table):
 
 
 def write(trial, path):
-    """The trial's tables as one log; the thrusters in the order of the outputs."""
+    """Writes the trial's tables as one log, with the thrusters in the order of the outputs."""
     thrusters, speeds = rows_of(trial / "thrusters.csv")
     attitude, angles = rows_of(trial / "attitude.csv")
     order = [attitude.index(f"{angle} [deg]") for angle in ("roll", "pitch", "heading")]

@@ -21,7 +21,7 @@ TYPES = {"thrusters": "RCOU", "dvl": "VISO", "attitude": "ATT", "depth": "BARO"}
 
 
 def columns_of(table):
-    """Times, and each column by its header."""
+    """Returns times, and each column by its header."""
     with open(table, newline="") as file:
         header, *rows = csv.reader(file)
     cells = [[float(cell) for cell in row] for row in rows]
@@ -29,7 +29,8 @@ def columns_of(table):
 
 
 def write(trial, path):
-    """The trial's tables as one log; what its fields are called, by the tables' headers."""
+    """Writes the trial's tables as one log; returns the names of its fields by the tables'
+    headers."""
     log = dataflash.Writer()
     log.letters(LETTERS, {"-": 0.0, "F": 1e-6})
     by_unit = {unit: letter for letter, unit in LETTERS.items()}

@@ -20,7 +20,8 @@ def message(letter, body):
 
 
 def write(trial, path):
-    """The trial's tables as one log; the field and the unit of each of the tables' headers."""
+    """Writes the trial's tables as one log; returns field and unit for each of the tables'
+    headers."""
     start = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + message("B", bytes(40))
     formats, subscriptions, names, records = b"", b"", {}, []
     for number, table in enumerate(sorted(trial.glob("*.csv"))):

@@ -23,7 +23,7 @@ CASES = [
     # Heave of a BlueROV2 Heavy (von Benzon 2022), at rest and at 0.5 m/s.
     (32.18, 33.0, 190.0, 0.0, 0.10, 1.0, 0.0, False, 0.0, 0.0, 10.0),
     (32.18, 33.0, 190.0, 0.5, 0.10, 1.0, 0.0, False, 0.0, 0.0, 10.0),
-    # A delay of a part of a period.
+    # A delay of a fraction of a period.
     (100.0, 20.0, 80.0, 0.5, 0.10, 1.0, 0.0, False, 0.2, 0.13, 10.0),
 ]
 
@@ -35,7 +35,8 @@ def gains(mass, bandwidth, damping, integral):
 
 
 def held(a, b, seconds):
-    """The state after so many seconds of a held input, by the state before and by the input."""
+    """Returns matrices of the state after some seconds of a held input, by the state before and
+    by the input."""
     ad, bd, *_ = cont2discrete((a, b, np.eye(len(a)), np.zeros((len(a), 1))), seconds)
     return ad, bd
 
@@ -89,7 +90,8 @@ def margins(case):
 
 
 def growth(case, mass, drag):
-    """Of a vehicle with other mass and drag under the gains for `case`, at rest and at speed."""
+    """Computes the growth for a vehicle with other mass and drag under the gains for `case`, at
+    rest and at speed."""
     m, dl, dq, v, hz, zeta, ti, _, lag, delay, rate = case
     kp, kd, ki = gains(m, hz, zeta, ti)
     found = 0.0

@@ -1,4 +1,4 @@
-//! modelDescription.xml and what else describes the FMU.
+//! Writes modelDescription.xml and the other descriptions of the FMU.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use crate::code::number;
 use crate::gazebo::{escaped, xml_comment};
 use crate::remarks::Remarks;
 
-/// What an importer knows the model by: a hash of its equation and numbers.
+/// Returns the instantiation token, a hash of the model's equation and numbers.
 pub(super) fn token(header: &str) -> String {
     let hash = Sha256::digest(header.as_bytes());
     let text: String = hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect();

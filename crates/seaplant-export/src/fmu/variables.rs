@@ -1,4 +1,4 @@
-//! The variables of the FMU; a value reference is a place in its array.
+//! Variables of the FMU; a value reference is an index into its array.
 
 use seaplant::Dof;
 use seaplant::exchange::PlantModel;
@@ -6,14 +6,14 @@ use seaplant::exchange::PlantModel;
 use crate::code::{identifiers, input_of, names, number};
 use crate::remarks::{harmless, knows, short};
 
-/// What a variable is for.
+/// Purpose of a variable.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Time,
     Input,
     /// Read each step.
     Tunable,
-    /// Read at the beginning.
+    /// Read at initialisation.
     Fixed,
     Output,
 }
@@ -26,15 +26,15 @@ pub(super) struct Variable {
     pub(super) start: f64,
 }
 
-/// All variables, and where each group begins.
+/// All variables, and the start of each group.
 pub(super) struct Variables {
     pub(super) all: Vec<Variable>,
-    /// The place of each axis's force; none of an axis that is not known.
+    /// Index of each axis's force; none for an axis that is not known.
     pub(super) wrench: [Option<usize>; 6],
     pub(super) current: usize,
-    /// Of thruster inputs, and of the supply voltage if a curve needs it.
+    /// Indices of the thrusters' inputs, and of the supply voltage if a curve needs it.
     pub(super) thrusters: Option<(usize, Option<usize>)>,
-    /// Pose, then velocity, at the beginning.
+    /// Initial pose, then initial velocity.
     pub(super) start: usize,
     pub(super) theta: usize,
     /// Pose, then velocity.
@@ -52,7 +52,7 @@ const POSE: [(&str, &str); 6] = [
 const VELOCITY: [&str; 6] = ["u", "v", "w", "p", "q", "r"];
 const WRENCH: [&str; 6] = ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"];
 
-/// Units as FMI's unit definitions name them.
+/// Returns units as FMI's unit definitions name them.
 fn force_unit(dof: Dof) -> &'static str {
     if dof.is_rotation() { "N.m" } else { "N" }
 }
@@ -62,7 +62,7 @@ fn velocity_unit(dof: Dof) -> &'static str {
 }
 
 impl Variables {
-    pub(super) fn of(model: &PlantModel) -> Self {
+    pub(super) fn from_model(model: &PlantModel) -> Self {
         let mut list = List::default();
         list.push("time", "time".to_owned(), "s", Kind::Time, 0.0);
         let wrench = Dof::ALL.map(|dof| {
@@ -113,7 +113,7 @@ impl Variables {
         self.all.iter().map(|v| format!("    {}, /* {} */\n", number(v.start), v.name)).collect()
     }
 
-    /// A letter for each: what may be set when.
+    /// Returns a letter for each variable, which determines when it may be set.
     pub(super) fn kinds(&self) -> String {
         let letter = |kind: Kind| match kind {
             Kind::Time => 't',
@@ -125,7 +125,7 @@ impl Variables {
         self.all.iter().map(|variable| letter(variable.kind)).collect()
     }
 
-    /// Lines that fill tau from the inputs.
+    /// Returns the lines that set tau from the inputs.
     pub(super) fn tau(&self) -> String {
         let line = |(k, place): (usize, &Option<usize>)| {
             Some(format!("    tau[{k}] = fmu->value[{}];\n", (*place)?))
@@ -138,7 +138,7 @@ impl Variables {
 struct List(Vec<Variable>);
 
 impl List {
-    /// Adds a variable and gives its place.
+    /// Adds a variable and returns its index.
     fn push(
         &mut self,
         name: &str,

@@ -1,10 +1,10 @@
-//! What the fuzzer and the tests of robustness share: checksums put right, and what holds of
-//! whatever log was read.
+//! Code shared by the fuzzer and the robustness tests: checksum repair, and invariants of every log
+//! that was read.
 
 use seaplant_log::Channel;
 
-/// Puts the checksums of formats right that have one for each record, so that damage reaches what
-/// they guard.
+/// Recomputes the checksums of formats that have one for each record, so that damage reaches the
+/// decoder.
 pub fn mend(bytes: &mut [u8]) {
     match bytes {
         [0x7f, 0x7f, ..] => mend_ensembles(bytes),
@@ -13,7 +13,7 @@ pub fn mend(bytes: &mut [u8]) {
     }
 }
 
-/// Those of PD0, behind every ensemble that is whole.
+/// Recomputes the checksum of each complete PD0 ensemble.
 fn mend_ensembles(bytes: &mut [u8]) {
     let mut at = 0;
     while at + 4 < bytes.len() {
@@ -28,7 +28,7 @@ fn mend_ensembles(bytes: &mut [u8]) {
     }
 }
 
-/// Those of NMEA 0183, behind every sentence that has one.
+/// Recomputes the checksum of each NMEA 0183 sentence that has one.
 fn mend_sentences(bytes: &mut [u8]) {
     for line in bytes.split_mut(|&byte| byte == b'\n') {
         let start = line.iter().position(|&byte| byte == b'$');
@@ -43,7 +43,7 @@ fn mend_sentences(bytes: &mut [u8]) {
     }
 }
 
-/// Those of MAVLink, behind every frame of a message that is known.
+/// Recomputes the checksum of each MAVLink frame whose message is known.
 fn mend_frames(bytes: &mut [u8]) {
     let mut at = 0;
     while at < bytes.len() {
@@ -59,7 +59,7 @@ fn mend_frames(bytes: &mut [u8]) {
     }
 }
 
-/// The number of the message of a frame, and where its checksum is, if one starts here.
+/// Returns the message number of a frame and the index of its checksum, if a frame starts here.
 fn frame(bytes: &[u8]) -> Option<(u32, usize)> {
     let (header, number) = match *bytes.get(8)? {
         0xfe => (6, u32::from(*bytes.get(13)?)),
@@ -73,7 +73,7 @@ fn frame(bytes: &[u8]) -> Option<(u32, usize)> {
     (end + 2 <= bytes.len()).then_some((number, end))
 }
 
-/// What the checksum of a message ends with, by the reader's table.
+/// Returns the seed byte of a message's checksum, from the reader's table.
 fn seed(number: u32) -> Option<u8> {
     const TABLE: &str = include_str!("../../src/readers/tlog/messages.txt");
     let line = TABLE
@@ -82,7 +82,7 @@ fn seed(number: u32) -> Option<u8> {
     line.split(' ').nth(2)?.parse().ok()
 }
 
-/// CRC-16/MCRF4XX, bit by bit.
+/// Computes CRC-16/MCRF4XX bit by bit.
 fn crc_16_mcrf4xx(bytes: &[u8], seed: u8) -> [u8; 2] {
     let mut crc = !0u16;
     for byte in bytes.iter().chain([&seed]) {

@@ -1,5 +1,5 @@
-//! Reads whatever bytes the fuzzer finds. Formats are told by content, so that one target does for
-//! all of them, steered by the files that it starts from; see `scripts/fuzz`.
+//! Reads arbitrary bytes from the fuzzer. Formats are detected from content, so one target serves
+//! all of them; the seed files steer it. See `scripts/fuzz`.
 #![no_main]
 
 mod checks;
@@ -9,7 +9,7 @@ use std::path::Path;
 use libfuzzer_sys::fuzz_target;
 use seaplant_log::{Error, ReadOptions, Stamp, is_guarded, read_bytes};
 
-/// The fuzzer ends at every panic, but those of other crates' readers are caught.
+/// Stops the fuzzer from ending at panics of other crates' readers, which are caught.
 fn pass_over_guarded_panics() {
     let end = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -31,7 +31,7 @@ fuzz_target!(init: pass_over_guarded_panics(), |bytes: &[u8]| {
     if mended != bytes {
         let _ = check(bytes, &ReadOptions::default());
     }
-    // A table without a column of time, perhaps.
+    // Possibly a table without a time column.
     if check(&mended, &ReadOptions::default()).is_err() {
         let equal_sampling_hz = Some(10.0);
         let _ = check(&mended, &ReadOptions { equal_sampling_hz, stamp: Stamp::Receive, ..ReadOptions::default() });

@@ -1,4 +1,4 @@
-//! Apache Arrow IPC files, which Feather version 2 files are, and streams.
+//! Apache Arrow IPC files, including Feather version 2, and streams.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -17,22 +17,22 @@ use crate::readers::columnar::Columnar;
 use crate::unpack::limit;
 use crate::{Error, Log, ReadOptions, tabular};
 
-/// What messages call the format.
+/// Name of the format in messages.
 const FORMAT: &str = "an Arrow file";
 
-/// What the format is called beside a file.
+/// Name of the format in the log's source.
 const NAME: &str = "Arrow IPC";
 
-/// What stands at both ends of a file.
+/// Magic bytes at both ends of a file.
 const MAGIC: &[u8] = b"ARROW1";
 
-/// Where the stream within a file starts.
+/// Position of the stream within a file.
 const STREAM: usize = 8;
 
-/// What stands before each message of a stream.
+/// Marker before each message of a stream.
 const CONTINUES: [u8; 4] = [0xff; 4];
 
-/// Whether bytes start like an Arrow file, or like a stream: with a schema.
+/// Returns whether bytes start like an Arrow file, or like a stream: with a schema.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(MAGIC)
         || matches!(next(head, 0), Some(Next::Message { message, .. })
@@ -42,14 +42,14 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 /// Reads an Arrow file.
 ///
 /// # Errors
-/// Those of [`grid`]; of time: see [`tabular::read`].
+/// Those of [`grid`]; for time: see [`tabular::read`].
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
     tabular::read(&path, options, |choose_time| grid(content, choose_time))
 }
 
-/// Reads the table in an Arrow file. One that is cut off or damaged gives the batches before, for
-/// a file is a stream with an index behind it.
+/// Reads the table in an Arrow file. A truncated or damaged file yields the batches before the
+/// damage, because a file is a stream followed by an index.
 ///
 /// # Errors
 /// [`Error::Damaged`], [`Error::TooMuch`]; those of `choose_time`.
@@ -103,15 +103,15 @@ fn batches<'a>(
     Ok(table)
 }
 
-/// What stands at a place of a stream.
+/// Content at a position of a stream.
 enum Next<'a> {
-    /// A message, where its body is, and where the next one may be.
+    /// A message, the range of its body, and the earliest position of the next message.
     Message { message: Message<'a>, body: std::ops::Range<usize> },
-    /// The mark of its end.
+    /// The end marker.
     End,
 }
 
-/// The message at `at`; `None` where none stands, or not the whole of one.
+/// Parses the message at `at`; `None` if there is none or it is incomplete.
 fn next(bytes: &[u8], at: usize) -> Option<Next<'_>> {
     let rest = bytes.get(at..)?.strip_prefix(&CONTINUES)?;
     let length = u32::from_le_bytes(*rest.first_chunk()?) as usize;
@@ -124,17 +124,18 @@ fn next(bytes: &[u8], at: usize) -> Option<Next<'_>> {
     Some(Next::Message { message, body: body..end })
 }
 
-/// How a stream ends.
+/// End of a stream.
 enum Ending {
-    /// As it should.
+    /// Regular, with the end marker.
     Marked,
-    /// Within a message, or where none stands.
+    /// Within a message, or where no message starts.
     Cut,
-    /// Before a message that claims to hold more than it can.
+    /// Before a message that claims to hold more than is possible.
     TooMuch(TooMuch),
 }
 
-/// How far the messages from `start` on are whole and sound.
+/// Returns the position up to which the messages from `start` are complete and valid, and how they
+/// end.
 fn sound_messages(bytes: &[u8], start: usize) -> (usize, Ending) {
     let mut at = start;
     loop {
@@ -153,7 +154,7 @@ fn sound_messages(bytes: &[u8], start: usize) -> (usize, Ending) {
     }
 }
 
-/// Whether a file ends in an index, and all messages that it names are sound.
+/// Returns whether a file ends in an index and all messages in the index are valid.
 fn is_indexed(bytes: &[u8]) -> bool {
     let footer = || {
         let (rest, length) = bytes.strip_suffix(MAGIC)?.split_last_chunk()?;
@@ -164,7 +165,8 @@ fn is_indexed(bytes: &[u8]) -> bool {
     let sound = |block: &Block| {
         let at = usize::try_from(block.offset()).ok()?;
         let Some(Next::Message { message, .. }) = next(bytes, at) else { return None };
-        // The reader goes by the index, not by the message, to find its body and take memory for it.
+        // The reader uses the index, not the message, to find its body and to allocate memory for
+        // it.
         let body = at.checked_add(usize::try_from(block.metaDataLength()).ok()?)?;
         let end = body.checked_add(usize::try_from(block.bodyLength()).ok()?)?;
         check_unpacked(&message, bytes.get(body..end)?, bytes.len()).ok()
@@ -174,8 +176,8 @@ fn is_indexed(bytes: &[u8]) -> bool {
     dictionaries.chain(batches).all(|block| sound(block).is_some())
 }
 
-/// Refuses a message whose buffers claim to unpack to more than a file of its size may hold: they
-/// are believed when memory is taken.
+/// Rejects a message whose buffers claim to unpack to more than a file of its size may hold: the
+/// reader allocates memory by these claims.
 fn check_unpacked(message: &Message<'_>, body: &[u8], size: usize) -> Result<(), TooMuch> {
     let dictionary = message.header_as_dictionary_batch().and_then(|batch| batch.data());
     let Some(batch) = message.header_as_record_batch().or(dictionary) else { return Ok(()) };
@@ -186,7 +188,7 @@ fn check_unpacked(message: &Message<'_>, body: &[u8], size: usize) -> Result<(),
     let claimed = buffers.filter_map(|buffer| {
         let start = usize::try_from(buffer.offset()).ok()?;
         let length = i64::from_le_bytes(*body.get(start..)?.first_chunk()?);
-        // Minus one stands for bytes that are not packed.
+        // Minus one means that the bytes are not packed.
         u64::try_from(length).ok()
     });
     let (packed, unpacked) = (size as u64, claimed.fold(0, u64::saturating_add));

@@ -1,6 +1,6 @@
-//! Little-endian numbers from the front of bytes.
+//! Decodes little-endian numbers from the front of bytes.
 
-/// Bytes, of which the first are taken; `None` where there are too few.
+/// Bytes that are consumed from the front; methods return `None` where there are too few.
 pub(crate) struct Bytes<'a>(pub(crate) &'a [u8]);
 
 impl<'a> Bytes<'a> {
@@ -30,7 +30,7 @@ impl<'a> Bytes<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    /// A text after its length in four bytes.
+    /// Reads a text preceded by its length in four bytes.
     pub(crate) fn text(&mut self) -> Option<String> {
         let length = self.u32()? as usize;
         Some(String::from_utf8_lossy(self.take(length)?).into_owned())

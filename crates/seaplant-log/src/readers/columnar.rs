@@ -1,4 +1,4 @@
-//! Arrow columns, which Parquet and Arrow files come as, on their way to a table.
+//! Converts Arrow columns, the form of Parquet and Arrow files, to a table.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ use crate::time::time_cell;
 use crate::unpack::limit;
 use crate::{Error, Unit};
 
-/// A table in the making.
+/// A table under construction.
 pub(crate) struct Columnar<'a> {
     path: &'a Path,
     leaves: Vec<Leaf>,
@@ -36,21 +36,21 @@ pub(crate) struct Columnar<'a> {
     left_out: Vec<(String, &'static str)>,
     notes: Vec<Note>,
     time: Option<usize>,
-    /// Whether the time column holds seconds, whatever its header states.
+    /// True if the time column holds seconds, whatever its header states.
     stamped: Option<bool>,
     rows: usize,
-    /// The size of the file, and the bytes of numbers that it may still unpack to.
+    /// Size of the file, and the bytes of numbers that it may still unpack to.
     size: u64,
     left: u64,
 }
 
-/// A column of single values: its place in the schema, field within field.
+/// A column of single values, given by its path of field indices in the schema.
 struct Leaf {
     route: Vec<usize>,
 }
 
 impl<'a> Columnar<'a> {
-    /// Ready for the first batch of rows. `size` is that of the file.
+    /// Prepares for the first batch of rows. `size` is that of the file.
     ///
     /// # Errors
     /// Those of `choose_time`.
@@ -72,15 +72,15 @@ impl<'a> Columnar<'a> {
         Ok(Self { path, leaves, columns, left_out, notes, time, stamped, rows, size, left })
     }
 
-    /// The fields of the schema that hold a column, to read no other.
+    /// Returns the fields of the schema that hold a column; no others need to be read.
     pub(crate) fn fields(&self) -> Vec<usize> {
         let mut fields: Vec<usize> = self.leaves.iter().map(|leaf| leaf.route[0]).collect();
         fields.dedup();
         fields
     }
 
-    /// Takes all rows in. `fields` are the places in the schema of the batches' columns, `format`
-    /// is what messages call the file. Damage ends the rows, with a note if there are any before.
+    /// Reads all rows. `fields` are the schema indices of the batches' columns; messages call the
+    /// file `format`. Damage ends the rows, with a note if there are any before it.
     ///
     /// # Errors
     /// [`Error::TooMuch`], [`Error::Damaged`].
@@ -146,7 +146,7 @@ impl<'a> Columnar<'a> {
         }
     }
 
-    /// The table, once all rows are taken. `format` says what the file is.
+    /// Returns the table, once all rows are read. `format` names the file format.
     pub(crate) fn into_grid(self, origin: Origin, format: &str) -> Grid {
         Grid {
             origin,
@@ -163,19 +163,19 @@ impl<'a> Columnar<'a> {
     }
 }
 
-/// A schema, its structs taken apart.
+/// A schema with its structs flattened.
 #[derive(Default)]
 struct Flat {
     leaves: Vec<Leaf>,
     headings: Vec<Heading>,
-    /// Whether a leaf holds times by its type.
+    /// True for each leaf whose type is a time.
     temporal: Vec<bool>,
     left_out: Vec<(String, &'static str)>,
 }
 
 impl Flat {
     fn add(&mut self, fields: &Fields, within: &str, route: &mut Vec<usize>) {
-        /// No log nests its columns so deep.
+        /// Depth limit: no log nests its columns so deeply.
         const DEEP: usize = 32;
         for (place, field) in fields.iter().enumerate() {
             let name = format!("{within}{}", field.name());
@@ -196,7 +196,7 @@ impl Flat {
     }
 }
 
-/// A column's header: the unit stands in its name or in its field's metadata.
+/// Returns a column's header, with the unit from its name or its field's metadata.
 fn heading(name: &str, field: &Field) -> Heading {
     let mut heading = Heading::parse(name);
     let is_unit = |key: &str| matches!(key.to_lowercase().as_str(), "unit" | "units");
@@ -207,8 +207,8 @@ fn heading(name: &str, field: &Field) -> Heading {
     Heading { unit, instant, ..heading }
 }
 
-/// Why a type holds no series of numbers or texts, in words that follow its name; `None` if it
-/// does.
+/// Returns why a type holds no series of numbers or texts, in words that follow its name; `None` if
+/// it holds one.
 fn unreadable(kind: &DataType) -> Option<&'static str> {
     match kind {
         DataType::Dictionary(_, values) => unreadable(values),
@@ -231,7 +231,8 @@ fn unreadable(kind: &DataType) -> Option<&'static str> {
     }
 }
 
-/// The array at the end of a route, and where it or a struct around it has no value.
+/// Returns the array at the end of a route, and the rows where it or a struct around it has no
+/// value.
 fn follow(array: &ArrayRef, route: &[usize]) -> (ArrayRef, Option<NullBuffer>) {
     let mut array = Arc::clone(array);
     let mut nulls = array.logical_nulls();
@@ -243,10 +244,11 @@ fn follow(array: &ArrayRef, route: &[usize]) -> (ArrayRef, Option<NullBuffer>) {
     (array, nulls)
 }
 
-/// The number of a row, whether or not there is one.
+/// Returns the number of a row, whether or not the row is null.
 type Number<'a> = Box<dyn Fn(usize) -> f64 + 'a>;
 
-/// The numbers of an array; times in seconds. `None` of an array of others.
+/// Returns a function that reads the numbers of an array, times in seconds; `None` for an array of
+/// other types.
 fn numbers(array: &ArrayRef) -> Option<Number<'_>> {
     use DataType as D;
     Some(match array.data_type() {
@@ -327,22 +329,23 @@ fn decimal<T: ArrowPrimitiveType>(
     })
 }
 
-/// Seconds, from so many parts of one; whole seconds apart, which a double holds exactly.
+/// Converts a count of parts of a second to seconds; the integer seconds are separate because a
+/// double holds them exactly.
 fn parts<const IN_A_SECOND: i64>(n: i64) -> f64 {
     let (whole, rest) = (n.div_euclid(IN_A_SECOND), n.rem_euclid(IN_A_SECOND));
     whole as f64 + rest as f64 / IN_A_SECOND as f64
 }
 
-/// The place of a row's value in its dictionary; `None` where there is none.
+/// Returns a function that gives the dictionary index of a row; `None` where there is none.
 fn keys(array: &ArrayRef) -> impl Fn(usize) -> Option<usize> + '_ {
     let dictionary = array.as_any_dictionary();
     let values = dictionary.values().len();
-    // An empty dictionary has no place for a key.
+    // An empty dictionary has no index for a key.
     let keys = if values == 0 { Vec::new() } else { dictionary.normalized_keys() };
     move |row| keys.get(row).copied().filter(|key| *key < values)
 }
 
-/// The texts of an array; `None` of an array of others.
+/// Returns a function that reads the texts of an array; `None` for an array of other types.
 fn texts<'a>(array: &'a ArrayRef) -> Option<Box<dyn Fn(usize) -> &'a str + 'a>> {
     Some(match array.data_type() {
         DataType::Utf8 => {

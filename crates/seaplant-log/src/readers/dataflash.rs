@@ -23,18 +23,18 @@ mod table;
 use definition::{FMT, FMT_LENGTH, HEADER};
 use logbook::Logbook;
 
-/// What every record starts with.
+/// Marks at the start of every record.
 const MARKS: [u8; 2] = [0xa3, 0x95];
-/// No record is longer, with the marks of the next.
+/// Upper limit on the length of a record and the marks of the next.
 const LONGEST: usize = 255 + HEADER;
 
-/// Whether bytes start like a DataFlash log.
+/// Returns whether bytes start like a DataFlash log.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(&[MARKS[0], MARKS[1], FMT])
 }
 
 /// Reads a DataFlash log: a channel `MESSAGE.Field` for each number of each type of message, and
-/// `MESSAGE[0].Field` of messages that say which of several instruments they are of.
+/// `MESSAGE[0].Field` for messages with an instance number.
 ///
 /// # Errors
 /// [`Error::NoSamples`], [`Error::Io`].
@@ -50,7 +50,7 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     logbook.into_log(assembly)
 }
 
-/// Tells records from each other: by their lengths, which the definitions in `head` state.
+/// Separates records by their lengths, which the definitions in `head` state.
 pub(crate) fn framing(head: &[u8]) -> Option<Framing> {
     let mut logbook = Logbook::default();
     scan(&mut Window::new(head), &mut logbook).ok()?;
@@ -78,7 +78,7 @@ fn notes<R: Read>(
     notes
 }
 
-/// Enters every record; where the last one is cut, if it is.
+/// Reads every record into the logbook, and returns the position of a truncated last one.
 fn scan<R: Read>(window: &mut Window<R>, logbook: &mut Logbook) -> io::Result<Option<u64>> {
     let mut in_step = true;
     loop {
@@ -96,22 +96,22 @@ fn scan<R: Read>(window: &mut Window<R>, logbook: &mut Logbook) -> io::Result<Op
             Next::Padding if is_padding(window)? => return Ok(None),
             Next::Padding => skip_padding(window)?,
             Next::Cut if in_step => return Ok(Some(window.byte())),
-            // What looks like the start of a record within damage need not be one.
+            // Bytes within damage may look like the start of a record by chance.
             Next::Cut => window.skip(1),
             Next::End => return Ok(None),
         }
     }
 }
 
-/// What comes next.
+/// Content that follows.
 enum Next {
-    /// A record of so many bytes.
+    /// A record of this length.
     Record(usize),
-    /// So many bytes of which nothing can be made.
+    /// Unreadable bytes, this many.
     Damage(usize),
-    /// Bytes of erased memory, perhaps to the end.
+    /// Bytes of erased memory, possibly to the end.
     Padding,
-    /// A record that the end cuts.
+    /// A record that the end of the file truncates.
     Cut,
     End,
 }
@@ -134,22 +134,22 @@ fn next(ahead: &[u8], logbook: &Logbook) -> Next {
     }
 }
 
-/// How far the next marks are, or what may be the first of them.
+/// Returns the distance to the next marks, or to a byte that may be the first of them.
 fn to_marks(bytes: &[u8]) -> usize {
     let starts = |at: &usize| MARKS.starts_with(&bytes[*at..bytes.len().min(at + MARKS.len())]);
     (0..bytes.len()).find(starts).unwrap_or(bytes.len())
 }
 
-/// Whether such bytes may follow a record: without a checksum, nothing else tells one that lost
-/// bytes, and so holds the start of the next.
+/// Returns whether these bytes may follow a record: in the absence of a checksum, nothing else
+/// reveals a record that lost bytes and so holds the start of the next.
 fn may_follow(after: &[u8]) -> bool {
     let near = &after[..after.len().min(MARKS.len())];
     MARKS.starts_with(near) || near == [0, 0] || near == [0xff, 0xff]
 }
 
-/// Whether nothing but erased memory follows.
+/// Returns whether only erased memory follows.
 fn is_padding<R: Read>(window: &mut Window<R>) -> io::Result<bool> {
-    /// Pages are padded, and blocks of pages.
+    /// Pages are padded, and so are blocks of pages.
     const LONGEST: usize = 1 << 17;
     let ahead = window.ahead(LONGEST)?;
     let fill = ahead[0];

@@ -5,12 +5,12 @@ use flate2::bufread::MultiGzDecoder;
 use crate::Error;
 use crate::content::Content;
 
-/// Whether bytes start like a gzip archive.
+/// Returns whether bytes start like a gzip archive.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"\x1f\x8b")
 }
 
-/// What a gzip archive holds.
+/// Unpacks a gzip archive.
 ///
 /// # Errors
 /// As [`Content::unpack`].

@@ -14,14 +14,14 @@ use crate::readers::workspace::{
 use crate::unpack::limit;
 use crate::{Error, Log, ReadOptions, Unit};
 
-/// What messages call the format.
+/// Name of the format in messages.
 const FORMAT: &str = "an HDF5 file or a MATLAB 7.3 file";
 
 const UNREADABLE: &str = "is damaged, or stored in a way of HDF5 that is not known: save it again, by \
      a later version of MATLAB or with -v7";
 
-/// Whether bytes start like an HDF5 file, which may have a block of another kind in front:
-/// MATLAB's is of 512 bytes.
+/// Returns whether bytes start like an HDF5 file, which may have a block of another kind in front:
+/// MATLAB's has 512 bytes.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     const MARK: &[u8] = b"\x89HDF\r\n\x1a\n";
     let marked = |at: usize| head.get(at..).is_some_and(|rest| rest.starts_with(MARK));
@@ -37,7 +37,7 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     let path = content.path().to_owned();
     let is_matlab = content.head().starts_with(b"MATLAB");
     let (origin, stream) = content.seekable()?;
-    // Numbers that the library trusts can make it panic.
+    // The library panics on some numbers of a damaged file.
     let walked = catch_unwind(AssertUnwindSafe(|| {
         let file = File::from_source(ReadSeekSource::new(stream)?)?;
         let mut walk = Walk::new(&file);
@@ -62,19 +62,19 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     workspace.log(assembly, options, &path, if is_matlab { "MATLAB 7.3" } else { "HDF5" })
 }
 
-/// The way through the groups of a file.
+/// Traversal of the groups of a file.
 struct Walk<'a> {
     file: &'a File,
     workspace: Workspace,
-    /// How many groups and datasets may still be looked at: links can make a ring.
+    /// Number of groups and datasets that may still be visited: links can form a cycle.
     objects: u64,
-    /// How many bytes datasets may still hold.
+    /// Number of bytes that datasets may still hold.
     bytes: u64,
 }
 
 impl<'a> Walk<'a> {
     fn new(file: &'a File) -> Self {
-        /// The least that a group or dataset takes.
+        /// Minimum size of a group or dataset.
         const OBJECT_BYTES: u64 = 32;
         let size = file.file_size();
         let (objects, bytes) = (size / OBJECT_BYTES, limit(size));
@@ -85,7 +85,7 @@ impl<'a> Walk<'a> {
         Ok(self.file.root().attrs()?.contains_key("_NCProperties"))
     }
 
-    /// Takes in what a group holds, which `name` names: empty for the root.
+    /// Reads the content of a group called `name`, which is empty for the root.
     fn group(&mut self, group: &Group, name: &str, depth: usize) -> Result<(), hdf5_pure::Error> {
         let member = |member: String| match name {
             "" => member,
@@ -93,7 +93,7 @@ impl<'a> Walk<'a> {
         };
         for (name, dataset) in group.iter_datasets()? {
             let name = member(name);
-            // Of one that is damaged, the others may be whole.
+            // If one is damaged, the others may be intact.
             if self.may_look() && self.dataset(&dataset, &name).is_err() {
                 self.workspace.leave_out(name, UNREADABLE);
             }
@@ -148,7 +148,7 @@ impl<'a> Walk<'a> {
         };
         let mut shape: Vec<usize> = dataset.shape()?.into_iter().map(|n| n as usize).collect();
         match class {
-            // MATLAB turns the dimensions round, so that columns are what lies together.
+            // MATLAB reverses the dimensions, so that columns are contiguous.
             Some(_) => shape.reverse(),
             None => values = column_after_column(&shape, values),
         }
@@ -157,10 +157,10 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// Why a dataset is not to be read, if it claims more than is stored of it: what was never
-    /// written would read as zeros.
+    /// Returns why a dataset is not read, if it claims more than is stored: unwritten chunks would
+    /// read as zeros.
     fn too_much(&mut self, dataset: &Dataset) -> Result<Option<&'static str>, hdf5_pure::Error> {
-        /// The most that deflate packs into a byte.
+        /// Maximum compression ratio of deflate.
         const DEFLATE: u64 = 1032;
         let (shape, size) = (dataset.shape()?, self.file.file_size());
         let stored = match dataset.layout()? {
@@ -180,7 +180,7 @@ impl<'a> Walk<'a> {
         let count = shape.iter().try_fold(1_u64, |product, &length| product.checked_mul(length));
         let element = dataset.element_size()?;
         let claimed = count.and_then(|count| count.checked_mul(element));
-        // Numbers become doubles, however short they are in the file.
+        // Numbers are widened to doubles, whatever their size in the file.
         let doubles = count.and_then(|count| count.checked_mul(8));
         Ok(match (claimed, doubles) {
             (Some(0), _) => Some(EMPTY),
@@ -193,13 +193,13 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// How many chunks a dataset has.
+/// Returns the number of chunks of a dataset.
 fn grid(shape: &[u64], chunk: &[u64]) -> u64 {
     let along = shape.iter().zip(chunk).map(|(&length, &chunk)| length.div_ceil(chunk.max(1)));
     along.fold(1, u64::saturating_mul)
 }
 
-/// MATLAB's own, such as what cells refer to.
+/// Returns whether a name is internal to MATLAB, such as the targets of cell references.
 fn is_hidden(name: &str) -> bool {
     name.starts_with('#')
 }
@@ -208,13 +208,13 @@ fn text<'a>(attributes: &'a HashMap<String, AttrValue>, name: &str) -> Option<&'
     attributes.get(name)?.as_str()
 }
 
-/// MATLAB's classes of numbers.
+/// MATLAB's numeric classes.
 const NUMERIC: &[&str] = &[
     "double", "single", "logical", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64",
     "uint64",
 ];
 
-/// Why a variable of one of MATLAB's other classes is left out.
+/// Returns why a variable of one of MATLAB's other classes is left out.
 fn why_not(class: &str) -> &'static str {
     match class {
         "cell" => CELLS,
@@ -225,7 +225,7 @@ fn why_not(class: &str) -> &'static str {
     }
 }
 
-/// Why a type of data makes no numbers, if it does not.
+/// Returns why a data type is not numeric, if it is not.
 fn not_numbers(kind: &DType) -> Option<&'static str> {
     match kind {
         DType::F32 | DType::F64 | DType::I8 | DType::I16 | DType::I32 | DType::I64 => None,
@@ -237,7 +237,7 @@ fn not_numbers(kind: &DType) -> Option<&'static str> {
     }
 }
 
-/// A matrix of which rows lie together, turned.
+/// Transposes a row-major matrix to column-major order.
 fn column_after_column(shape: &[usize], values: Vec<f64>) -> Vec<f64> {
     match *shape {
         [rows, columns] if rows > 1 && columns > 1 && values.len() == rows * columns => {

@@ -1,6 +1,6 @@
-//! MATLAB files of versions 5 to 7, which Octave and SciPy write too.
+//! MATLAB files of versions 5 to 7, which Octave and SciPy also write.
 //!
-//! Read by MathWorks' published description of the format: a header, then one element for each
+//! Follows MathWorks' published description of the format: a header, then one element for each
 //! variable, compressed or not.
 
 mod matrix;
@@ -18,20 +18,20 @@ use crate::unpack::limit;
 use crate::{Error, Log, ReadOptions};
 use matrix::{ByteOrder, COMPRESSED, MATRIX};
 
-/// What messages call the format.
+/// Name of the format in messages.
 const FORMAT: &str = "a MATLAB file";
 
-/// The header: text, then version and byte order.
+/// Length of the header: text, then version and byte order.
 const HEADER: usize = 128;
 
-/// Whether bytes start like a MATLAB file: whatever its text, by version and byte order.
+/// Returns whether bytes start like a MATLAB file, by version and byte order, whatever the text.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     let text = |text: &[u8]| text.iter().all(|b| b.is_ascii_graphic() || matches!(b, b' ' | 0));
     head.starts_with(b"MATLAB 5.0")
         || (byte_order(head).is_some() && text(&head[..116]) && head[0] != 0)
 }
 
-/// The byte order of a file of version 1 of the header, which is all of this format.
+/// Returns the byte order of a file whose header has version 1, the only version of this format.
 fn byte_order(head: &[u8]) -> Option<ByteOrder> {
     match head.get(HEADER - 4..HEADER)? {
         b"\x00\x01IM" => Some(ByteOrder::Little),
@@ -76,14 +76,14 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     workspace.log(assembly, options, &path, "MATLAB")
 }
 
-/// What is not as it should be.
+/// Damage of a file.
 #[derive(Default)]
 struct Damage {
-    /// Where the variable starts that the end of the file cuts.
+    /// Position of a variable that the end of the file truncates.
     cut: Option<u64>,
-    /// Variables that cannot be read.
+    /// Number of unreadable variables.
     stretches: usize,
-    /// Where the first is, and the bytes of all.
+    /// Position of the first, and the number of bytes of all.
     damaged: Option<(u64, u64)>,
 }
 
@@ -110,7 +110,7 @@ fn elements(
         };
         let (kind, length) = order.tag(tag);
         if kind != MATRIX && kind != COMPRESSED {
-            // Nothing says where the next variable starts.
+            // The position of the next variable is unknown.
             let rest = io::copy(stream, &mut io::sink())?;
             damage.add(at, 8 + rest);
             break;
@@ -135,7 +135,7 @@ fn elements(
     Ok(damage)
 }
 
-/// What a compressed element holds; `None` if it is damaged.
+/// Unpacks a compressed element; `None` if it is damaged.
 fn inflate(packed: &[u8]) -> io::Result<Option<Vec<u8>>> {
     let most = limit(packed.len() as u64);
     let mut unpacked = Vec::new();
@@ -147,7 +147,7 @@ fn inflate(packed: &[u8]) -> io::Result<Option<Vec<u8>>> {
     Ok(read.is_ok().then_some(unpacked))
 }
 
-/// The next `count` bytes, or what is left of them.
+/// Reads the next `count` bytes, or the remaining ones.
 fn take(stream: &mut impl Read, count: usize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     stream.take(count as u64).read_to_end(&mut bytes)?;

@@ -1,7 +1,7 @@
-//! MCAP files: ROS 2 bags, and whatever else records ROS messages in them.
+//! MCAP files: ROS 2 bags, and other recordings of ROS messages.
 //!
-//! The format is that of the specification at mcap.dev: records of a byte that says what they are,
-//! a length and so many bytes; chunks hold records, packed.
+//! The format is specified at mcap.dev: a record has a type byte, a length and its content; chunks
+//! hold records, compressed.
 
 mod index;
 mod record;
@@ -22,13 +22,13 @@ use crate::{Error, Log, ReadOptions};
 const FORMAT: &str = "an MCAP file";
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
-/// Whether bytes start like an MCAP file.
+/// Returns whether bytes start like an MCAP file.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"\x89MCAP")
 }
 
-/// Reads the summary of an MCAP file and some of its chunks; `None` where the summary does not tell
-/// of all messages.
+/// Reads the summary of an MCAP file and some of its chunks; `None` where the summary does not
+/// cover all messages.
 ///
 /// # Errors
 /// As [`read`].
@@ -81,12 +81,12 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     read.map_err(|error| origin.failed(error))?.log(origin, options, FORMAT, "MCAP")
 }
 
-/// What the records said so far.
+/// State read from the records so far.
 struct Reader {
     recording: Recording,
     schemas: HashMap<u16, Schema>,
     channels: HashMap<u16, Option<usize>>,
-    /// A chunk, once it is unpacked.
+    /// An unpacked chunk.
     unpacked: Vec<u8>,
     index: Index,
 }
@@ -108,8 +108,8 @@ impl Reader {
         }
     }
 
-    /// Learns the schemas and channels that the end of a whole file repeats, so that damage to
-    /// their first copies costs nothing.
+    /// Reads the schemas and channels that the summary of a complete file repeats, so that damage
+    /// to their first copies does no harm.
     fn summary(&mut self, window: &mut Window) -> io::Result<()> {
         const FOOTER: u64 = RECORD + 20;
         let Some(footer) = window.left().checked_sub(FOOTER + MAGIC.len() as u64) else {
@@ -127,7 +127,7 @@ impl Reader {
                     break;
                 }
                 let record = &window.look(RECORD + length)?[RECORD as usize..];
-                // What makes no sense here is read where it stands first.
+                // An invalid record here is read at its first copy.
                 let _ = match kind {
                     op::SCHEMA | op::CHANNEL => self.declare(kind, record),
                     op::CHUNK_INDEX => self.index.chunk(record),
@@ -140,7 +140,7 @@ impl Reader {
         window.go(MAGIC.len() as u64)
     }
 
-    /// Tells the recording how many messages the summary counts; whether that may be.
+    /// Sets the number of messages by the summary; returns whether the counts are possible.
     fn count(&mut self) -> bool {
         let Self { index, channels, recording, .. } = self;
         index.counts.iter().all(|(channel, count)| match channels.get(channel) {
@@ -153,7 +153,7 @@ impl Reader {
         })
     }
 
-    /// Goes through the records from front to back, over damaged ones.
+    /// Reads the records from front to back, skipping damage.
     fn records(&mut self, window: &mut Window) -> io::Result<()> {
         while !self.recording.swells() {
             let byte = window.at();
@@ -190,7 +190,7 @@ impl Reader {
         Ok(())
     }
 
-    /// What follows the last sound record: a chunk that is cut off has a sound start, perhaps.
+    /// Reads the part after the last valid record: a truncated chunk may have a valid start.
     fn rest(&mut self, window: &mut Window, byte: u64) -> io::Result<()> {
         window.go(byte)?;
         let left = window.left();
@@ -226,7 +226,7 @@ impl Reader {
         let unpacked = packing.unpack(bytes.0, &mut records) && records.len() as u64 == size;
         self.recording.unpacked(records.len());
         let sound = unpacked && (crc == 0 || crc32fast::hash(&records) == crc);
-        // What could be unpacked of a chunk that is cut off is sound up to there.
+        // The unpacked part of a truncated chunk is valid.
         let read = (sound || !whole) && self.packed(&records, byte);
         if whole && !read {
             self.recording.damaged(byte, chunk.len() as u64);
@@ -234,7 +234,7 @@ impl Reader {
         self.unpacked = records;
     }
 
-    /// The records within a chunk; whether all are sound.
+    /// Reads the records within a chunk; returns whether all are valid.
     fn packed(&mut self, records: &[u8], byte: u64) -> bool {
         let mut bytes = Bytes(records);
         while !bytes.0.is_empty() {
@@ -251,7 +251,7 @@ impl Reader {
         true
     }
 
-    /// Reads a record; whether it is sound.
+    /// Reads a record; returns whether it is valid.
     fn record(&mut self, kind: u8, record: &[u8], byte: u64) -> bool {
         match kind {
             op::MESSAGE => self.message(record, byte).is_some(),
@@ -297,7 +297,7 @@ impl Reader {
     }
 }
 
-/// What a channel says of its messages, if they are of ROS.
+/// Returns the connection that a channel describes, if its messages are of ROS.
 fn connection(
     topic: String,
     encoding: &str,

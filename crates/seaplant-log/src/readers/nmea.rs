@@ -1,7 +1,7 @@
-//! NMEA 0183 sentences and their relatives, as serial ports and networks give them.
+//! NMEA 0183 sentences and their relatives, as serial ports and networks deliver them.
 //!
-//! Of the crates that know sentences none knows those of vehicles (PRDID, PASHR, PIXSE, THS), so
-//! the fields stand in tables of our own.
+//! No available crate decodes the sentences of vehicles (PRDID, PASHR, PIXSE, THS), so this module
+//! has its own tables of fields.
 
 mod line;
 mod prefix;
@@ -20,10 +20,10 @@ use line::{Check, Sentence};
 use prefix::Prefix;
 use records::Records;
 
-/// How many lines tell what a text is.
+/// Number of lines by which a text is recognised.
 const LINES: usize = 50;
 
-/// Whether text is sentences mostly, whatever stands before them in their lines.
+/// Returns whether most lines of a text hold sentences, whatever precedes them.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     let (mut all, mut sentences) = (0, 0);
     for line in lines(head).filter(|line| !line.trim_ascii().is_empty()).take(LINES) {
@@ -33,22 +33,22 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
     2 * sentences > all
 }
 
-/// The lines of a text, however they end.
+/// Splits a text into lines, whatever their endings.
 fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n' || byte == b'\r')
 }
 
 /// Reads sentences.
 ///
-/// A sentence has the time that stands before it in its line. Where none does, RMC, ZDA, GGA, GLL
-/// and PASHR have the UTC in them, and others are spread evenly, in their order, between these.
+/// The time of a sentence is the time before it in its line. Where there is none, RMC, ZDA, GGA,
+/// GLL and PASHR contain UTC, and other sentences are spread evenly, in their order, between these.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Unsupported`] of sentences without any time; [`Error::NoSamples`] of
 /// those of unknown kinds only.
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
-    let prefix = Prefix::of(lines(content.head()).take(LINES));
+    let prefix = Prefix::detect(lines(content.head()).take(LINES));
     let checked = checked(content.head());
     let (origin, stream) = content.stream();
     let mut records = Records::new(prefix);
@@ -80,23 +80,23 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     assembly.log("NMEA 0183")
 }
 
-/// The sentences that come with a checksum: without one they are damaged.
+/// Returns the kinds of sentences that have a checksum: without one they are damaged.
 fn checked(head: &[u8]) -> HashSet<String> {
     let sentences = lines(head).flat_map(line::sentences);
     let right = sentences.filter(|sentence| sentence.check == Check::Right);
     right.map(|sentence| sentence.address().to_owned()).collect()
 }
 
-/// What is not as it should be.
+/// Damage and other content between sentences.
 #[derive(Default)]
 struct Damage {
-    /// Sentences whose checksum is wrong or missing,
+    /// Number of sentences whose checksum is wrong or missing.
     count: usize,
-    /// where the first is, and the bytes of all.
+    /// Position of the first, and the number of bytes of all.
     wrong: Option<(u64, u64)>,
-    /// Where the sentence starts that the end of the file cuts.
+    /// Position of a sentence that the end of the file truncates.
     cut: Option<u64>,
-    /// Whether there are lines of other text.
+    /// True if there are lines of other text.
     text: bool,
 }
 
@@ -107,13 +107,13 @@ impl Damage {
     }
 }
 
-/// Takes in every sound sentence in turn.
+/// Passes every valid sentence to `take` in turn.
 fn walk(
     mut stream: impl BufRead,
     checked: &HashSet<String>,
     records: &mut Records,
 ) -> io::Result<Damage> {
-    /// No line of sentences is longer.
+    /// Maximum length of a line of sentences.
     const LONGEST: u64 = 64 * 1024;
     let mut damage = Damage::default();
     let (mut bytes, mut start) = (Vec::new(), 0_u64);
@@ -123,10 +123,10 @@ fn walk(
             return Ok(damage);
         }
         if let Some(cut) = damage.cut.take() {
-            // It was the end of a stretch only.
+            // That was only the end of a stretch.
             damage.add(cut, start - cut);
         }
-        // Some end lines otherwise: the last of such may go on.
+        // Some lines end with a carriage return: the last of these may continue.
         let whole = match bytes.iter().rposition(|byte| *byte == b'\r') {
             Some(last) if read > 0 && !bytes.ends_with(b"\n") => last + 1,
             _ => bytes.len(),
@@ -137,7 +137,7 @@ fn walk(
     }
 }
 
-/// Takes in the sentences of some lines; `start` is where in the file they are.
+/// Reads the sentences of some lines; `start` is their position in the file.
 fn take(
     bytes: &[u8],
     start: u64,

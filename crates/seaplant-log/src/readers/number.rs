@@ -1,6 +1,6 @@
-//! Numbers in records of bytes, the lowest byte first.
+//! Decodes little-endian numbers in records.
 
-/// How a field is stored.
+/// Storage type of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Kind {
     I8,
@@ -18,7 +18,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// Bytes.
+    /// Returns the size in bytes.
     pub(crate) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -29,7 +29,8 @@ impl Kind {
         }
     }
 
-    /// The number that starts `bytes`; `NaN` of what is no number, and of too few bytes.
+    /// Decodes the number at the start of `bytes`; `NaN` for types that are not numbers, and for
+    /// too few bytes.
     #[inline]
     pub(crate) fn value(self, bytes: &[u8]) -> f64 {
         macro_rules! number {
@@ -54,7 +55,7 @@ impl Kind {
     }
 }
 
-/// A number of 16 bits, as IEEE 754 has it: sign, five bits of exponent, ten of fraction.
+/// Decodes an IEEE 754 number of 16 bits: sign, five bits of exponent, ten of fraction.
 fn half(bytes: [u8; 2]) -> f64 {
     let bits = u16::from_le_bytes(bytes);
     let fraction = f64::from(bits & 0x3ff) / 1024.0;
@@ -67,7 +68,7 @@ fn half(bytes: [u8; 2]) -> f64 {
     if bits >> 15 == 1 { -size } else { size }
 }
 
-/// Text up to its first NUL.
+/// Decodes text up to its first NUL.
 pub(crate) fn text(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
     String::from_utf8_lossy(&bytes[..end]).into_owned()

@@ -24,13 +24,13 @@ use crate::readers::parquet_file::SharedFile;
 use crate::readers::parquet_pages::sound_groups;
 use crate::{Error, Log, ReadOptions, tabular};
 
-/// What messages call the format.
+/// Name of the format in messages.
 const FORMAT: &str = "a Parquet file";
 
-/// What stands at both ends of a file.
+/// Magic bytes at both ends of a file.
 const MAGIC: &[u8] = b"PAR1";
 
-/// Whether bytes start like a Parquet file.
+/// Returns whether bytes start like a Parquet file.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(MAGIC)
 }
@@ -38,13 +38,14 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
 /// Reads a Parquet file.
 ///
 /// # Errors
-/// Those of [`grid`]; of time: see [`tabular::read`].
+/// Those of [`grid`]; for time: see [`tabular::read`].
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
     tabular::read(&path, options, |choose_time| grid(content, choose_time))
 }
 
-/// Reads some stretches of a Parquet file's rows, which its index counts; `None` of one that has few.
+/// Reads some ranges of a Parquet file's rows, whose number its index states; `None` for a file
+/// with few rows.
 ///
 /// # Errors
 /// As [`read`].
@@ -75,9 +76,11 @@ pub(crate) fn glance(
     Ok(Some(Glance { log, parts, bytes, pause_s, has_ends: false }))
 }
 
-/// The rows that a survey reads, from the first to the last; `None` where these are most of all.
+/// Returns the ranges of rows that a survey reads, from the first to the last; `None` if these are
+/// most of the file.
 fn stretches(rows: usize, size: u64, how: Thoroughness) -> Option<Vec<Range<usize>>> {
-    /// Of each column at least a page must be unpacked for each part: fewer parts than elsewhere.
+    /// Each part needs at least one page of each column to be unpacked, so there are fewer parts
+    /// than in other formats.
     const PARTS: usize = 6;
     let parts = how.parts.clamp(2, PARTS);
     let row = size / (rows as u64).max(1) + 1;
@@ -136,7 +139,7 @@ fn chunks(
     let mask = ProjectionMask::roots(metadata.parquet_schema(), fields.iter().copied());
     let reader = ParquetRecordBatchReaderBuilder::new_with_metadata(chunks, metadata);
     let mut reader = reader.with_projection(mask).with_row_groups((0..sound).collect());
-    // Of a table that is damaged all that is sound is read, or nothing.
+    // From a damaged table all intact groups are read, or nothing.
     if let Some(selection) = selection.filter(|_| sound == groups) {
         reader = reader.with_row_selection(selection);
     }

@@ -1,4 +1,4 @@
-//! A Parquet file on disk, whose columns are read by turns.
+//! A Parquet file on disk, whose columns are read in turn.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -8,7 +8,7 @@ use bytes::Bytes;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, Length};
 
-/// A file by one handle: not every system that the program runs on can make copies of one.
+/// A file shared through one handle, because handles cannot be duplicated on every system.
 #[derive(Clone)]
 pub(crate) struct SharedFile {
     file: Arc<Mutex<File>>,
@@ -16,7 +16,7 @@ pub(crate) struct SharedFile {
 }
 
 impl SharedFile {
-    /// A file of a length in bytes.
+    /// Wraps a file of a known length in bytes.
     pub(crate) fn new(file: File, length: u64) -> Self {
         Self { file: Arc::new(Mutex::new(file)), length }
     }
@@ -46,7 +46,7 @@ impl ChunkReader for SharedFile {
     }
 }
 
-/// The bytes from a place on, wherever others read meanwhile.
+/// The bytes from a position on, wherever other readers are.
 pub(crate) struct Tail {
     file: SharedFile,
     at: u64,

@@ -1,12 +1,12 @@
-//! The headers of a Parquet file's pages, looked at before they are believed: where they claim
-//! lists of billions, or pages of gigabytes, the reader would go along.
+//! Checks the headers of a Parquet file's pages before the library reads them, which would
+//! otherwise trust claims of lists of billions or pages of gigabytes.
 
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 use parquet::file::reader::ChunkReader;
 
 use crate::unpack::limit;
 
-/// How many row groups, from the first, have headers that can be believed. `size` is that of the
+/// Returns the number of leading row groups whose headers are plausible. `size` is that of the
 /// file.
 pub(crate) fn sound_groups(
     chunks: &impl ChunkReader,
@@ -19,8 +19,8 @@ pub(crate) fn sound_groups(
     groups.take_while(|group| group.columns().iter().all(|c| is_sound(c).is_some())).count()
 }
 
-/// Walks the pages of a column; `None` where a header cannot be believed, or all pages together
-/// unpack to more than `left`.
+/// Checks the pages of a column; `None` if a header is implausible, or all pages together unpack to
+/// more than `left`.
 fn check(
     chunks: &impl ChunkReader,
     column: &ColumnChunkMetaData,
@@ -41,18 +41,18 @@ fn check(
     Some(())
 }
 
-/// What is to be known of a page.
+/// Relevant content of a page header.
 #[derive(Debug, PartialEq)]
 struct Header {
-    /// The bytes of the header itself,
+    /// Length of the header itself, bytes.
     length: u64,
-    /// of the page behind it,
+    /// Length of the packed page after it, bytes.
     packed: u64,
-    /// and of what that unpacks to.
+    /// Length of the unpacked page, bytes.
     unpacked: u64,
 }
 
-/// The header at `at`. Most are short; those with long texts for bounds are read again.
+/// Reads the header at `at`. Most headers are short; those with long statistics are read again.
 fn header(chunks: &impl ChunkReader, at: u64, end: u64) -> Option<Header> {
     [256, 1 << 20].iter().find_map(|&most: &u64| {
         let bytes = chunks.get_bytes(at, usize::try_from(most.min(end - at)).ok()?).ok()?;
@@ -60,7 +60,7 @@ fn header(chunks: &impl ChunkReader, at: u64, end: u64) -> Option<Header> {
     })
 }
 
-/// Thrift's compact protocol, as far as page headers need it.
+/// A decoder of Thrift's compact protocol, as far as page headers need it.
 ///
 /// # Source
 /// Apache Thrift, `doc/specs/thrift-compact-protocol.md`; Apache Parquet format, `parquet.thrift`,
@@ -87,7 +87,8 @@ impl Compact<'_> {
         Some(Header { length, packed: packed?, unpacked: unpacked? })
     }
 
-    /// The type of the next field of a struct, whose number goes to `id`; `Some(None)` at its end.
+    /// Reads the type of the next field of a struct and stores its number in `id`; `Some(None)` at
+    /// the end of the struct.
     fn field(&mut self, id: &mut i64) -> Option<Option<u8>> {
         let byte = self.byte()?;
         if byte == 0 {
@@ -100,9 +101,9 @@ impl Compact<'_> {
         Some(Some(byte & 0x0f))
     }
 
-    /// Lists are passed over by no one: no header has any.
+    /// Skips a value. Lists are not supported, because no header has any.
     fn skip(&mut self, kind: u8, depth: u8) -> Option<()> {
-        /// A header holds a header of a kind of page, and that statistics.
+        /// Nesting limit: a header holds a header of a kind of page, which holds statistics.
         const DEEP: u8 = 8;
         match kind {
             Kind::TRUE | Kind::FALSE => {}
@@ -135,7 +136,7 @@ impl Compact<'_> {
         Some(())
     }
 
-    /// Seven bits a byte, the last byte without the eighth.
+    /// Reads seven bits per byte; the last byte has the eighth bit clear.
     fn varint(&mut self) -> Option<u64> {
         let mut number = 0;
         for shift in (0..64).step_by(7) {
@@ -148,14 +149,14 @@ impl Compact<'_> {
         None
     }
 
-    /// Odd numbers stand for negative ones.
+    /// Reads a zigzag integer: odd codes are negative.
     fn integer(&mut self) -> Option<i64> {
         let number = self.varint()?;
         Some((number >> 1) as i64 ^ -((number & 1) as i64))
     }
 }
 
-/// The types of fields.
+/// Field types.
 struct Kind;
 
 impl Kind {
@@ -180,7 +181,7 @@ mod tests {
 
     #[test]
     fn a_header_tells_its_sizes() {
-        // Type 0; unpacked 300 and packed 20, doubled as zigzag has it; a struct of one field.
+        // Type 0; unpacked 300 and packed 20, doubled by zigzag; a struct of one field.
         let bytes = [0x15, 0x00, 0x15, 0xd8, 0x04, 0x15, 0x28, 0x2c, 0x15, 0x02, 0x00, 0x00, 0xff];
         assert_eq!(header(&bytes), Some(Header { length: 12, packed: 20, unpacked: 300 }));
         for cut in 0..12 {

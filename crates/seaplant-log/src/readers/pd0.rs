@@ -15,8 +15,8 @@ use ensemble::{Ensemble, MOST_BYTES};
 use records::Records;
 use window::Window;
 
-/// Whether bytes are ensembles: at their start, or after the rest of one or some lines of text,
-/// which a recorder that was switched on in between leaves.
+/// Returns whether bytes are ensembles: at their start, or after a partial ensemble or some lines
+/// of text, which a recorder that starts in mid-stream leaves.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     if head.starts_with(&ensemble::MARK) {
         return true;
@@ -29,7 +29,7 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
     before.len() <= ensemble.size() || !is_binary(before)
 }
 
-/// Tells ensembles from each other: by the length that each starts with.
+/// Separates ensembles by the length that each starts with.
 pub(crate) fn framing(_head: &[u8]) -> Option<Framing> {
     let length = |bytes: &[u8]| Ensemble::at_start(bytes).map(|ensemble| ensemble.size());
     Some(Framing::Records(Box::new(length)))
@@ -61,16 +61,16 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     assembly.log("Teledyne RDI PD0")
 }
 
-/// What lies between whole ensembles.
+/// Damage and other content between complete ensembles.
 #[derive(Default)]
 struct Gaps {
-    /// Stretches of damage.
+    /// Number of damaged stretches.
     count: usize,
     first_byte: u64,
     bytes: u64,
-    /// Whether there are lines of text, such as those of a receiver on the same port.
+    /// True if there are lines of text, such as those of a receiver on the same port.
     text: bool,
-    /// Where the ensemble starts that the end of the file cuts.
+    /// Position of an ensemble that the end of the file truncates.
     cut: Option<u64>,
 }
 
@@ -92,18 +92,19 @@ impl Gaps {
     }
 }
 
-/// A stretch of the file without a whole ensemble.
+/// A stretch of the file without a complete ensemble.
 #[derive(Default)]
 struct Gap {
     start: u64,
     bytes: u64,
     binary: bool,
-    /// Where an ensemble starts that is longer than the rest of the file.
+    /// Position of an ensemble that is longer than the rest of the file.
     cut: Option<u64>,
 }
 
 impl Gap {
-    /// Passes over `bytes`, which start at `at` in the file, up to where an ensemble may start.
+    /// Skips `bytes`, which start at `at` in the file, up to the next possible start of an
+    /// ensemble.
     fn pass(&mut self, bytes: &[u8], at: u64) -> usize {
         if self.cut.is_none() && ensemble::is_cut(bytes) {
             self.cut = Some(at);
@@ -115,7 +116,7 @@ impl Gap {
     }
 }
 
-/// Hands over every whole ensemble in turn.
+/// Passes every complete ensemble to the caller in turn.
 fn walk(
     stream: impl Read,
     origin: &Origin,

@@ -1,4 +1,4 @@
-//! ROS 1 bags, version 2.0, from front to back: whether they are indexed does not matter.
+//! Reads ROS 1 bags, version 2.0, from front to back, indexed or not.
 
 mod header;
 mod index;
@@ -17,17 +17,17 @@ use crate::{Error, Log, ReadOptions};
 const FORMAT: &str = "a ROS 1 bag";
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
-/// Longer headers and longer records than these are none.
+/// Longer headers and longer records are implausible.
 const LONGEST_HEADER: u64 = 1 << 24;
 const LONGEST: u64 = 1 << 30;
 
-/// Whether bytes start like a ROS 1 bag.
+/// Returns whether bytes start like a ROS 1 bag.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"#ROSBAG")
 }
 
-/// Reads the index of a ROS 1 bag and some of its chunks; `None` where the index does not tell of
-/// all messages.
+/// Reads the index of a ROS 1 bag and some of its chunks; `None` where the index does not cover all
+/// messages.
 ///
 /// # Errors
 /// As [`read`].
@@ -87,7 +87,7 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
 struct Reader {
     recording: Recording,
     connections: HashMap<u32, Option<usize>>,
-    /// A chunk, once it is unpacked.
+    /// An unpacked chunk.
     unpacked: Vec<u8>,
     index: Index,
 }
@@ -102,8 +102,8 @@ impl Reader {
         }
     }
 
-    /// Learns the connections that the end of a whole bag repeats, so that damage to their first
-    /// copies costs nothing.
+    /// Reads the connections that the index of a complete bag repeats, so that damage to their
+    /// first copies does no harm.
     fn index(&mut self, window: &mut Window) -> io::Result<()> {
         let start = MAGIC.len() as u64;
         window.go(start)?;
@@ -119,7 +119,7 @@ impl Reader {
             while let Some((header, data)) = record(window)? {
                 let bytes = window.look(8 + header + data)?;
                 let (head, data) = parts(bytes, header);
-                // What makes no sense here is read where it stands first.
+                // An invalid record here is read at its first copy.
                 let _ = match Header(head).op() {
                     Some(op::CONNECTION) => self.connection(Header(head), data),
                     Some(op::CHUNK_INFO) => self.index.chunk(Header(head), data),
@@ -132,7 +132,7 @@ impl Reader {
         window.go(start)
     }
 
-    /// Tells the recording how many messages the index counts; whether that may be.
+    /// Sets the number of messages by the index; returns whether the counts are possible.
     fn count(&mut self) -> bool {
         let Self { index, connections, recording, .. } = self;
         index.counts.iter().all(|(connection, count)| match connections.get(connection) {
@@ -145,7 +145,7 @@ impl Reader {
         })
     }
 
-    /// Goes through the records from front to back, over damaged ones.
+    /// Reads the records from front to back, skipping damage.
     fn records(&mut self, window: &mut Window) -> io::Result<()> {
         while window.left() > 0 && !self.recording.swells() {
             let byte = window.at();
@@ -166,7 +166,7 @@ impl Reader {
         Ok(())
     }
 
-    /// What follows the last sound record: a chunk that is cut off has a sound start, perhaps.
+    /// Reads the part after the last valid record: a truncated chunk may have a valid start.
     fn rest(&mut self, window: &mut Window, byte: u64) -> io::Result<()> {
         window.go(byte)?;
         let left = window.left();
@@ -184,7 +184,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Reads a record; whether it is sound.
+    /// Reads a record; returns whether it is valid.
     fn record(&mut self, header: Header<'_>, data: &[u8], whole: bool, byte: u64) -> bool {
         match header.op() {
             Some(op::MESSAGE) => self.message(header, data, byte).is_some(),
@@ -194,8 +194,8 @@ impl Reader {
         }
     }
 
-    /// Reads the records of a chunk, or of the part of one before the end of the file; whether all
-    /// are sound.
+    /// Reads the records of a chunk, or of the part of one before the end of the file; returns
+    /// whether all are valid.
     fn chunk(&mut self, header: Header<'_>, data: &[u8], whole: bool, byte: u64) -> bool {
         let packing = match header.field("compression") {
             Some(b"none") => Packing::None,
@@ -212,7 +212,8 @@ impl Reader {
         let unpacked = packing.unpack(data, &mut records);
         self.recording.unpacked(records.len());
         let mut bytes = Bytes(&records);
-        // Without a checksum, what was unpacked before damage may be right; each record must be.
+        // There is no checksum, so bytes unpacked before damage may be right; each record is
+        // checked.
         let sound = loop {
             if bytes.0.is_empty() {
                 break unpacked || !whole;
@@ -257,11 +258,11 @@ impl Reader {
     }
 }
 
-/// The lengths of header and data of the record at hand, if it may be one and is all there.
+/// Returns the lengths of header and data of the current record, if it is plausible and complete.
 fn record(window: &mut Window) -> io::Result<Option<(u64, u64)>> {
     let left = window.left();
     let Some(header) = Bytes(window.look(4)?).u32().map(u64::from) else { return Ok(None) };
-    // The shortest says `op=` and a byte.
+    // The shortest holds `op=` and a byte.
     if !(8..=LONGEST_HEADER).contains(&header) || header + 8 > left {
         return Ok(None);
     }
@@ -274,9 +275,9 @@ fn record(window: &mut Window) -> io::Result<Option<(u64, u64)>> {
     Ok((data <= LONGEST && 8 + header + data <= left).then_some((header, data)))
 }
 
-/// Whether the record at hand is a chunk of which the lengths fit each other, but not the file.
+/// Returns whether the current record is a chunk whose lengths are consistent but exceed the file.
 fn cut_chunk(window: &mut Window) -> io::Result<bool> {
-    /// A chunk that packs badly is this much longer than what it holds.
+    /// An incompressible chunk is at most this much longer than its content.
     const SPARE: u64 = 1 << 16;
     let Some(header) = Bytes(window.look(4)?).u32().map(u64::from) else { return Ok(false) };
     if header > LONGEST_HEADER {
@@ -294,17 +295,17 @@ fn cut_chunk(window: &mut Window) -> io::Result<bool> {
     Ok(fits() == Some(true))
 }
 
-/// Header and data of a record of which the header has so many bytes.
+/// Splits a record into header and data, given the length of the header.
 fn parts(record: &[u8], header: u64) -> (&[u8], &[u8]) {
     let (head, data) = record.split_at(4 + header as usize);
     (&head[4..], &data[4..])
 }
 
-/// Moves to the next record that looks sound, past the damage at hand; whether there is one.
+/// Moves past the damage to the next plausible record; returns whether there is one.
 fn resync(window: &mut Window) -> io::Result<bool> {
     window.skip(1)?;
     while window.left() > 0 {
-        // A header's first two bytes of length are anything, the others are almost always zero.
+        // The first two bytes of a header's length are arbitrary, the others almost always zero.
         let ahead = window.look(4096)?;
         let zeros = ahead.windows(4).position(|four| four[2..] == [0, 0] && four[..2] != [0, 0]);
         match zeros {

@@ -16,12 +16,12 @@ use crate::{Error, Log, ReadOptions};
 
 const FORMAT: &str = "an SQLite database";
 
-/// Whether bytes start like an SQLite database.
+/// Returns whether bytes start like an SQLite database.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"SQLite format 3")
 }
 
-/// Reads a ROS 2 bag kept in an SQLite database.
+/// Reads a ROS 2 bag in an SQLite database.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::NoSamples`]; [`Error::Corrupt`] where the database cannot be made sense
@@ -33,8 +33,8 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     bag.log(origin, options)
 }
 
-/// Reads some pages of a ROS 2 bag kept in an SQLite database; `None` where the table of messages is
-/// not whole.
+/// Reads some pages of a ROS 2 bag in an SQLite database; `None` where the table of messages is
+/// incomplete.
 ///
 /// # Errors
 /// As [`read`].
@@ -73,7 +73,7 @@ fn open(content: Content) -> Result<(Origin, Database, Tables), Error> {
     Ok((origin, database, tables))
 }
 
-/// A table: where it starts, and its columns.
+/// Root page and columns of a table.
 struct Table {
     root: u64,
     columns: Vec<String>,
@@ -88,7 +88,7 @@ impl Table {
 
 type Tables = HashMap<String, Table>;
 
-/// The tables that the first page tells of.
+/// Returns the tables listed on the first page.
 fn tables(database: &mut Database) -> io::Result<Tables> {
     let mut tables = Tables::new();
     database.rows(1, &mut |values, _| {
@@ -102,7 +102,7 @@ fn tables(database: &mut Database) -> io::Result<Tables> {
     Ok(tables)
 }
 
-/// The names of the columns of `CREATE TABLE name(column kind, ...)`.
+/// Parses the column names of `CREATE TABLE name(column kind, ...)`.
 fn columns(sql: &str) -> Vec<String> {
     let within = sql.split_once('(').map_or("", |(_, within)| within);
     let word = |column: &str| {
@@ -122,7 +122,7 @@ fn no_bag(path: PathBuf, database: &Database, tables: &Tables) -> Error {
     Error::Unsupported { path, format: FORMAT, detail, advice }
 }
 
-/// A note of what SQLite wrote beside the database and has not moved into it.
+/// Returns a note if SQLite left a write-ahead log that is not yet in the database.
 fn write_ahead(path: &Path) -> Option<Note> {
     let mut beside = OsString::from(path);
     beside.push("-wal");
@@ -135,9 +135,9 @@ fn write_ahead(path: &Path) -> Option<Note> {
 
 struct Bag {
     recording: Recording,
-    /// By their numbers; `None` of those that cannot be read.
+    /// Topics by number; `None` for those that cannot be read.
     topics: HashMap<i64, Option<usize>>,
-    /// The first and the last time of receipt, ns.
+    /// First and last time of receipt, ns.
     span_ns: (i64, i64),
 }
 
@@ -165,8 +165,8 @@ impl Bag {
             .rows(table.root, &mut |values, _| self.topic(table, values, &definitions).is_some())
     }
 
-    /// Reads messages from parts of their table, and estimates how many there are from their
-    /// numbers; how many bytes were read, or `None` where the table is not whole.
+    /// Reads messages from parts of their table and estimates the total from their numbers. Returns
+    /// the number of bytes read, or `None` where the table is incomplete.
     fn glance(
         &mut self,
         database: &mut Database,
@@ -274,10 +274,10 @@ impl Bag {
     }
 }
 
-/// What a bag says of a type.
+/// A bag's definition of a type.
 enum Definition {
     Message(String),
-    /// In another language.
+    /// In an unsupported language.
     Other,
 }
 

@@ -4,7 +4,7 @@ use crate::content::Content;
 use crate::framing::Framing;
 use crate::{Error, Log, ReadOptions, grid, tabular};
 
-/// Tells records from each other: by lines, unless it starts with a byte order mark.
+/// Separates records by lines, unless the text starts with a byte-order mark.
 pub(crate) fn framing(head: &[u8]) -> Option<Framing> {
     encoding_rs::Encoding::for_bom(head).is_none().then_some(Framing::Lines)
 }
@@ -12,7 +12,7 @@ pub(crate) fn framing(head: &[u8]) -> Option<Framing> {
 /// Reads a text table.
 ///
 /// # Errors
-/// Of the table: see [`grid::read`]; of time: see [`tabular::read`].
+/// For the table: see [`grid::read`]; for time: see [`tabular::read`].
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
     tabular::read(&path, options, |choose_time| grid::read(content, choose_time))

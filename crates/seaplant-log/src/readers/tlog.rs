@@ -25,9 +25,9 @@ use frame::{Frame, LONGEST, Next, Sender, next};
 use messages::Message;
 use table::Table;
 
-/// Whether bytes start like a MAVLink telemetry log.
+/// Returns whether bytes start like a MAVLink telemetry log.
 pub(crate) fn recognises(head: &[u8]) -> bool {
-    /// Years later than this are none of a log.
+    /// Stamps beyond this year are implausible.
     const YEAR_2262_US: u64 = i64::MAX as u64 / 1000;
     let stamp = head.first_chunk().map_or(u64::MAX, |bytes| u64::from_be_bytes(*bytes));
     head.len() > 8
@@ -35,12 +35,12 @@ pub(crate) fn recognises(head: &[u8]) -> bool {
         && matches!(next(head), Next::Frame(_) | Next::Unknown(..))
 }
 
-/// Tells frames from each other: by the length that each starts with.
+/// Separates frames by the length that each starts with.
 pub(crate) fn framing(_head: &[u8]) -> Option<Framing> {
     Some(Framing::Records(Box::new(length)))
 }
 
-/// The length of the frame that bytes start with.
+/// Returns the length of the frame that bytes start with.
 fn length(bytes: &[u8]) -> Option<usize> {
     match next(&bytes[..bytes.len().min(LONGEST)]) {
         Next::Frame(frame) => Some(frame.length),
@@ -51,8 +51,9 @@ fn length(bytes: &[u8]) -> Option<usize> {
 
 /// Reads a MAVLink telemetry log: a channel `MESSAGE.field` for each number of each known message.
 ///
-/// Where several systems or components send a message, it is `MESSAGE[SYSTEM.COMPONENT].field`,
-/// and where it tells of several instruments or names, `MESSAGE[NAME].field`.
+/// If several systems or components send a message, its channels are
+/// `MESSAGE[SYSTEM.COMPONENT].field`, and if it has several instances or names,
+/// `MESSAGE[NAME].field`.
 ///
 /// # Errors
 /// [`Error::NoSamples`], [`Error::Io`].
@@ -71,7 +72,7 @@ pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error
     telemetry.into_log(assembly, options.stamp, &path)
 }
 
-/// Enters every frame; where the last one is cut, if it is.
+/// Reads every frame, and returns the position of a truncated last one.
 fn scan<R: Read>(window: &mut Window<R>, telemetry: &mut Telemetry) -> io::Result<Option<u64>> {
     let mut in_step = true;
     loop {
@@ -92,21 +93,21 @@ fn scan<R: Read>(window: &mut Window<R>, telemetry: &mut Telemetry) -> io::Resul
                 in_step = false;
             }
             Next::Cut if in_step => return Ok(Some(window.byte())),
-            // What looks like the start of a frame within damage need not be one.
+            // Bytes within damage may look like the start of a frame by chance.
             Next::Cut => window.skip(1),
             Next::End => return Ok(None),
         }
     }
 }
 
-/// What frames told so far.
+/// State read from the frames so far.
 #[derive(Default)]
 struct Telemetry {
     tables: Vec<Table>,
     places: HashMap<(u32, Sender), usize>,
     clocks: HashMap<Sender, Clock>,
     settings: BTreeMap<String, f64>,
-    /// Numbers of messages that are not known, and how many there were of each.
+    /// Numbers of unknown messages, and how often each occurred.
     unknown: BTreeMap<u32, usize>,
     latest_s: Option<f64>,
 }
@@ -142,9 +143,9 @@ impl Telemetry {
         }
     }
 
-    /// The sender's own stamp.
+    /// Returns the sender's own stamp.
     fn stamp(&mut self, frame: &Frame<'_>, payload: &[u8], received_s: f64) -> clock::Stamp {
-        /// Later than this, s, a stamp counts from the Unix epoch, by another clock.
+        /// Later stamps, s, count from the Unix epoch, by another clock.
         const EPOCH_S: f64 = 1e9;
         const PERIOD_S: f64 = 4_294.967_296;
         let value = |name: &str| {
@@ -188,7 +189,7 @@ impl Telemetry {
     }
 }
 
-/// What the times are.
+/// Describes the clock of the times.
 fn in_words(stamp: Stamp, unusable: usize) -> String {
     let clock = "seconds since the Unix epoch by the receiver's clock";
     match (stamp, unusable) {

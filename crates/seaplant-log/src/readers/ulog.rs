@@ -1,8 +1,8 @@
 //! PX4 ULog files.
 //!
-//! A header, then messages: two bytes of size, a letter, and a body. `F` names a topic's fields,
-//! `A` gives a topic and an instance a number, `D` holds a record of such a number. Others hold
-//! settings, text and what was lost.
+//! A header, then messages: two bytes of size, a letter, and a body. `F` defines a topic's fields,
+//! `A` assigns a number to a topic and an instance, `D` holds a record of such a number. Others
+//! hold settings, text and dropouts.
 //!
 //! # Source
 //! [ULog]
@@ -23,22 +23,22 @@ mod topic;
 use logbook::Logbook;
 
 const MAGIC: &[u8] = b"ULog\x01\x12\x35";
-/// Magic bytes, a version and the time of the start.
+/// Length of the magic bytes, a version and the time of the start.
 const FILE_HEADER: usize = 16;
-/// Size and letter.
+/// Length of size and letter.
 const HEADER: usize = 3;
-/// No message is longer, with the header of the next.
+/// Maximum length of a message and the header of the next.
 const LONGEST: usize = HEADER + 0xffff + HEADER;
-/// The letters that there are.
+/// Valid letters.
 const LETTERS: &[u8] = b"BFIMPQARDLCSO";
 
-/// Whether bytes start like a ULog file.
+/// Returns whether bytes start like a ULog file.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(MAGIC)
 }
 
-/// Reads a ULog file: a channel `topic.field` for each number of each topic, `topic[1].field` of
-/// topics with several instances, and roll, pitch and yaw of each quaternion `q`.
+/// Reads a ULog file: a channel `topic.field` for each number of each topic, `topic[1].field` for
+/// topics with several instances, and roll, pitch and yaw for each quaternion `q`.
 ///
 /// # Errors
 /// [`Error::NoSamples`], [`Error::TooManyColumns`], [`Error::Io`].
@@ -77,7 +77,7 @@ fn notes<R: Read>(
     notes
 }
 
-/// Enters every message; where the last one is cut, if it is.
+/// Reads every message, and returns the position of a truncated last one.
 fn scan<R: Read>(window: &mut Window<R>, logbook: &mut Logbook) -> io::Result<Option<u64>> {
     let head = window.ahead(FILE_HEADER)?.len().min(FILE_HEADER);
     window.take(head);
@@ -85,7 +85,7 @@ fn scan<R: Read>(window: &mut Window<R>, logbook: &mut Logbook) -> io::Result<Op
     loop {
         let at = window.byte();
         let ahead = window.ahead(LONGEST)?;
-        // A logger that appends leaves the message before unfinished.
+        // A logger that appends leaves the last message incomplete.
         let part = logbook.next_part(at).map_or(usize::MAX, |part| (part - at) as usize);
         let found = next(&ahead[..ahead.len().min(LONGEST)], logbook);
         match found {
@@ -102,21 +102,21 @@ fn scan<R: Read>(window: &mut Window<R>, logbook: &mut Logbook) -> io::Result<Op
                 in_step = false;
             }
             Next::Cut if in_step => return Ok(Some(window.byte())),
-            // What looks like the start of a message within damage need not be one.
+            // Bytes within damage may look like the start of a message by chance.
             Next::Cut => window.skip(1),
             Next::End => return Ok(None),
         }
     }
 }
 
-/// What comes next.
+/// Content that follows.
 #[derive(Clone, Copy, PartialEq)]
 enum Next {
-    /// A message of so many bytes, with its header.
+    /// A message of this length, with its header.
     Message(usize),
-    /// Bytes of which nothing can be made.
+    /// Unreadable bytes.
     Damage,
-    /// A message that the end cuts.
+    /// A message that the end of the file truncates.
     Cut,
     End,
 }
@@ -137,20 +137,20 @@ fn next(ahead: &[u8], logbook: &Logbook) -> Next {
     }
 }
 
-/// The length of a message by its header, if that is one.
+/// Returns the length of a message by its header, if that is valid.
 fn length(ahead: &[u8]) -> Option<usize> {
     let [low, high, letter, ..] = *ahead else { return None };
     LETTERS.contains(&letter).then(|| HEADER + usize::from(u16::from_le_bytes([low, high])))
 }
 
-/// Whether such bytes may follow a message.
+/// Returns whether these bytes may follow a message.
 fn may_follow(after: &[u8]) -> bool {
     after.len() < HEADER || length(after).is_some()
 }
 
-/// How far the next message is, or the end of what is looked at.
+/// Returns the distance to the next message, or to the end of the search range.
 fn to_message(ahead: &[u8], logbook: &Logbook) -> usize {
-    /// Farther than this, what follows is looked at anew.
+    /// Search range; beyond it, a new search starts.
     const LOOK: usize = 4096;
     let starts = |at: &usize| match next(&ahead[*at..], logbook) {
         Next::Message(_) => true,

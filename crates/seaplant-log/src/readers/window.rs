@@ -1,33 +1,33 @@
-//! Bytes of a stream, looked at before they are taken, with an account of those that were damaged.
+//! A window over a stream with look-ahead, which accounts for damaged bytes.
 
 use std::io::{self, Read};
 use std::path::Path;
 
 use crate::note::Note;
 
-/// How much is read at a time.
+/// Number of bytes read at a time.
 const CHUNK: usize = 1 << 20;
 
-/// A place in a stream, and what follows it.
+/// A position in a stream, and the bytes after it.
 pub(crate) struct Window<R> {
     stream: R,
-    /// What was read and not taken is in `buffer[from..to]`.
+    /// Bytes read and not consumed are in `buffer[from..to]`.
     buffer: Vec<u8>,
     from: usize,
     to: usize,
     ended: bool,
-    /// How many bytes were taken.
+    /// Number of bytes consumed.
     byte: u64,
     damage: Damage,
 }
 
-/// Stretches that no record could be made of.
+/// Unreadable stretches.
 #[derive(Default)]
 struct Damage {
     count: usize,
     first_byte: u64,
     bytes: u64,
-    /// Where the last one ended.
+    /// End of the last one.
     end: Option<u64>,
 }
 
@@ -37,7 +37,8 @@ impl<R: Read> Window<R> {
         Self { stream, buffer, from: 0, to: 0, ended: false, byte: 0, damage }
     }
 
-    /// What follows: at least `count` bytes unless the stream ends before, perhaps many more.
+    /// Returns the bytes that follow: at least `count` unless the stream ends before, possibly many
+    /// more.
     ///
     /// # Errors
     /// Those of the stream.
@@ -59,13 +60,13 @@ impl<R: Read> Window<R> {
         Ok(&self.buffer[self.from..self.to])
     }
 
-    /// Takes a record of `count` bytes, all of them looked at before.
+    /// Consumes a record of `count` bytes, which must have been looked at.
     pub(crate) fn take(&mut self, count: usize) {
         self.from += count;
         self.byte += count as u64;
     }
 
-    /// Takes `count` bytes that are no record.
+    /// Skips `count` bytes that are no record.
     pub(crate) fn skip(&mut self, count: usize) {
         let damage = &mut self.damage;
         if damage.end != Some(self.byte) {
@@ -79,12 +80,12 @@ impl<R: Read> Window<R> {
         self.take(count);
     }
 
-    /// The place of the next byte.
+    /// Returns the position of the next byte.
     pub(crate) fn byte(&self) -> u64 {
         self.byte
     }
 
-    /// What is to be said of the damage.
+    /// Returns the note on the damage.
     pub(crate) fn note(&self, path: &Path) -> Option<Note> {
         let Damage { count, first_byte, bytes, .. } = self.damage;
         let path = path.to_owned();
@@ -96,7 +97,7 @@ impl<R: Read> Window<R> {
 mod tests {
     use super::*;
 
-    /// A stream that gives a few bytes at a time.
+    /// A stream that yields a few bytes at a time.
     struct Drops(Vec<u8>);
 
     impl Read for Drops {

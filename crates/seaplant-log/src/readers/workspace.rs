@@ -1,4 +1,5 @@
-//! Arrays by name, as MATLAB saves them: which of them are times, and the channels of the others.
+//! Converts arrays by name, as MATLAB saves them, to channels: identifies the time vectors and the
+//! arrays of equal length.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
@@ -12,13 +13,13 @@ use crate::note::Note;
 use crate::time::{self, Chosen};
 use crate::{Error, Log, ReadOptions, Unit};
 
-/// Structs in structs past this many are left out.
+/// Structs nested deeper are left out.
 pub(crate) const DEEPEST: usize = 32;
 
-/// The most columns of a matrix that each make a channel.
+/// Maximum number of columns of a matrix that each make a channel.
 const MOST_COLUMNS: usize = 4096;
 
-/// Why variables are left out, in words that follow their name.
+/// Reasons why variables are left out, in words that follow their name.
 pub(crate) const CELLS: &str = "is a cell array: save what it holds as variables of their own";
 pub(crate) const STRUCTS: &str = "is an array of structs: save one struct of arrays";
 pub(crate) const OBJECT: &str = "is an object, such as a table, timetable, datetime or string: save its \
@@ -37,12 +38,12 @@ struct Array {
     unit: Option<Unit>,
     rows: usize,
     columns: usize,
-    /// Column after column.
+    /// Column-major.
     values: Vec<f64>,
 }
 
 impl Array {
-    /// The struct that it is a field of; empty for a variable.
+    /// Returns the struct that contains it; empty for a variable.
     fn scope(&self) -> &str {
         self.name.rsplit_once('.').map_or("", |(scope, _)| scope)
     }
@@ -55,7 +56,7 @@ impl Array {
         self.rows == 1 || self.columns == 1
     }
 
-    /// Whether it has a value, or a row or column of them, for each of so many times.
+    /// Returns whether it has a value, or a row or column, for each of `times` times.
     fn fits(&self, times: usize) -> bool {
         match self.is_vector() {
             true => self.values.len() == times,
@@ -63,7 +64,7 @@ impl Array {
         }
     }
 
-    /// A column or row of a matrix by its name, `log(:,1)` or `log(1,:)`.
+    /// Returns a column or row of a matrix by its name, `log(:,1)` or `log(1,:)`.
     fn part(&self, name: &str) -> Option<Self> {
         let place = name.strip_prefix(&self.name)?.strip_prefix('(')?.strip_suffix(')')?;
         let (row, column) = place.split_once(',')?;
@@ -85,13 +86,12 @@ impl Array {
         Some(Self { name: name.to_owned(), unit, rows, columns: 1, values })
     }
 
-    /// What it can be called as time: of a matrix, its first column.
+    /// Returns the name that selects it as time: for a matrix, that of its first column.
     fn as_time(&self) -> String {
         if self.is_vector() { self.name.clone() } else { format!("{}(:,1)", self.name) }
     }
 
-    /// The columns that it makes, one number for each of so many times; of a square matrix, its
-    /// columns.
+    /// Splits it into columns of `times` numbers each; a square matrix into its columns.
     fn into_columns(self, times: usize) -> Vec<Column> {
         let Self { name, unit, rows, columns, values } = self;
         if values.len() == times {
@@ -119,16 +119,16 @@ pub(crate) struct Workspace {
 
 /// A vector of times.
 struct Base {
-    /// Which array it is.
+    /// Index of the array.
     array: usize,
     name: String,
     time_s: Vec<f64>,
-    /// What is as long.
+    /// Columns of equal length.
     columns: Vec<Column>,
 }
 
 impl Workspace {
-    /// Takes an array in: `values` column after column, so that the first of `dimensions` runs
+    /// Adds an array: `values` in column-major order, so that the first of `dimensions` varies
     /// fastest.
     pub(crate) fn add(
         &mut self,
@@ -158,16 +158,15 @@ impl Workspace {
         self.left_out.push((name, why));
     }
 
-    /// Whether nothing was found.
+    /// Returns whether there are no arrays.
     pub(crate) fn is_empty(&self) -> bool {
         self.arrays.is_empty() && self.left_out.is_empty()
     }
 
-    /// Makes channels of what is as long as a vector of times.
+    /// Makes channels of the arrays that are as long as a time vector.
     ///
-    /// That vector is one of the same struct with a name of time, or of a struct around it, or
-    /// else the one that `options` name; where they state equal sampling, the commonest length
-    /// counts.
+    /// The time vector is one with a time-like name in the same or an enclosing struct, or else the
+    /// one that `options` name; with equal sampling, the most common length is used.
     ///
     /// # Errors
     /// [`Error::NoTime`], [`Error::NoSamples`], [`Error::TimeUnit`], [`Error::NoChannel`] for a
@@ -243,7 +242,7 @@ impl Workspace {
                 continue;
             };
             let found = array.into_columns(base.time_s.len()).into_iter();
-            // A column that is time by name is no channel, too.
+            // A column whose name is that of time is no channel.
             base.columns.extend(found.filter(|column| column.heading.column != base.name));
         }
         for Base { name, time_s, columns, .. } in bases.into_values() {
@@ -252,8 +251,7 @@ impl Workspace {
         Ok(())
     }
 
-    /// The vectors of times by the structs that they are in, and the struct of the one that the
-    /// user named.
+    /// Returns the time vectors by struct, and the struct of the one that the user named.
     fn bases(
         &mut self,
         options: &ReadOptions,
@@ -279,9 +277,9 @@ impl Workspace {
         Ok((bases.collect(), named_in))
     }
 
-    /// The error of a file that lacks something, which may be in what is left out.
+    /// Returns the error for a file that lacks something, which may be in the left-out variables.
     fn unsupported(&self, lacks: &str, path: &Path, may_be: impl Fn(&str) -> bool) -> Error {
-        /// How many variables a message tells of.
+        /// Maximum number of variables in a message.
         const TOLD: usize = 3;
         let found = self.left_out.iter().filter(|(_, why)| may_be(why)).take(TOLD);
         let found: Vec<String> = found.map(|(name, why)| format!("{name:?} {why}")).collect();
@@ -290,7 +288,7 @@ impl Workspace {
         Error::Unsupported { path: path.to_owned(), format: "a file of arrays", detail, advice }
     }
 
-    /// The vector that the user calls time, or the column of a matrix.
+    /// Returns the vector that the user named as time, or the column of a matrix.
     fn named(&mut self, options: &ReadOptions, path: &Path) -> Result<Option<Chosen>, Error> {
         let Some(wanted) = &options.time else { return Ok(None) };
         let Some(column) = &wanted.column else { return Ok(None) };
@@ -306,13 +304,13 @@ impl Workspace {
         Ok(Some(chosen))
     }
 
-    /// In each struct the vector with a name of time, if there is one.
+    /// Finds in each struct the vector with a time-like name, if there is one.
     fn recognise(
         &self,
         options: &ReadOptions,
         path: &Path,
     ) -> Result<BTreeMap<String, Chosen>, Error> {
-        // A unit beside a named column is of that one.
+        // A unit given with a named column applies to that column.
         let wanted = options.time.as_ref().filter(|time| time.column.is_none());
         let mut scopes: HashMap<&str, Vec<usize>> = HashMap::new();
         for (k, array) in self.arrays.iter().enumerate().filter(|(_, array)| array.is_vector()) {
@@ -330,14 +328,14 @@ impl Workspace {
                     found.insert(scope.to_owned(), chosen);
                 }
                 Err(error @ Error::TimeUnit { .. }) => return Err(error),
-                // A struct without times of its own takes those around it.
+                // A struct without time vectors uses those of the enclosing ones.
                 Err(_) => {}
             }
         }
         Ok(found)
     }
 
-    /// The times that a vector holds, in seconds.
+    /// Converts a vector to times in seconds.
     fn base(&mut self, chosen: Chosen, path: &Path, assembly: &mut Assembly) -> Base {
         let Chosen { index, column, seconds, others, replaced, nanoseconds } = chosen;
         let mut time_s = std::mem::take(&mut self.arrays[index].values);
@@ -376,7 +374,8 @@ fn heading(array: &Array, name: &str) -> Heading {
     Heading { column, name, unit, nameless: false, instant: false }
 }
 
-/// A struct and those around it, the innermost first; the last is that of variables.
+/// Iterates over a struct and the enclosing ones, the innermost first; the last is that of
+/// variables.
 fn scopes(scope: &str) -> impl Iterator<Item = &str> {
     std::iter::successors(Some(scope), |scope| {
         let outer = |scope: &&str| scope.rfind('.').unwrap_or(0);
@@ -395,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn days_are_told_from_seconds() {
+    fn days_are_distinguished_from_seconds() {
         // 31 July 2020, ten a second; nine days of uptime, ten a second.
         let every = |start: f64, step: f64| (0..9).map(|k| start + step * f64::from(k)).collect();
         let days: Vec<f64> = every(738_003.5, 0.1 / DAY_S);

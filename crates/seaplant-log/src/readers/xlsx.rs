@@ -16,22 +16,22 @@ use crate::note::Note;
 use crate::unpack::limit;
 use crate::{Error, Log, ReadOptions, guard, tabular};
 
-/// What messages call the format.
+/// Name of the format in messages.
 const FORMAT: &str = "an Excel workbook";
 
-/// The last column that a sheet may have.
+/// Maximum number of columns of a sheet.
 const COLUMNS: usize = 16_384;
 
-/// Whether bytes start like a workbook.
+/// Returns whether bytes start like a workbook.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     let holds = |name: &[u8]| head.windows(name.len()).any(|window| window == name);
     head.starts_with(b"PK\x03\x04") && (holds(b"[Content_Types].xml") || holds(b"xl/"))
 }
 
-/// Reads a sheet of a workbook: the one that `options` name, else the first.
+/// Reads a sheet of a workbook: the one named in `options`, else the first.
 ///
 /// # Errors
-/// Those of [`grid`]; of time: see [`tabular::read`].
+/// Those of [`grid`]; for time: see [`tabular::read`].
 pub(crate) fn read(content: Content, options: &ReadOptions) -> Result<Log, Error> {
     let path = content.path().to_owned();
     let sheet = options.sheet.as_deref();
@@ -78,8 +78,8 @@ pub(crate) fn grid(
     Ok(rows.into_grid(origin, format, &layout))
 }
 
-/// A sheet leaves the empty cells at the end of a row out, which makes it no shorter; one cell
-/// alone is still a remark, unless it is a number.
+/// Pads a row whose empty last cells the sheet omits; a single cell is still a remark, unless it is
+/// a number.
 fn fitted(mut record: ByteRecord, width: usize) -> ByteRecord {
     let mut filled = record.iter().filter(|cell| !cell.is_empty());
     if let (Some(only), None) = (filled.next(), filled.next())
@@ -95,8 +95,8 @@ fn fitted(mut record: ByteRecord, width: usize) -> ByteRecord {
     record
 }
 
-/// The most that the parts of a workbook may unpack to, bytes; those that are held in memory
-/// as a whole are unpacked to see that they do not lie.
+/// Returns the maximum total size of the unpacked parts of a workbook, bytes. Parts that are held
+/// in memory are unpacked, because their stated sizes may be false.
 fn unpacked_size(file: &mut BufReader<Seekable>, path: &Path) -> Result<u64, Error> {
     let size = io::Seek::seek(file, io::SeekFrom::End(0)).map_err(|e| Error::io(path, e))?;
     let most = limit(size);
@@ -114,7 +114,7 @@ fn unpacked_size(file: &mut BufReader<Seekable>, path: &Path) -> Result<u64, Err
     Ok(most)
 }
 
-/// How many bytes there are up to the end, or to damage, which is found again where it matters.
+/// Returns the number of bytes up to the end, or to damage, which is reported where it matters.
 fn length(mut part: impl Read) -> u64 {
     let mut buffer = vec![0; 64 * 1024];
     let mut length = 0;
@@ -154,17 +154,17 @@ fn choose_sheet(
     Ok(sheet)
 }
 
-/// The rows of a sheet that hold anything.
+/// Non-empty rows of a sheet.
 struct Records<'a> {
     cells: XlsxCellReader<'a, BufReader<Seekable>>,
-    /// Whether its last cell was read: what follows it is no sheet.
+    /// True once its last cell was read: what follows is not part of the sheet.
     done: bool,
     path: &'a Path,
-    /// The first cell of the next row: its row and column from 0, and its text.
+    /// First cell of the next row: its row and column from 0, and its text.
     ahead: Option<(u32, usize, String)>,
-    /// The bytes that the workbook may still unpack to.
+    /// Number of bytes that the workbook may still unpack to.
     left: u64,
-    /// Whether days are counted from 1904.
+    /// True if days are counted from 1904.
     from_1904: bool,
 }
 
@@ -178,7 +178,7 @@ impl<'a> Records<'a> {
         Self { cells, done: false, path, ahead: None, left: most, from_1904 }
     }
 
-    /// The next row, with its number from 1.
+    /// Returns the next row, with its number from 1.
     fn next(&mut self) -> Result<Option<(u64, ByteRecord)>, Error> {
         let Some((row, column, text)) =
             self.ahead.take().map_or_else(|| self.cell(), |c| Ok(Some(c)))?
@@ -200,13 +200,13 @@ impl<'a> Records<'a> {
         Ok(Some((u64::from(row) + 1, record)))
     }
 
-    /// Counts cells, those that a sheet leaves out included: one cell in the last column makes
+    /// Counts cells, including those that a sheet omits: one cell in the last column implies
     /// sixteen thousand.
     ///
     /// # Errors
     /// [`Error::Damaged`] of more than the size of the workbook allows.
     fn count(&mut self, cells: usize) -> Result<(), Error> {
-        /// The least that a cell takes in a sheet: `<c/>`.
+        /// Minimum length of a cell in a sheet: `<c/>`.
         const CELL_BYTES: u64 = 4;
         let Some(left) = self.left.checked_sub(CELL_BYTES.saturating_mul(cells as u64)) else {
             let found = "it holds more cells, empty ones included, than its size allows".to_owned();
@@ -216,7 +216,7 @@ impl<'a> Records<'a> {
         Ok(())
     }
 
-    /// The next cell that is not empty.
+    /// Returns the next non-empty cell.
     fn cell(&mut self) -> Result<Option<(u32, usize, String)>, Error> {
         while !self.done {
             let cell = guarded(self.path, || self.cells.next_cell())?;
@@ -239,7 +239,7 @@ impl<'a> Records<'a> {
     }
 }
 
-/// Puts a cell in its column; a second one for a column is put nowhere.
+/// Writes a cell to its column; a second cell for a column is ignored.
 fn place(record: &mut ByteRecord, column: usize, text: &str) {
     if column < record.len() {
         return;
@@ -252,7 +252,7 @@ fn place(record: &mut ByteRecord, column: usize, text: &str) {
 
 const DAY_S: f64 = 86_400.0;
 
-/// A cell as a text table would have it.
+/// Formats a cell as a text table would hold it.
 fn text(value: &DataRef<'_>, from_1904: bool) -> String {
     match value {
         DataRef::Int(number) => number.to_string(),
@@ -269,9 +269,9 @@ fn text(value: &DataRef<'_>, from_1904: bool) -> String {
     }
 }
 
-/// A number in the digits that tell it from all others.
+/// Formats a number with the digits that distinguish it from all others.
 fn plain(number: f64) -> String {
-    /// Above, and below its inverse, digits give way to powers of ten.
+    /// Above this, and below its inverse, exponents are used.
     const LONG: f64 = 1e15;
     match number.abs() {
         size if !size.is_finite() => String::new(),
@@ -280,15 +280,15 @@ fn plain(number: f64) -> String {
     }
 }
 
-/// A count of days as ISO 8601, a part of a day as a time of day; to the microsecond, which is
-/// what days in a double resolve.
+/// Formats a count of days as ISO 8601, a fraction of a day as a time of day; to the microsecond,
+/// the resolution of days in a double.
 fn date_time(days: f64, from_1904: bool) -> String {
     /// The year 10 000.
     const LAST_DAY: f64 = 2_958_466.0;
     if !(0.0..LAST_DAY).contains(&days) {
         return plain(days);
     }
-    // Excel holds 1900 for a leap year, and its day 60 for 29 February.
+    // Excel treats 1900 as a leap year, with 29 February as day 60.
     let epoch_day = match from_1904 {
         _ if days < 1.0 => 0,
         true => 24_107,

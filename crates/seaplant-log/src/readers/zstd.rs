@@ -5,12 +5,12 @@ use zstd::stream::read::Decoder;
 use crate::Error;
 use crate::content::Content;
 
-/// Whether bytes start like a zstd archive.
+/// Returns whether bytes start like a zstd archive.
 pub(crate) fn recognises(head: &[u8]) -> bool {
     head.starts_with(b"\x28\xb5\x2f\xfd")
 }
 
-/// What a zstd archive holds.
+/// Unpacks a zstd archive.
 ///
 /// # Errors
 /// As [`Content::unpack`].

@@ -1,6 +1,6 @@
-//! MCAP files byte by byte, for what independent writers do not write.
+//! Writes MCAP files byte by byte, with content that independent writers do not produce.
 
-/// A file in the making.
+/// A file under construction.
 pub struct McapFile(Vec<u8>);
 
 impl McapFile {
@@ -16,7 +16,7 @@ impl McapFile {
         self.0.extend(content);
     }
 
-    /// A topic, its type and the definition of that.
+    /// Adds a topic, its type and its definition.
     pub fn topic(&mut self, id: u16, topic: &str, kind: &str, definition: &str) {
         self.channel(id, topic, kind, ("ros2msg", definition), "cdr");
     }
@@ -36,14 +36,14 @@ impl McapFile {
         self.record(4, &[id.clone(), id, text(topic), text(encoding), none].concat());
     }
 
-    /// A message received at `receipt` ns.
+    /// Adds a message received at `receipt` ns.
     pub fn message(&mut self, id: u16, receipt: u64, content: &[u8]) {
         let (sequence, receipt) = (vec![0; 4], receipt.to_le_bytes().to_vec());
         let head = [id.to_le_bytes().to_vec(), sequence, receipt.clone(), receipt].concat();
         self.record(5, &[&head, content].concat());
     }
 
-    /// A message in little-endian CDR, the content of which is aligned already.
+    /// Adds a message in little-endian CDR, whose content is already aligned.
     pub fn cdr(&mut self, id: u16, receipt: u64, content: &[u8]) {
         self.message(id, receipt, &[&[0, 1, 0, 0], content].concat());
     }

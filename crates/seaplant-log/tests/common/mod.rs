@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use seaplant_log::{Error, Log, ReadOptions, TimeColumn, read};
 
-/// A file in a folder that goes when this does.
+/// A file in a folder that is deleted on drop.
 pub struct Sample {
     folder: tempfile::TempDir,
     path: PathBuf,
@@ -32,7 +32,7 @@ impl Sample {
     }
 }
 
-/// Reads `content` as a file `log.csv`, time by its name.
+/// Reads `content` as a file `log.csv`, with time recognised by its name.
 pub fn read_text(content: impl AsRef<[u8]>) -> Result<Log, Error> {
     read(Sample::new("log.csv", content).path(), &ReadOptions::default())
 }
@@ -42,30 +42,30 @@ pub fn options(column: &str, unit: Option<&str>) -> ReadOptions {
     ReadOptions { time: Some(time), ..ReadOptions::default() }
 }
 
-/// The messages of a log's notes, without folders.
+/// Returns the messages of a log's notes, without folders.
 pub fn notes(log: &Log) -> Vec<String> {
     log.notes().iter().map(|note| without_folder(&note.to_string(), note.path())).collect()
 }
 
-/// A message as if the file stood in the working folder.
+/// Returns a message as if the file were in the working folder.
 pub fn without_folder(message: &str, path: &Path) -> String {
     let folder = path.parent().map(|p| format!("{}/", p.display())).unwrap_or_default();
     message.replace(&folder, "")
 }
 
-/// The message of reading `content` as `log.csv`, without folders.
+/// Returns the message of reading `content` as `log.csv`, without folders.
 pub fn failure(content: impl AsRef<[u8]>) -> String {
     failure_with(content, &ReadOptions::default())
 }
 
-/// The message of reading `content` as `log.csv` with `options`, without folders.
+/// Returns the message of reading `content` as `log.csv` with `options`, without folders.
 pub fn failure_with(content: impl AsRef<[u8]>, options: &ReadOptions) -> String {
     let sample = Sample::new("log.csv", content);
     let error = read(sample.path(), options).expect_err("this file cannot be a log");
     without_folder(&error.to_string(), sample.path())
 }
 
-/// The folder of logs that others measured: the one that `SEAPLANT_DATA` names, from the workspace,
+/// Returns the folder of third-party logs: the one in `SEAPLANT_DATA`, relative to the workspace,
 /// else `../shared/data`.
 pub fn data_folder() -> PathBuf {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -73,7 +73,7 @@ pub fn data_folder() -> PathBuf {
     workspace.join(named.unwrap_or_else(|| PathBuf::from("../shared/data")))
 }
 
-/// A file or folder of the data, if it is there.
+/// Returns a file or folder of the data, if it exists.
 pub fn data(name: &str) -> Option<PathBuf> {
     let path = data_folder().join(name);
     if !path.exists() {

@@ -1,8 +1,8 @@
-//! Files that other software writes, and what must be read from them.
+//! Files that other software writes, and their expected content.
 //!
-//! `tests/reference/make_NAME.py FOLDER` writes files and, by `expected.py`, what they hold. It is
-//! run by the interpreter that `SEAPLANT_PYTHON` names, which `scripts/python-env` makes; without
-//! that variable the tests say that they are skipped.
+//! `tests/reference/make_NAME.py FOLDER` writes files and, by `expected.py`, their content. It is
+//! run by the interpreter in `SEAPLANT_PYTHON`, which `scripts/python-env` makes; without that
+//! variable the tests report that they are skipped.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 
 use seaplant_log::Log;
 
-/// The files of one script.
+/// Files of one script.
 pub struct Made {
     folder: PathBuf,
     expected: Vec<Expected>,
@@ -60,12 +60,12 @@ pub fn made(name: &str) -> Option<Made> {
 }
 
 impl Made {
-    /// Where a file is that the script wrote.
+    /// Returns the path of a file that the script wrote.
     pub fn file(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
-    /// The channels that a file must give, in order.
+    /// Returns the expected channels of a file, in order.
     pub fn expected(&self, name: &str) -> Vec<&Expected> {
         let found: Vec<&Expected> = self.expected.iter().filter(|e| e.file == name).collect();
         assert!(!found.is_empty(), "the script says nothing of {name}");

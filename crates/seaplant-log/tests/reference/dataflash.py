@@ -1,4 +1,4 @@
-"""DataFlash logs by pymavlink: what they hold, and how to write them.
+"""Reads and writes DataFlash logs with pymavlink.
 
 pymavlink gives numbers in the unit of the stored value where FMTU states a multiplier, and so they
 are multiplied here.
@@ -37,7 +37,7 @@ ABOUT_THE_LOG = {"FMT", "FMTU", "UNIT", "MULT", "PARM"}
 
 
 def sorted_once(samples):
-    """In order of time, the first of equal times."""
+    """Sorts by time, keeping the first of equal times."""
     found = []
     for time, value in sorted((s for s in samples if math.isfinite(s[1])), key=lambda s: s[0]):
         if not found or found[-1][0] != time:
@@ -46,7 +46,7 @@ def sorted_once(samples):
 
 
 def expect(expected, path, name):
-    """Every number of every message of a log."""
+    """Returns every number of every message of a log."""
     reader = DFReader.DFReader_binary(str(path))
     letters = {}
     messages = []
@@ -84,7 +84,7 @@ def expect(expected, path, name):
 
 
 class Writer:
-    """Writes records as pymavlink's table of letters has them stored."""
+    """Writes records with the storage types of pymavlink's table of letters."""
 
     def __init__(self):
         self.content = bytearray()
@@ -101,7 +101,7 @@ class Writer:
         return "<" + "".join(stored[letter][0] for letter in self.forms[number])
 
     def letters(self, units, multipliers):
-        """What letters mean: UNIT, MULT and FMTU are 130, 131 and 132."""
+        """Writes the meanings of letters: UNIT, MULT and FMTU are 130, 131 and 132."""
         self.define(130, "UNIT", "QbZ", "TimeUS,Id,Label")
         self.define(131, "MULT", "Qbd", "TimeUS,Id,Mult")
         self.define(132, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds")
@@ -111,6 +111,6 @@ class Writer:
             self.record(131, 0, ord(letter), factor)
 
     def record(self, number, *values):
-        """A record; numbers as they are stored."""
+        """Writes a record; numbers as they are stored."""
         values = [v.encode() if isinstance(v, str) else v for v in values]
         self.content += bytes([0xA3, 0x95, number]) + struct.pack(self.layout(number), *values)

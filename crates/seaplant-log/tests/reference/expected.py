@@ -1,4 +1,4 @@
-"""What a log reader must find in the files that the make_*.py scripts write.
+"""Expected channels of the files that the make_*.py scripts write.
 
     expected = Expected(folder)
     expected.channel("log.mcap", "/imu/angular_velocity.z", time_s, values, unit="rad/s")
@@ -22,7 +22,7 @@ class Expected:
         self.numbers = array.array("d")
 
     def channel(self, file, column, time_s, values, unit=None):
-        """A channel; samples that are None or not finite are missing and left out."""
+        """Returns a channel; samples that are None or not finite are missing and left out."""
         pairs = zip(time_s, values, strict=True)
         present = [(float(t), float(v)) for t, v in pairs if v is not None and math.isfinite(v)]
         start = len(self.numbers)

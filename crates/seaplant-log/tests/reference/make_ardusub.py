@@ -1,4 +1,4 @@
-"""What pymavlink reads in logs of ArduSub that others recorded.
+"""Reads third-party logs of ArduSub with pymavlink.
 
 SEAPLANT_DATA=... python3 make_ardusub.py FOLDER
 """

@@ -1,4 +1,4 @@
-"""Parquet and Arrow files as pyarrow writes them.
+"""Writes Parquet and Arrow files with pyarrow.
 
 python3 make_arrow.py FOLDER
 """
@@ -22,12 +22,12 @@ START_NS = 1_596_203_428_123_456_000
 
 
 def holed(dice, values):
-    """One value in seven missing."""
+    """Returns values with one in seven missing."""
     return [None if dice.random() < 1 / 7 else value for value in values]
 
 
 def every_type(dice):
-    """A table of a column of every type, and what each must read as."""
+    """Returns a table with a column of every type, and the expected channels."""
     columns, truth = {}, {}
 
     def add(name, kind, values, as_number=float, unit=None, metadata=None):
@@ -97,7 +97,7 @@ def every_type(dice):
     truth["pose.gyro.flag"] = ([at(pose, "gyro", "flag") for pose in poses], None)
     truth["pose.n"] = ([at(pose, "n") for pose in poses], None)
 
-    # What is no series of numbers.
+    # Columns that are not series of numbers.
     columns["ranges"] = (
         pa.field("ranges", pa.list_(pa.float64())),
         pa.array([[1.0, 2.0]] * ROWS),
@@ -168,7 +168,8 @@ def main():
         writer.write_table(few, max_chunksize=600)
     expect("log.arrows", narrow)
 
-    # A file is a stream behind eight bytes; pyarrow says how many rows are whole before a cut.
+    # A file is a stream after eight bytes; pyarrow tells how many rows are complete before a
+    # cut.
     file = (folder / "plain.arrow").read_bytes()
     cut = file[: int(len(file) * 0.7)]
     (folder / "cut.arrow").write_bytes(cut)

@@ -1,4 +1,4 @@
-"""DataFlash logs with every kind of field, read again by pymavlink.
+"""Writes DataFlash logs with every kind of field, and reads them again with pymavlink.
 
 python3 make_dataflash.py FOLDER
 """
@@ -38,7 +38,7 @@ MULTIPLIERS = {
 
 
 def every_kind(log, dice, records):
-    """Every letter, in three types of message."""
+    """Writes every letter, in three types of message."""
     log.letters(UNITS, MULTIPLIERS)
     log.define(10, "INTS", "QbBhHiIqQM", "TimeUS,b,B,h,H,i,I,q,Q,M")
     log.define(11, "SCAL", "QcCeELfdg", "TimeUS,c,C,e,E,L,f,d,g")

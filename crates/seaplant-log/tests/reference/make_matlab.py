@@ -1,4 +1,4 @@
-"""MATLAB files: of version 5 by SciPy, of version 7.3 as MATLAB lays them out, by h5py.
+"""Writes MATLAB files: of version 5 by SciPy, of version 7.3 in MATLAB's layout by h5py.
 
 python3 make_matlab.py FOLDER
 """
@@ -30,7 +30,7 @@ CLASSES = [
 
 
 def variables():
-    """What the logs hold, and their channels as (column, time vector, values)."""
+    """Returns the content of the logs, and their channels as (column, time vector, values)."""
     t = np.arange(100) / 10
     fast = 5 + np.arange(300) / 50
     held, channels = {"t": t}, []
@@ -133,7 +133,7 @@ def version_5(folder, expected):
 
 
 def big_endian(folder, expected):
-    """What no writer makes any more, by the description of the format."""
+    """Writes elements that no current program writes, by the description of the format."""
 
     def element(kind, body):
         return struct.pack(">II", kind, len(body)) + body + bytes(-len(body) % 8)
@@ -165,7 +165,7 @@ def big_endian(folder, expected):
 
 
 def matlab_73(path, held):
-    """As MATLAB does: classes as attributes, dimensions turned round, cells as references."""
+    """Writes as MATLAB does: classes as attributes, reversed dimensions, cells as references."""
 
     def text(of, name, value):
         of.attrs[name] = np.bytes_(value)
@@ -245,7 +245,7 @@ def main():
         },
     )
 
-    # What MATLAB itself wrote long ago, from SciPy's own tests.
+    # Old files by MATLAB itself, from SciPy's own tests.
     tests = pathlib.Path(scipy.io.__file__).parent / "matlab/tests/data"
     for path in [
         *tests.glob("testdouble_[67]*"),

@@ -1,4 +1,4 @@
-"""Logs of NMEA 0183 sentences, written and decoded by pynmea2 where it knows the sentence.
+"""Writes logs of NMEA 0183 sentences, and decodes them by pynmea2 where it knows the sentence.
 
 python3 make_nmea.py FOLDER
 """
@@ -38,7 +38,7 @@ def utc(time_s):
 
 
 def standard(kind, time_s):
-    """A sentence and its channels as (name, unit, value), by pynmea2's parser."""
+    """Returns a sentence and its channels as (name, unit, value), by pynmea2's parser."""
     moment, clock = utc(time_s)
     lat, north, lon, east = position()
     head, magnetic = number(0, 359.9, 2), number(0, 359.9, 2)
@@ -179,7 +179,7 @@ def checked(body):
 
 
 def own(kind, time_s):
-    """Sentences of makers, which pynmea2 does not know."""
+    """Returns proprietary sentences, which pynmea2 does not know."""
     a, b, c, d = number(0, 359, 2), number(-9, 9, 3), number(-9, 9, 3), number(-1, 1, 2)
     _, clock = utc(time_s)
     body, values = {

@@ -1,4 +1,4 @@
-"""What the NMEA log in SEAPLANT_DATA/formats/ardusub holds, as pynmea2 decodes it.
+"""Decodes the NMEA log in SEAPLANT_DATA/formats/ardusub with pynmea2.
 
 python3 make_nmea_recordings.py FOLDER
 """

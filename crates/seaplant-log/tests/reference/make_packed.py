@@ -1,4 +1,4 @@
-"""A table, packed by Python's gzip and by zstandard in several ways, and damaged.
+"""Packs a table with Python's gzip and zstandard in several ways, and damages it.
 
 python3 make_packed.py FOLDER
 """
@@ -39,7 +39,7 @@ def main():
     write("unsized.zst", unsized.compress(text))
     write("twice.zst.gz", gzip.compress(zstd.compress(text)))
 
-    # What zlib unpacks of a stream that is cut, up to the last whole line.
+    # What zlib unpacks of a truncated stream, up to the last complete line.
     cut = packed[: len(packed) // 3]
     whole = zlib.decompressobj(wbits=31).decompress(cut)
     lines = whole.count(b"\n") - 1

@@ -1,4 +1,4 @@
-"""PD0 files, written by the tables of Teledyne's published format.
+"""Writes PD0 files by the tables of Teledyne's published format.
 
 python3 make_pd0.py FOLDER
 """
@@ -21,7 +21,7 @@ NMEA = b"$GPGGA,101500.00,4736.45,N,12220.47,W,4,12,0.9,3.1,M,-17.2,M,,*4D\r\n"
 
 
 class Log:
-    """Ensembles, and what they hold."""
+    """Builds ensembles, with the expected channels."""
 
     def __init__(self, seed):
         self.dice = random.Random(seed)
@@ -102,7 +102,7 @@ class Log:
         return bottom
 
     def ensemble(self, clock, frame=None, with_century=True, profile=False):
-        """One more ensemble; its bytes are given back for who wants to damage them."""
+        """Adds an ensemble; returns its bytes, for damage."""
         self.count += 1
         types = [
             struct.pack("<H", 0x0000).ljust(25, b"\0") + bytes([(frame or 0) << 3 | 0b111])

@@ -1,4 +1,4 @@
-"""What the recordings in SEAPLANT_DATA/formats/pd0 hold, decoded by the tables of the format.
+"""Decodes the recordings in SEAPLANT_DATA/formats/pd0 by the tables of the format.
 
 python3 make_pd0_recordings.py FOLDER
 """

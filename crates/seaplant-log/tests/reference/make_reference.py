@@ -1,4 +1,4 @@
-"""Reads log.csv by Python's csv module and prints what seaplant-log must find in it.
+"""Reads log.csv by Python's csv module and prints the expected result of seaplant-log.
 
     python3 make_reference.py > log.json
 
@@ -13,7 +13,7 @@ import platform
 
 
 def number(cell):
-    """The cell's value, or None where it holds no finite number."""
+    """Returns the cell's value, or None where it holds no finite number."""
     try:
         value = float(cell)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Bags of ROS 1 and ROS 2, written by mcap-ros2-support, rosbags, mcap and sqlite3.
+"""Writes bags of ROS 1 and ROS 2 with mcap-ros2-support, rosbags, mcap and sqlite3.
 
     python3 make_ros.py FOLDER
 
@@ -195,7 +195,7 @@ def bundled():
 
 
 class Types:
-    """Fills messages of a typestore, and says what is in them."""
+    """Fills messages of a typestore, and returns their content."""
 
     def __init__(self, store, dice, ros1=False):
         self.store, self.dice, self.ros1 = store, dice, ros1
@@ -249,7 +249,7 @@ class Types:
         return cls(**{field: self.field(field, desc) for field, desc in fields})
 
     def plain(self, value):
-        """A message as mcap-ros2-support takes it."""
+        """Returns a message in the form that mcap-ros2-support takes."""
         if isinstance(value, numpy.ndarray):
             return value.tolist()
         if isinstance(value, list):
@@ -260,7 +260,8 @@ class Types:
         return value
 
     def leaves(self, message, path="", unit=None, within=False):
-        """Every number of a message: path, unit, value; lists give (path, None, length) too."""
+        """Returns every number of a message: path, unit, value; lists give (path, None, length)
+        in addition."""
         name = message.__msgtype__
         dot = "." if path else ""
         if name in ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration"):
@@ -303,7 +304,7 @@ class Types:
 
 
 def angles(q):
-    """Roll, pitch and yaw, by the textbook, and as SciPy has them."""
+    """Computes roll, pitch and yaw by the textbook formula, as SciPy does."""
     square = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     sine = 2.0 * (q.w * q.y - q.z * q.x) / square
     roll = math.atan2(
@@ -319,7 +320,7 @@ def angles(q):
 
 
 class Topics:
-    """Messages by topic, and what a reader must find of them."""
+    """Returns messages by topic, and the expected channels."""
 
     def __init__(self, types):
         self.types, self.messages = types, []
@@ -388,7 +389,7 @@ def write_mcap_ros2(path, topics, **options):
 
 
 def write_mcap_raw(path, topics, encode, profile, schema_encoding, message_encoding, **options):
-    """As mcap's own writer does, from bytes that rosbags makes."""
+    """Writes as mcap's own writer does, from bytes that rosbags makes."""
     with open(path, "wb") as file:
         writer = McapWriter(file, **options)
         writer.start(profile=profile, library="test")
@@ -422,7 +423,7 @@ def write_bag2(folder, name, topics, version, plugin=StoragePlugin.SQLITE3, pack
 
 
 def write_old_db3(path, topics, foreign=()):
-    """As ROS 2 Foxy does: no definitions, a table of fewer columns."""
+    """Writes as ROS 2 Foxy does: no definitions, a table of fewer columns."""
     path.unlink(missing_ok=True)
     base = sqlite3.connect(path)
     base.executescript(
@@ -475,7 +476,7 @@ def typestore(base, extra):
 
 
 def joints(types, k):
-    """Joints with names, of which velocity has none at first."""
+    """Writes joints with names, at first without velocity."""
     message = types.message("sensor_msgs/msg/JointState")
     message.name = ["port", "starboard", "vertical"]
     message.position = numpy.array([0.1 * k, 0.2 * k, -0.3 * k])

@@ -1,4 +1,4 @@
-"""Logs long enough to be surveyed: the same steady recordings in every format.
+"""Writes logs long enough to be surveyed: the same steady recordings in every format.
 
 python3 make_survey.py FOLDER
 """
@@ -73,7 +73,7 @@ def telemetry(path):
 
 
 def messages(store, ros_1):
-    """Time of receipt, topic, bytes: pressure often, a temperature only in the middle."""
+    """Yields time of receipt, topic, bytes: pressure often, a temperature only in the middle."""
     extra = {"seq": 0} if ros_1 else {}
     packed = store.serialize_ros1 if ros_1 else store.serialize_cdr
     make = lambda kind, **fields: store.types[kind](**fields)
@@ -134,7 +134,7 @@ def db3(path):
         for receipt, topic, content in messages(get_typestore(Stores.ROS2_HUMBLE), False)
         for number in ([numbers[topic], 9] if topic == "/pressure" else [numbers[topic]])
     )
-    # A type that nobody knows: its messages count, and are not read.
+    # An unknown type: its messages count, and are not read.
     database.execute("INSERT INTO topics VALUES(9,'/secret','secret_msgs/msg/Secret','cdr','')")
     database.executemany("INSERT INTO messages(topic_id,timestamp,data) VALUES(?,?,?)", rows)
     database.commit()

@@ -1,4 +1,5 @@
-"""MAVLink telemetry logs with every message of ardupilotmega, read again by pymavlink.
+"""Writes MAVLink telemetry logs with every message of ardupilotmega, and reads them again with
+pymavlink.
 
 python3 make_tlog.py FOLDER
 """
@@ -46,7 +47,7 @@ class Writer:
 
 
 def any_of(kind, dice):
-    """A message with values of all sizes, and zeros at its end now and then."""
+    """Returns a message with values of all sizes, sometimes with zeros at its end."""
     lengths = dict(zip(kind.ordered_fieldnames, kind.array_lengths))
     zeros = dice.random() < 0.3
 
@@ -108,15 +109,15 @@ def several_senders(log, dice, rounds):
 
 
 def stamps(log, expected, dice):
-    """Messages that arrive late, from a vehicle that is started twice, and its 32 bits of
-    microseconds, which start anew after 4295 s."""
+    """Writes messages that arrive late, from a vehicle that is started twice, and with a 32-bit
+    counter of microseconds, which overflows after 4295 s."""
     found = {"ATTITUDE.yaw": [], "SERVO_OUTPUT_RAW.servo1_raw": [], "HEARTBEAT.custom_mode": []}
     units = {"ATTITUDE.yaw": "rad", "SERVO_OUTPUT_RAW.servo1_raw": "us"}
     for start, uptime in enumerate([4280.0, 2.0]):
         for k in range(400):
             sent = uptime + 0.1 * k
             now = START_S + 70.0 * start + 0.1 * k
-            # The first stamp after a start is not believed yet, nor can it be told from an old one.
+            # The first stamp after a start is not used yet, because it may be an old one.
             unbelieved = start == 1 and k == 0
             # Half of the messages arrive at once.
             late = 0.0 if k % 2 else dice.uniform(0, 0.5)

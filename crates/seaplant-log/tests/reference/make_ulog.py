@@ -1,4 +1,4 @@
-"""ULog files by the letter of their format, and what pyulog reads in them and in those of PX4.
+"""Writes ULog files by the specification, and reads them and those of PX4 with pyulog.
 
 SEAPLANT_DATA=... python3 make_ulog.py FOLDER
 """
@@ -98,7 +98,7 @@ def whole():
 
 
 def appended():
-    """A file whose last message was left unfinished before more was appended."""
+    """Writes a file whose last message was incomplete before more was appended."""
     first = header(1) + subscribe(2, "sensor")
     for k in range(10):
         first += record(2, struct.pack("<Qf", 1_000_000 * (k + 2), k))
@@ -165,7 +165,7 @@ def main():
         seed += record(2, struct.pack("<Qf", 2_000_000 + 5_000 * k, k)) + record(1, attitude(k))
     (folder / "seed.ulg").write_bytes(seed)
     expected = Expected(folder)
-    # What is appended is a log of its own to pyulog.
+    # pyulog treats an appended part as a separate log.
     for name in ("all.ulg", "seed.ulg"):
         expect(expected, folder / name, name)
     others = pathlib.Path(os.environ.get("SEAPLANT_DATA", "")) / "formats/ulog"

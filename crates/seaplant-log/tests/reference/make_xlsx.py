@@ -1,4 +1,4 @@
-"""Workbooks as openpyxl and XlsxWriter write them.
+"""Writes workbooks with openpyxl and XlsxWriter.
 
 python3 make_xlsx.py FOLDER
 """
@@ -22,7 +22,7 @@ def main():
     dice = random.Random(5)
 
     def speed():
-        """At random, in digits that openpyxl does not round."""
+        """Returns random numbers, with digits that openpyxl does not round."""
         return round(dice.gauss(0, 1), 12)
 
     # Remarks above, a row of units, holes, errors, text, a boolean; a second sheet.
@@ -89,7 +89,7 @@ def main():
     seconds = [span.total_seconds() for span in spans]
     expected.channel("spans.xlsx", "u (m/s)", seconds, speeds, unit="m/s")
 
-    # A stray cell in the last place that a sheet has.
+    # A stray cell in the last position of a sheet.
     book = openpyxl.Workbook()
     book.active.append(["t (s)", "u (m/s)"])
     for k in range(20):

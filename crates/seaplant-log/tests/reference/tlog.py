@@ -1,4 +1,4 @@
-"""MAVLink telemetry logs by pymavlink: what they hold."""
+"""Reads MAVLink telemetry logs with pymavlink."""
 
 import os
 
@@ -7,7 +7,7 @@ os.environ["MAVLINK20"] = "1"
 from dataflash import sorted_once
 from pymavlink import mavutil
 
-# The symbols of definitions: what Seaplant calls the unit, and what it divides values by.
+# Symbols of definitions: Seaplant's unit, and the divisor of values.
 UNITS = {
     symbol: (symbol, 1)
     for symbol in [
@@ -70,7 +70,7 @@ def messages(path):
 
 
 def numbers(message):
-    """Fields of numbers; elements of arrays of them, but for arrays of many bytes."""
+    """Returns numeric fields; elements of arrays of them, except arrays of many bytes."""
     lengths = dict(zip(message.ordered_fieldnames, message.array_lengths))
     types = dict(zip(message.fieldnames, message.fieldtypes))
     for field in message.fieldnames:
@@ -85,7 +85,7 @@ def numbers(message):
 
 
 def expect(expected, path, name):
-    """Every number of every message, at the time of its receipt."""
+    """Returns every number of every message, at the time of its receipt."""
     found = [m for m in messages(path) if m.get_type() not in ("PARAM_VALUE",)]
     senders, instances = {}, {}
     for message in found:

@@ -1,5 +1,5 @@
-//! The files that fuzzing starts from, and those on which it found a reader to fail: every reader
-//! must stand them all. `scripts/fuzz` searches further.
+//! Seed files of the fuzzer, and files with which it found failures: every reader must handle all
+//! of them. `scripts/fuzz` searches further.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use seaplant_log::ReadOptions;
 use crate::checks::mend;
 use crate::harness::{Limits, replay};
 
-/// The folders, one for each reader, and what a log is called that it read.
+/// Folders, one for each reader, and the format of a log that it read.
 const READERS: &[(&str, &str)] = &[
     ("arrow", "Arrow IPC"),
     ("bag", "ROS 1 bag"),
@@ -28,14 +28,14 @@ const READERS: &[(&str, &str)] = &[
     ("zstd", "comma-separated text, zstd"),
 ];
 
-/// What all files of a reader may hold, bytes: they are in the repository.
+/// Maximum total size of a reader's files in bytes, because they are in the repository.
 const SIZE: usize = 20 << 10;
 
 fn corpus() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus")
 }
 
-/// The files and folders in a folder, in order.
+/// Lists the files and folders in a folder, in order.
 fn within(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     let mut found: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -54,8 +54,8 @@ fn every_reader_has_a_corpus() {
 }
 
 #[test]
-fn every_reader_stands_its_corpus() {
-    // Archives, zeros at the end of a frame and columns of one value take less than a byte a sample.
+fn every_reader_handles_its_corpus() {
+    // Archives, zeros at the end of a frame and constant columns take less than a byte per sample.
     let limits = Limits { samples_per_byte: 100.0, ..Limits::default() };
     for (reader, format) in READERS {
         let (mut size, mut reads) = (0, 0);

@@ -1,8 +1,8 @@
-//! Damages files at random and checks that reading them neither panics, nor hangs, nor takes
-//! memory out of proportion to the file.
+//! Damages files at random and checks that reading them neither panics, nor hangs, nor uses memory
+//! out of proportion to the file.
 //!
-//! Seeded, so that a failure comes again; the bytes that failed are kept in the target folder.
-//! `SEAPLANT_ROBUST_SECONDS=600` runs each seed file for so long instead of [`ROUNDS`] times.
+//! Seeded, so that failures are reproducible; the bytes that failed are kept in the target folder.
+//! `SEAPLANT_ROBUST_SECONDS=600` runs each seed file for that long instead of [`ROUNDS`] times.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -13,21 +13,21 @@ use seaplant_log::{Channel, Log, Note, ReadOptions, Thoroughness, read_bytes, su
 
 use crate::checks::channels_are_sound;
 
-/// How often each seed file is damaged.
+/// Number of damaged copies of each seed file.
 const ROUNDS: u64 = 2000;
 
-/// One in so many damaged files is surveyed, too.
+/// Number of damaged files per survey.
 const SURVEY_EVERY: u64 = 3;
 
-/// What a reader may take.
+/// Limits of a reader's resources.
 #[derive(Clone, Copy)]
 pub struct Limits {
-    /// Processor time for one file: how long it takes depends on what else runs.
+    /// Processor time for one file: elapsed time depends on other processes.
     pub time: Duration,
-    /// Samples for each byte of the file. Formats that pack more densely than a byte a sample
-    /// need more.
+    /// Samples per byte of the file. Formats that pack more densely than a byte per sample need
+    /// more.
     pub samples_per_byte: f64,
-    /// Address space, as multiples of the file beside [`SPARE_BYTES`].
+    /// Address space, as multiples of the file, in addition to [`SPARE_BYTES`].
     pub memory_factor: u64,
 }
 
@@ -37,15 +37,15 @@ impl Default for Limits {
     }
 }
 
-/// Memory that a reader may take for its own ends, however small the file; the allocator takes
-/// some at once for each new thread.
+/// Memory that a reader may use however small the file; the allocator reserves some for each new
+/// thread.
 const SPARE_BYTES: u64 = 256 << 20;
 
-/// Memory is measured of the whole process.
+/// Memory is measured for the whole process.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// Damages `seed` in many ways and reads each; `repair` mends checksums and the like, so that
-/// damage reaches what they guard (every other time, for the reader must stand both).
+/// Damages `seed` in many ways and reads each copy. `repair` recomputes checksums and the like
+/// every other time, so that both the check and the decoder are reached.
 pub fn hammer(
     name: &str,
     seed: &[u8],
@@ -61,7 +61,8 @@ pub fn hammer(
     });
 }
 
-/// Damages `seed`, a part of a file, in many ways, and reads the whole that `wrap` makes of it.
+/// Damages `seed`, a part of a file, in many ways, and reads the complete file that `wrap` makes of
+/// it.
 pub fn hammer_within(
     name: &str,
     seed: &[u8],
@@ -72,7 +73,7 @@ pub fn hammer_within(
     run(name, seed, options, limits, |part, _| wrap(&part));
 }
 
-/// Reads a file as it is; the log, if it is one.
+/// Reads a file unchanged; returns the log, if it is one.
 pub fn replay(name: &str, bytes: &[u8], options: &ReadOptions, limits: Limits) -> Option<Log> {
     let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     check(name, bytes, options, limits, 0)
@@ -104,7 +105,7 @@ fn run(
     }
 }
 
-/// Reads one file, and keeps it if the reader does not stand it; the log, if it is one.
+/// Reads one file, and keeps it if the reader fails; returns the log, if it is one.
 fn check(
     name: &str,
     bytes: &[u8],
@@ -115,7 +116,7 @@ fn check(
     let (start, before) = (cpu_time(), peak_bytes());
     let path = Path::new("damaged");
     let read = catch_unwind(AssertUnwindSafe(|| read_bytes(path, bytes, options)));
-    // Of most formats that is reading it once more.
+    // For most formats this reads the file once more.
     let surveyed = catch_unwind(AssertUnwindSafe(|| match round % SURVEY_EVERY {
         0 => survey_bytes(name, bytes, options),
         _ => Default::default(),
@@ -150,7 +151,7 @@ fn check(
     }
 }
 
-/// The channels and notes of a survey in small parts; none where it fails.
+/// Returns the channels and notes of a survey in small parts; none if it fails.
 fn survey_bytes(name: &str, bytes: &[u8], options: &ReadOptions) -> (Vec<Channel>, Vec<Note>) {
     const HOW: Thoroughness = Thoroughness { whole_up_to: 0, parts: 2, part_bytes: 1000 };
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("surveyed-{name}"));
@@ -160,7 +161,7 @@ fn survey_bytes(name: &str, bytes: &[u8], options: &ReadOptions) -> (Vec<Channel
     (channels.collect(), survey.notes().to_vec())
 }
 
-/// What holds of every log.
+/// Checks the invariants of every log.
 fn sound(channels: &[Channel], notes: &[Note], bytes: usize, limits: Limits) -> Result<(), String> {
     let samples: usize = channels.iter().map(|channel| channel.len()).sum();
     if samples as f64 > limits.samples_per_byte * bytes as f64 {
@@ -180,12 +181,13 @@ fn fail(name: &str, bytes: &[u8], round: u64, reason: &str) -> ! {
     panic!("{name}, round {round}: {reason}; the file is {}", path.display());
 }
 
-/// The processor time of this process, to a hundredth of a second, which is what Linux counts in;
-/// elsewhere the time since it started.
+/// Returns the processor time of this process, to a hundredth of a second, the unit of Linux;
+/// elsewhere the elapsed time since it started.
 fn cpu_time() -> Duration {
     static START: OnceLock<Instant> = OnceLock::new();
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The name of the program, in brackets, may hold blanks; 14 and 15 are user and system time.
+    // The name of the program, in brackets, may hold blanks; fields 14 and 15 are user and system
+    // time.
     let fields = stat.rsplit_once(") ").map(|(_, rest)| rest.split(' ').skip(11).take(2));
     let ticks: Option<u64> = fields.map(|two| two.filter_map(|n| n.parse::<u64>().ok()).sum());
     ticks.map_or_else(
@@ -194,7 +196,7 @@ fn cpu_time() -> Duration {
     )
 }
 
-/// The most address space that this process ever had; 0 where the system does not say.
+/// Returns the peak address space of this process; 0 where the system does not report it.
 fn peak_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmPeak:"));
@@ -220,7 +222,7 @@ impl Dice {
     }
 }
 
-/// One damage.
+/// Applies one random damage.
 fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
     if bytes.is_empty() {
         bytes.push(dice.next() as u8);
@@ -248,7 +250,7 @@ fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
     }
 }
 
-/// What a length, count or offset must not be.
+/// Writes an implausible length, count or offset.
 fn extreme_number(bytes: &mut [u8], at: usize, dice: &mut Dice) {
     let width = [1, 2, 4, 8][dice.below(4)].min(bytes.len() - at);
     let len = bytes.len() as u64;

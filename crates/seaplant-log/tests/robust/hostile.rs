@@ -1,5 +1,5 @@
-//! Small files that were made to cost much: reading them takes seconds and memory in proportion to
-//! their size, or they are refused.
+//! Small files designed to be expensive: reading them takes time and memory in proportion to their
+//! size, or they are refused.
 
 use std::io::{Cursor, Write};
 use std::path::Path;
@@ -10,7 +10,7 @@ use zip::write::SimpleFileOptions;
 
 use crate::harness::{Limits, replay};
 
-/// Reads a file within the limits of all readers, and less memory where its bytes are many.
+/// Reads a file within the limits of all readers, with less memory for large files.
 fn stands(name: &str, bytes: &[u8]) -> Option<Log> {
     let limits = Limits { memory_factor: 10, ..Limits::default() };
     replay(name, bytes, &ReadOptions::default(), limits)
@@ -21,7 +21,7 @@ fn error(bytes: &[u8]) -> String {
     read.expect_err("a hostile file").to_string()
 }
 
-/// A ULog file of messages: a letter and a body each.
+/// Builds a ULog file of messages: a letter and a body each.
 fn ulog(messages: impl IntoIterator<Item = (u8, Vec<u8>)>) -> Vec<u8> {
     let mut file = b"ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0".to_vec();
     for (letter, body) in messages {
@@ -101,7 +101,7 @@ fn ulog_long_names() {
     assert!(stands("ulog-names", &ulog(messages)).is_none());
 }
 
-/// A workbook with one sheet.
+/// Builds a workbook with one sheet.
 fn workbook(sheet: &str) -> Vec<u8> {
     let mut workbook = ZipWriter::new(Cursor::new(Vec::new()));
     let start = r#"<?xml version="1.0" encoding="UTF-8"?>"#;

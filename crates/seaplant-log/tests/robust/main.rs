@@ -1,4 +1,4 @@
-//! Readers stand whatever a file holds: see `harness.rs`.
+//! Readers handle any content of a file: see `harness.rs`.
 #![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
 #[path = "../../fuzz/src/checks.rs"]

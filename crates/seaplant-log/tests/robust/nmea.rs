@@ -1,4 +1,4 @@
-//! NMEA 0183 sentences, damaged with and without their checksums put right.
+//! NMEA 0183 sentences, damaged with and without valid checksums.
 
 use seaplant_log::ReadOptions;
 

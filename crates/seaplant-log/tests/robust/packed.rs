@@ -8,7 +8,7 @@ use crate::harness::{Limits, hammer};
 #[test]
 fn archives() {
     let Some(made) = made("packed") else { return };
-    // A table packs to less than a byte for a sample.
+    // A table packs to less than a byte per sample.
     let limits = Limits { samples_per_byte: 100.0, ..Limits::default() };
     for name in ["seed.gz", "seed.zst"] {
         let seed = std::fs::read(made.file(name)).unwrap();

@@ -1,4 +1,4 @@
-//! PD0 files: damaged with and without their checksums put right.
+//! PD0 files, damaged with and without valid checksums.
 
 use seaplant_log::ReadOptions;
 

@@ -8,7 +8,7 @@ use crate::common::mcap::McapFile;
 use crate::common::python::made;
 use crate::harness::{Limits, hammer, hammer_within};
 
-/// Damages a file; `repair` mends what guards its parts.
+/// Damages a file; `repair` recomputes the checksums of its parts.
 fn bag(name: &str, limits: Limits, repair: impl Fn(&mut Vec<u8>)) {
     let Some(made) = made("ros") else { return };
     let seed = std::fs::read(made.file(name)).unwrap();
@@ -59,7 +59,7 @@ fn message_definitions() {
     }
 }
 
-/// Types that are made of thirty-two of the next, thirty deep, with nothing in them.
+/// Types with thirty-two fields of the next type, thirty deep, with nothing in them.
 #[test]
 fn a_definition_that_explodes_is_refused() {
     let mut definition = "T0[32] all\n".to_owned();

@@ -1,4 +1,4 @@
-//! Excel workbooks: damaged as they are, and each part of them within a sound archive.
+//! Excel workbooks, damaged directly, and each part within a valid archive.
 
 use std::io::{Cursor, Read, Write};
 

@@ -8,11 +8,11 @@ use crate::figure::Ink;
 use crate::number::{Decimals, significant};
 use crate::paths::Paths;
 
-/// The drag of an axis of the plant of this name; of a plant of the axis alone without one.
+/// Draws the drag of an axis of the named plant, or of a one-axis plant if there is no name.
 pub(super) fn chart(dof: Dof, plant: Option<&str>, curve: &DragCurve, ids: &mut Paths) -> Chart {
     let units = dof.units();
     let values = |pick: fn(&seaplant::Estimate) -> f64| {
-        Values::of(&curve.force.iter().map(pick).collect::<Vec<_>>())
+        Values::pack(&curve.force.iter().map(pick).collect::<Vec<_>>())
     };
     let line = Line {
         interval: Some([values(|x| x.low95), values(|x| x.high95)]),
@@ -49,7 +49,7 @@ pub(super) fn chart(dof: Dof, plant: Option<&str>, curve: &DragCurve, ids: &mut 
         panels: vec![Panel {
             label: format!("Drag, {}", units.force),
             height: 170,
-            x: Values::of(&curve.speed),
+            x: Values::pack(&curve.speed),
             lines: vec![line],
             ..Panel::default()
         }],

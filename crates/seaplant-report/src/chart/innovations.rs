@@ -1,4 +1,4 @@
-//! Whether what a filter could not predict is white.
+//! Chart of the innovations' autocorrelation, which reveals whether they are white.
 
 use seaplant::Dof;
 use seaplant::estimate::Innovations;
@@ -9,7 +9,7 @@ use super::{Chart, Horizontal, Line, Panel, Subject, Values};
 use crate::number::significant;
 use crate::paths::Paths;
 
-/// `None` of a method that predicts nothing step by step.
+/// Returns `None` for a method without one-step predictions.
 pub(super) fn chart(dof: Dof, plant: &PlantResult, ids: &mut Paths) -> Option<Chart> {
     let panels: Vec<Panel> = plant.innovations.chunks(INKS.len()).map(panel).collect();
     (!panels.is_empty()).then(|| Chart {
@@ -31,12 +31,12 @@ fn panel(trials: &[Innovations]) -> Panel {
     let lines = trials.iter().zip(INKS).map(|(trial, ink)| {
         let mut correlation = trial.autocorrelation.clone();
         correlation.resize(longest, f64::NAN);
-        Line::new(trial.trial.clone(), ink, Values::of(&correlation))
+        Line::new(trial.trial.clone(), ink, Values::pack(&correlation))
     });
     Panel {
         label: "Autocorrelation".to_owned(),
         height: 180,
-        x: Values::of(&(0..longest).map(|k| k as f64).collect::<Vec<_>>()),
+        x: Values::pack(&(0..longest).map(|k| k as f64).collect::<Vec<_>>()),
         lines: lines.collect(),
         levels: white(trials.iter().map(|trial| trial.samples).min().unwrap_or_default()),
         ..Panel::default()

@@ -1,4 +1,4 @@
-//! Each parameter with its interval, by method.
+//! Chart of each parameter with its interval, by method.
 
 use seaplant::results::{Parameter, Parameters, PlantResult, Results};
 use seaplant::{Dof, Method};
@@ -9,7 +9,7 @@ use crate::number::significant;
 use crate::paths::Paths;
 use crate::words;
 
-/// `None` where one method alone was used: there is nothing to compare.
+/// Returns `None` if only one method was used: there is nothing to compare.
 pub(super) fn chart(dof: Dof, results: &Results, ids: &mut Paths) -> Option<Chart> {
     let all = results.methods.get(&dof).filter(|methods| methods.len() > 1)?;
     let recommended = results.plants.get(&dof)?.method;
@@ -49,7 +49,7 @@ pub(super) fn chart(dof: Dof, results: &Results, ids: &mut Paths) -> Option<Char
 fn panel(name: &str, found: &[Option<&Parameter>], truth: Option<f64>) -> Option<Panel> {
     let unit = &found.iter().flatten().next()?.unit;
     let values = |pick: fn(&Parameter) -> f64| {
-        Values::of(&found.iter().map(|p| p.map_or(f64::NAN, pick)).collect::<Vec<_>>())
+        Values::pack(&found.iter().map(|p| p.map_or(f64::NAN, pick)).collect::<Vec<_>>())
     };
     let line = Line {
         interval: Some([values(|p| p.low95), values(|p| p.high95)]),
@@ -61,7 +61,7 @@ fn panel(name: &str, found: &[Option<&Parameter>], truth: Option<f64>) -> Option
     Some(Panel {
         label: format!("{name}, {unit}{label}"),
         height: 150,
-        x: Values::of(&(0..found.len()).map(|k| k as f64).collect::<Vec<_>>()),
+        x: Values::pack(&(0..found.len()).map(|k| k as f64).collect::<Vec<_>>()),
         lines: vec![line],
         levels: truth.into_iter().collect(),
         ..Panel::default()

@@ -1,4 +1,4 @@
-//! What the error of a simulation remembers: its autocorrelation.
+//! Chart of the autocorrelation of a simulation's error.
 
 use seaplant::signal::autocorrelation;
 use seaplant::{Dof, Role};
@@ -10,28 +10,28 @@ use crate::number::significant;
 use crate::paths::Paths;
 use crate::words;
 
-/// As far as memory is looked at, s.
+/// Longest lag, s.
 const LONGEST_S: f64 = 60.0;
-/// As far as memory is looked at, as a part of the record.
+/// Longest lag, as a fraction of the record.
 const LONGEST_PART: f64 = 0.25;
-/// More lags than this are not looked at.
+/// Maximum number of lags.
 const MOST_LAGS: usize = 300;
-/// Fewer samples say nothing of memory.
+/// Minimum number of samples.
 const FEWEST: usize = 32;
 
-/// The autocorrelation of one trial's difference.
+/// Autocorrelation of one trial's error.
 pub(super) struct Memory {
     trial: String,
     role: Role,
-    /// Between lags.
+    /// Step between lags.
     step_s: f64,
     correlation: Vec<f64>,
     samples: usize,
 }
 
 impl Memory {
-    /// Of the longest stretch without a gap; `None` if that is too short.
-    pub(super) fn of(trial: &str, role: Role, time_s: &[f64], difference: &[f64]) -> Option<Self> {
+    /// Computes it from the longest stretch without a gap; `None` if that is too short.
+    pub(super) fn new(trial: &str, role: Role, time_s: &[f64], difference: &[f64]) -> Option<Self> {
         let longest = runs(time_s).into_iter().max_by_key(std::ops::Range::len)?;
         let (time_s, difference) = (&time_s[longest.clone()], &difference[longest]);
         let samples = time_s.len();
@@ -47,7 +47,7 @@ impl Memory {
         Some(Self { trial: trial.to_owned(), role, step_s, correlation, samples })
     }
 
-    /// The lag at which the correlation first falls below 1/e, s.
+    /// Returns the lag at which the correlation first falls below 1/e, s.
     fn memory_s(&self) -> Option<f64> {
         let below = |r: &f64| *r < (-1.0_f64).exp();
         Some(self.step_s * self.correlation.iter().position(below)? as f64)
@@ -55,7 +55,7 @@ impl Memory {
 }
 
 pub(super) fn chart(dof: Dof, memories: Vec<&Memory>, ids: &mut Paths) -> Option<Chart> {
-    // Lines of one panel share their lags: trials of other rates have panels of their own.
+    // Lines of one panel have common lags: trials with other rates have panels of their own.
     let mut panels: Vec<(f64, Panel)> = Vec::new();
     for memory in &memories {
         let name = format!("{} ({})", memory.trial, words::role(memory.role));
@@ -76,7 +76,7 @@ pub(super) fn chart(dof: Dof, memories: Vec<&Memory>, ids: &mut Paths) -> Option
             panel.x = Values::of_times(&longest.collect::<Vec<_>>());
         }
         let ink = INKS[panel.lines.len()];
-        panel.lines.push(Line::new(name, ink, Values::of(&memory.correlation)));
+        panel.lines.push(Line::new(name, ink, Values::pack(&memory.correlation)));
     }
     if panels.is_empty() {
         return None;
@@ -95,13 +95,13 @@ pub(super) fn chart(dof: Dof, memories: Vec<&Memory>, ids: &mut Paths) -> Option
     })
 }
 
-/// Within the outer two, white noise stays at 95 of 100 lags.
+/// Returns levels; white noise lies within the outer two at 95 of 100 lags.
 pub(super) fn white(samples: usize) -> Vec<f64> {
     let bound = 1.96 / (samples.max(1) as f64).sqrt();
     vec![-bound, 0.0, bound]
 }
 
-/// Trials of one panel.
+/// Inks of the trials in one panel.
 pub(super) const INKS: [Ink; 4] = [Ink::Simulated, Ink::Other1, Ink::Other2, Ink::Other3];
 
 fn description(memories: &[&Memory]) -> String {

@@ -13,7 +13,7 @@ use crate::words;
 #[derive(Default)]
 pub(super) struct Motions(Vec<Motion>);
 
-/// One trial of one degree of freedom.
+/// Motion of one trial of one degree of freedom.
 struct Motion {
     quantity: ScoredMotion,
     dof: Dof,
@@ -21,7 +21,7 @@ struct Motion {
     role: Role,
     recommended: Method,
     description: String,
-    /// Of the recommended method, else of the first.
+    /// Stem of the recommended method, else of the first.
     stem: String,
     cut: Cut,
     samples: usize,
@@ -33,7 +33,7 @@ struct Motion {
 }
 
 impl Motions {
-    /// Takes a method's simulation in; `stem` names its files.
+    /// Adds a method's simulation; `stem` names its files.
     pub(super) fn add(&mut self, figure: &ComparisonFigure, results: &Results, stem: &str) {
         let Comparison { dof, trial, .. } = &figure.comparison;
         let known = self.0.iter().position(|known| known.dof == *dof && known.trial == *trial);
@@ -45,7 +45,7 @@ impl Motions {
         self.0[place].add(figure, stem);
     }
 
-    /// The charts, and of each degree of freedom one of what the errors remember.
+    /// Returns the charts, and for each degree of freedom one of the errors' autocorrelation.
     pub(super) fn charts(self, ids: &mut Paths) -> Vec<Chart> {
         let mut charts = Vec::new();
         for dof in Dof::ALL {
@@ -64,7 +64,7 @@ impl Motion {
         let cut = Cut::new(time_s);
         let position = position.as_ref().map(|PositionComparison { time_s, measured, .. }| {
             let cut = Cut::new(time_s);
-            let line = Line::new("measured", Ink::Measured, cut.of(measured));
+            let line = Line::new("measured", Ink::Measured, cut.pack(measured));
             (cut, vec![line])
         });
         Self {
@@ -76,10 +76,10 @@ impl Motion {
             description: String::new(),
             stem: String::new(),
             samples: time_s.len(),
-            velocity: vec![Line::new("measured", Ink::Measured, cut.of(measured))],
+            velocity: vec![Line::new("measured", Ink::Measured, cut.pack(measured))],
             difference: Vec::new(),
             position,
-            force: cut.of(force),
+            force: cut.pack(force),
             memory: Vec::new(),
             cut,
         }
@@ -87,7 +87,7 @@ impl Motion {
 
     fn add(&mut self, figure: &ComparisonFigure, stem: &str) {
         let Comparison { time_s, measured, simulated, position, .. } = &figure.comparison;
-        // Every method is judged on the same measurements.
+        // Every method is compared with the same measurements.
         debug_assert_eq!(time_s.len(), self.samples);
         let is_recommended = figure.method == self.recommended;
         if is_recommended || self.stem.is_empty() {
@@ -101,14 +101,14 @@ impl Motion {
         };
         let difference: Vec<f64> = simulated.iter().zip(measured).map(|(s, m)| s - m).collect();
         let (velocity, of_difference) =
-            (line(self.cut.of(simulated)), line(self.cut.of(&difference)));
+            (line(self.cut.pack(simulated)), line(self.cut.pack(&difference)));
         if let (Some((cut, lines)), Some(position)) = (&mut self.position, position) {
-            lines.push(line(cut.of(&position.simulated)));
+            lines.push(line(cut.pack(&position.simulated)));
         }
         self.velocity.push(velocity);
         self.difference.push(of_difference);
         if is_recommended {
-            self.memory.extend(memory::Memory::of(&self.trial, self.role, time_s, &difference));
+            self.memory.extend(memory::Memory::new(&self.trial, self.role, time_s, &difference));
         }
     }
 
@@ -148,7 +148,7 @@ impl Motion {
         }
     }
 
-    /// The recommended method before the others.
+    /// Orders the recommended method before the others.
     fn ordered(&self, lines: &[Line]) -> Vec<Line> {
         let mut lines = lines.to_vec();
         lines.sort_by_key(|line| !line.shown);
@@ -175,13 +175,13 @@ pub(super) fn position_name(dof: Dof) -> &'static str {
     }
 }
 
-/// A file of a figure: its kind and where it lies.
+/// Returns a file of a figure: its kind and path.
 pub(super) fn file(kind: &str, stem: &str) -> (String, String) {
     let folder = if kind == "csv" { "series" } else { "figures" };
     (kind.to_uppercase(), format!("{folder}/{stem}.{kind}"))
 }
 
-/// The recommended method looks as in the figures, the others unlike it and each other.
+/// Returns the ink: the recommended method looks as in the figures, the others are distinct.
 fn ink(method: Method, recommended: Method) -> Ink {
     if method == recommended {
         return Ink::Simulated;

@@ -1,4 +1,4 @@
-//! What was excited, and what the filters let through.
+//! Chart of excitation spectra and filter gains.
 
 use seaplant::results::{Results, SpectrumFigure};
 
@@ -7,19 +7,19 @@ use super::{Chart, Horizontal, Line, Panel, Subject, Values};
 use crate::figure::{Amplitude, Ink, spectrum_view};
 use crate::number::significant;
 
-/// Frequencies that are told apart: more than there are pixels across the page.
+/// Number of frequencies: more than there are pixels across the page.
 const MOST_POINTS: usize = 1500;
 
 pub(super) fn chart(figure: &SpectrumFigure, results: &Results, id: String, stem: &str) -> Chart {
     let view = spectrum_view(figure, results);
-    let bins = Bins::of(view.frequency_hz);
+    let bins = Bins::new(view.frequency_hz);
     let mut lines = vec![
         Line::new("force", Ink::Force, bins.greatest(&view.force)),
         Line::new("velocity", Ink::Velocity, bins.greatest(&view.velocity)),
     ];
     for gain in &view.gains {
         let y: Vec<f64> = bins.middle.iter().map(|f| gain.filter.zero_phase_gain(*f)).collect();
-        lines.push(Line::new(gain.name.clone(), gain.ink, Values::of(&y)));
+        lines.push(Line::new(gain.name.clone(), gain.ink, Values::pack(&y)));
     }
     let marks = view.excited_hz.map(|f| (f, format!("{} Hz", significant(f, 3))));
     Chart {
@@ -48,17 +48,17 @@ pub(super) fn chart(figure: &SpectrumFigure, results: &Results, id: String, stem
     }
 }
 
-/// Frequencies in parts of equal ratio, as a logarithmic axis shows them.
+/// Frequencies in bins of equal ratio, for a logarithmic axis.
 struct Bins {
-    /// Where each part begins among the frequencies.
+    /// Index of the first frequency of each bin.
     starts: Vec<usize>,
     middle: Vec<f64>,
     count: usize,
 }
 
 impl Bins {
-    /// Of ascending frequencies above zero.
-    fn of(frequency_hz: &[f64]) -> Self {
+    /// Creates bins for ascending positive frequencies.
+    fn new(frequency_hz: &[f64]) -> Self {
         let count = frequency_hz.len();
         let (&[first, ..], &[.., last]) = (frequency_hz, frequency_hz) else {
             return Self { starts: Vec::new(), middle: Vec::new(), count };
@@ -76,14 +76,14 @@ impl Bins {
         self.starts.iter().zip(ends).map(|(start, end)| &values[*start..end])
     }
 
-    /// A peak of one frequency survives.
+    /// Returns the greatest amplitude in each bin, so that a peak of one frequency survives.
     fn greatest(&self, amplitude: &Amplitude<'_>) -> Values {
         if amplitude.values.len() != self.count {
-            // Of a trial too short for a spectrum.
-            return Values::of(&vec![f64::NAN; self.middle.len()]);
+            // A trial too short for a spectrum.
+            return Values::pack(&vec![f64::NAN; self.middle.len()]);
         }
         let greatest = |part: &[f64]| amplitude.part(part.iter().copied().fold(0.0, f64::max));
-        Values::of(&self.parts(amplitude.values).map(greatest).collect::<Vec<_>>())
+        Values::pack(&self.parts(amplitude.values).map(greatest).collect::<Vec<_>>())
     }
 }
 
@@ -96,7 +96,7 @@ mod tests {
         let frequency_hz: Vec<f64> = (1..=400_000).map(|k| 5e-6 * f64::from(k)).collect();
         let mut amplitude = vec![0.1; 400_000];
         amplitude[314_159] = 1.0;
-        let bins = Bins::of(&frequency_hz);
+        let bins = Bins::new(&frequency_hz);
         assert!(bins.middle.len() <= MOST_POINTS + 1 && bins.middle.len() > MOST_POINTS / 3);
         assert!(bins.middle.windows(2).all(|pair| pair[0] < pair[1]));
         assert_eq!(bins.parts(&frequency_hz).map(<[f64]>::len).sum::<usize>(), 400_000);
@@ -108,11 +108,11 @@ mod tests {
     }
 
     #[test]
-    fn few_frequencies_stay_whole() {
-        let bins = Bins::of(&[0.1, 0.2, 0.3]);
+    fn few_frequencies_are_kept() {
+        let bins = Bins::new(&[0.1, 0.2, 0.3]);
         assert_eq!(bins.middle, [0.1, 0.2, 0.3]);
         let nothing = Amplitude { values: &[], greatest: 0.0 };
-        assert_eq!(Bins::of(&[]).greatest(&nothing), Values::List(Vec::new()));
+        assert_eq!(Bins::new(&[]).greatest(&nothing), Values::List(Vec::new()));
         assert_eq!(bins.greatest(&nothing), Values::List(vec![None; 3]));
     }
 }

@@ -1,4 +1,4 @@
-//! Steady stretches on the record that they were found in.
+//! Chart of steady stretches in their record.
 
 use seaplant::results::{Results, SteadyFigure};
 
@@ -29,15 +29,15 @@ pub(super) fn chart(figure: &SteadyFigure, results: &Results, id: String, stem: 
     let mut panels = Vec::new();
     if !figure.position.is_empty() {
         let cut = Cut::new(&figure.position_time_s);
-        let lines = vec![Line::new("measured", Ink::Measured, cut.of(&figure.position))];
+        let lines = vec![Line::new("measured", Ink::Measured, cut.pack(&figure.position))];
         panels.push(panel(position_name(figure.dof), units.position, &cut, lines));
     }
     let lines = vec![
-        Line::new("measured", Ink::Measured, cut.of(&figure.velocity)),
-        Line::new("mean of the stretch", Ink::Simulated, cut.of(&mean_velocity)),
+        Line::new("measured", Ink::Measured, cut.pack(&figure.velocity)),
+        Line::new("mean of the stretch", Ink::Simulated, cut.pack(&mean_velocity)),
     ];
     panels.push(panel("Velocity", units.velocity, &cut, lines));
-    let force = vec![Line::new("force", Ink::Force, cut.of(&figure.force))];
+    let force = vec![Line::new("force", Ink::Force, cut.pack(&figure.force))];
     panels.push(Panel { height: 130, ..panel("Force", units.force, &cut, force) });
     Chart {
         subject: Subject::Steady,

@@ -10,27 +10,27 @@ use crate::number::{or_absent, significant};
 use crate::paths::Paths;
 use crate::words;
 
-/// px
+/// Height of a panel, px.
 const PANEL_HEIGHT: u16 = 130;
 
 /// Trials, each by one plant of several axes.
 #[derive(Default)]
 pub(super) struct Togethers(Vec<Together>);
 
-/// One trial of one plant.
+/// Motion of one trial by one plant.
 struct Together {
     plant: String,
     trial: String,
     role: Role,
     first: Dof,
     panels: Vec<Panel>,
-    /// What is said of each axis.
+    /// Description of each axis.
     says: Vec<String>,
     stems: Vec<(Dof, String)>,
 }
 
 impl Togethers {
-    /// Takes one axis of a trial in; `stem` names its files.
+    /// Adds one axis of a trial; `stem` names its files.
     pub(super) fn add(&mut self, plant: &str, figure: &ComparisonFigure, stem: &str) {
         let trial = &figure.comparison.trial;
         let known = self.0.iter().position(|known| known.plant == plant && known.trial == *trial);
@@ -49,7 +49,7 @@ impl Togethers {
         self.0[place].add(&figure.comparison, stem);
     }
 
-    /// A chart of each trial.
+    /// Returns a chart for each trial.
     pub(super) fn charts(self, ids: &mut Paths) -> Vec<Chart> {
         self.0.into_iter().map(|trial| trial.chart(ids)).collect()
     }
@@ -61,9 +61,9 @@ impl Together {
         let cut = Cut::new(time_s);
         let difference: Vec<f64> = simulated.iter().zip(measured).map(|(s, m)| s - m).collect();
         let lines = vec![
-            Line::new("measured", Ink::Measured, cut.of(measured)),
-            Line::new("simulated", Ink::Simulated, cut.of(simulated)),
-            Line::new("simulated − measured", Ink::Difference, cut.of(&difference)),
+            Line::new("measured", Ink::Measured, cut.pack(measured)),
+            Line::new("simulated", Ink::Simulated, cut.pack(simulated)),
+            Line::new("simulated − measured", Ink::Difference, cut.pack(&difference)),
         ];
         let unit = dof.units().velocity;
         self.panels.push(Panel {
@@ -98,7 +98,7 @@ impl Together {
                 self.says.join("; ")
             ),
             files: self.stems.iter().map(csv).collect(),
-            // On paper, what the plant predicts says more than what it was fitted to.
+            // In print, the plant's predictions are more informative than its fits.
             stills: match self.role {
                 Role::HoldOut => self.stems.into_iter().map(|(_, stem)| stem).collect(),
                 _ => Vec::new(),

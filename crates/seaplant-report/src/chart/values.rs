@@ -1,4 +1,4 @@
-//! Numbers on their way to the page's script: exact where they are few, packed where many.
+//! Number series for the page's script: exact if short, packed if long.
 
 use std::io::Write;
 use std::ops::Range;
@@ -11,23 +11,23 @@ use serde::Serialize;
 
 use crate::decimate::runs;
 
-/// No more numbers than these are written out.
+/// Number of values up to which they are written exactly.
 const FEW: usize = 64;
 
-/// More points than these are not drawn: a part of the record gives its least and its greatest
-/// instead. It is what a browser zooms through without effort.
+/// Maximum number of points; longer records are reduced to minimum and maximum of each part. A
+/// browser zooms through this many without effort.
 const MOST_POINTS: usize = 1 << 17;
 
-/// Stands for a missing number.
+/// Code of a missing number.
 const MISSING: u16 = u16::MAX;
 
-/// A series of numbers; one that is not finite is missing.
+/// A series of numbers; values that are not finite are missing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub(crate) enum Values {
-    /// As they are.
+    /// Exact values.
     List(Vec<Option<f64>>),
-    /// From the first in equal steps; where they are only nearly equal, `off` is what to add to each.
+    /// Start, equal steps; if these are only nearly equal, `off` is added to each.
     Steps {
         from: f64,
         step: f64,
@@ -35,8 +35,8 @@ pub(crate) enum Values {
         #[serde(skip_serializing_if = "Option::is_none")]
         off: Option<Box<Values>>,
     },
-    /// 0xffff for what is missing, else `low + step · k`: each k less the one before, modulo 65536,
-    /// the high bytes of all before the low ones, deflated, in base 64.
+    /// Codes: 0xffff for missing, else `low + step · k`; differences of successive k modulo 65536,
+    /// all high bytes before the low ones, deflated, in base 64.
     Packed { low: f64, step: f64, count: usize, data: String },
 }
 
@@ -47,8 +47,8 @@ impl Default for Values {
 }
 
 impl Values {
-    /// Packs many, to 1/65534 of their range.
-    pub(crate) fn of(values: &[f64]) -> Self {
+    /// Packs a long series, to 1/65534 of its range.
+    pub(crate) fn pack(values: &[f64]) -> Self {
         let finite = |x: &f64| x.is_finite().then_some(*x);
         if values.len() <= FEW {
             return Self::List(values.iter().map(finite).collect());
@@ -76,11 +76,11 @@ impl Values {
         Self::Packed { low, step, count: values.len(), data: STANDARD.encode(packed) }
     }
 
-    /// Instants, to a tenth of the shortest step or better.
+    /// Packs instants, to a tenth of the shortest step or better.
     pub(crate) fn of_times(times: &[f64]) -> Self {
         let (&[from, ..], &[.., last]) = (times, times) else { return Self::default() };
         if times.len() <= FEW {
-            return Self::of(times);
+            return Self::pack(times);
         }
         let count = times.len();
         let step = (last - from) / (count - 1) as f64;
@@ -91,19 +91,19 @@ impl Values {
         if high - low < 1e-3 * shortest {
             Self::Steps { from, step, count, off: None }
         } else if (high - low) / f64::from(MISSING) < 0.1 * shortest {
-            Self::Steps { from, step, count, off: Some(Box::new(Self::of(&off))) }
+            Self::Steps { from, step, count, off: Some(Box::new(Self::pack(&off))) }
         } else {
             Self::List(times.iter().copied().map(Some).collect())
         }
     }
 }
 
-/// How the series of a record are made short, all of them alike.
+/// Reduction of the series of a record, common to all of them.
 #[derive(Debug)]
 pub(crate) struct Cut {
-    /// Samples without a gap between.
+    /// Runs of samples without a gap.
     runs: Vec<Range<usize>>,
-    /// Samples that give two points; one sample gives itself.
+    /// Number of samples that are reduced to two points; 1 means no reduction.
     pub(crate) samples_a_part: usize,
     times: Vec<f64>,
 }
@@ -124,7 +124,7 @@ impl Cut {
                 points.push(middle);
             }
         });
-        // Where a line breaks, an instant in the gap has no value.
+        // In a gap, where a line breaks, an instant has no value.
         let at_gaps = cut.times.iter().enumerate().filter(|(_, t)| t.is_nan()).map(|(k, _)| k);
         for k in at_gaps.collect::<Vec<_>>() {
             cut.times[k] = 0.5 * (cut.times[k - 1] + cut.times[k + 1]);
@@ -132,7 +132,7 @@ impl Cut {
         cut
     }
 
-    /// The points of every part, and no number between runs.
+    /// Returns the points of every part, with a missing number between runs.
     fn points(&self, mut give: impl FnMut(Range<usize>, &mut Vec<f64>)) -> Vec<f64> {
         let mut points = Vec::new();
         for (k, run) in self.runs.iter().enumerate() {
@@ -149,15 +149,14 @@ impl Cut {
         points
     }
 
-    /// The instants of the points.
+    /// Returns the instants of the points.
     pub(crate) fn times(&self) -> Values {
         Values::of_times(&self.times)
     }
 
-    /// The points of a series: of each part the least and the greatest, in the order in which they
-    /// came.
-    pub(crate) fn of(&self, values: &[f64]) -> Values {
-        Values::of(&self.thinned(values))
+    /// Returns the points of a series: minimum and maximum of each part, in their order.
+    pub(crate) fn pack(&self, values: &[f64]) -> Values {
+        Values::pack(&self.thinned(values))
     }
 
     fn thinned(&self, values: &[f64]) -> Vec<f64> {
@@ -180,7 +179,7 @@ mod tests {
 
     use super::*;
 
-    /// What the page's script makes of values.
+    /// Unpacks values as the page's script does.
     fn unpacked(values: &Values) -> Vec<f64> {
         match values {
             Values::List(list) => list.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
@@ -208,7 +207,7 @@ mod tests {
     fn many_numbers_come_back_to_a_part_of_their_range() {
         let mut values: Vec<f64> = (0..1000).map(|k| -3.0 + (0.1 * f64::from(k)).sin()).collect();
         values[500] = f64::NAN;
-        let back = unpacked(&Values::of(&values));
+        let back = unpacked(&Values::pack(&values));
         assert_eq!(back.len(), 1000);
         for (x, y) in values.iter().zip(&back) {
             assert!((x - y).abs() <= 2.0 / 65534.0 || (x.is_nan() && y.is_nan()), "{x} {y}");
@@ -217,16 +216,16 @@ mod tests {
 
     #[test]
     fn a_constant_and_nothing_but_gaps_survive() {
-        assert_eq!(unpacked(&Values::of(&[4.5; 100])), [4.5; 100]);
-        assert!(unpacked(&Values::of(&[f64::NAN; 100])).iter().all(|x| x.is_nan()));
-        assert_eq!(Values::of(&[]), Values::List(Vec::new()));
+        assert_eq!(unpacked(&Values::pack(&[4.5; 100])), [4.5; 100]);
+        assert!(unpacked(&Values::pack(&[f64::NAN; 100])).iter().all(|x| x.is_nan()));
+        assert_eq!(Values::pack(&[]), Values::List(Vec::new()));
     }
 
     #[test]
     fn lines_break_at_gaps() {
         let cut = Cut::new(&[0.0, 1.0, 2.0, 50.0, 51.0]);
         assert_eq!(unpacked(&cut.times()), [0.0, 1.0, 2.0, 26.0, 50.0, 51.0]);
-        let values = unpacked(&cut.of(&[1.0, 2.0, 3.0, 4.0, 5.0]));
+        let values = unpacked(&cut.pack(&[1.0, 2.0, 3.0, 4.0, 5.0]));
         assert!(values[3].is_nan());
         assert_eq!((&values[..3], &values[4..]), (&[1.0, 2.0, 3.0][..], &[4.0, 5.0][..]));
     }
@@ -249,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_steps_are_told_as_such() {
+    fn equal_steps_are_recognised() {
         let times: Vec<f64> = (0..4800).map(|k| 1.7e9 + 0.1 * f64::from(k)).collect();
         let Values::Steps { from, step, count, off: None } = Cut::new(&times).times() else {
             panic!("steps are equal")

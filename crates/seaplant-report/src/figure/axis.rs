@@ -6,10 +6,10 @@ use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 
 use crate::number::{Decimals, significant};
 
-/// The part of a panel that stays free above and below its data.
+/// Fraction of a panel that remains free above and below its data.
 const MARGIN: f64 = 0.06;
 
-/// An axis: its ends, its ticks and how they are written.
+/// An axis: its ends, its ticks and their labels.
 #[derive(Clone, Debug)]
 pub(crate) struct Axis {
     low: f64,
@@ -25,14 +25,14 @@ enum Scale {
 }
 
 impl Axis {
-    /// Holds every finite value, with a margin; around zero if there is none.
+    /// Creates an axis that holds every finite value, with a margin; around zero if there is none.
     pub(crate) fn around(values: impl IntoIterator<Item = f64>, most_ticks: usize) -> Self {
         let (low, high) = extent(values);
         let margin = MARGIN * (high - low);
         Self::between(low - margin, high + margin, most_ticks)
     }
 
-    /// Ends where told; widened if that is nowhere.
+    /// Creates an axis with given ends, widened if they coincide.
     pub(crate) fn between(low: f64, high: f64, most_ticks: usize) -> Self {
         let (low, high) = widened(low, high);
         let step = round_step((high - low) / most_ticks.max(1) as f64);
@@ -42,7 +42,7 @@ impl Axis {
         Self { low, high, ticks, scale: Scale::Linear { step } }
     }
 
-    /// A logarithmic axis with ticks at 1, 2 and 5; both ends above zero.
+    /// Creates a logarithmic axis with ticks at 1, 2 and 5; both ends above zero.
     pub(crate) fn decades(low: f64, high: f64) -> Self {
         let low = if low.is_finite() { low.max(1e-9) } else { 1e-3 };
         let high = if high.is_finite() && high > low { high } else { 10.0 * low };
@@ -97,7 +97,7 @@ impl Ranged for Axis {
     }
 }
 
-/// The least and greatest finite value.
+/// Returns the smallest and the greatest finite value.
 fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let finite = values.into_iter().filter(|value| value.is_finite());
     let (low, high) =
@@ -105,7 +105,7 @@ fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     if low > high { (-1.0, 1.0) } else { widened(low, high) }
 }
 
-/// A span that can be divided: a constant gets room around it.
+/// Widens a span of zero around its constant.
 fn widened(low: f64, high: f64) -> (f64, f64) {
     if !(low.is_finite() && high.is_finite()) {
         return (-1.0, 1.0);
@@ -118,7 +118,7 @@ fn widened(low: f64, high: f64) -> (f64, f64) {
     (low - room, low + room)
 }
 
-/// The next of 1, 2, 5 times a power of ten.
+/// Rounds up to 1, 2 or 5 times a power of ten.
 fn round_step(step: f64) -> f64 {
     let power = 10_f64.powf(step.log10().floor());
     let multiple = [1.0, 2.0, 5.0].into_iter().find(|m| m * power >= step * (1.0 - 1e-9));

@@ -1,4 +1,4 @@
-//! Panels, lines and keys, the same in every figure.
+//! Panels, lines and keys common to all figures.
 
 use std::convert::Infallible;
 
@@ -16,7 +16,7 @@ use super::scene::{PER_PIXEL, Recorder, Scene};
 use crate::Error;
 use crate::decimate::{decimate, runs};
 
-/// Points of one line: more than there are pixels across the page.
+/// Number of points of one line: more than there are pixels across the page.
 const MOST_POINTS: usize = 1500;
 
 const TITLE_SIZE: i32 = 13;
@@ -32,7 +32,7 @@ impl From<DrawingAreaErrorKind<Infallible>> for Error {
     }
 }
 
-/// Pixels in scene units.
+/// Converts pixels to scene units.
 pub(crate) const fn px(pixels: i32) -> i32 {
     pixels * PER_PIXEL
 }
@@ -42,16 +42,16 @@ fn text_style(size: i32, ink: Ink, bold: bool) -> TextStyle<'static> {
     ("sans-serif", f64::from(px(size)), style).into_font().color(&ink.colour())
 }
 
-/// What stands around a panel.
+/// Labels of a panel.
 pub(crate) struct Frame<'t> {
     pub(crate) x: Axis,
     pub(crate) y: Axis,
-    /// Absent where the panel below has the same axis.
+    /// Absent if the panel below has the same axis.
     pub(crate) x_label: Option<&'t str>,
     pub(crate) y_label: &'t str,
 }
 
-/// A scene that a closure draws.
+/// Draws a scene by a closure.
 pub(crate) fn drawn(
     (width, height): (u32, u32),
     title: String,
@@ -63,7 +63,7 @@ pub(crate) fn drawn(
     Ok(scene)
 }
 
-/// Writes a title and a key of what is what; the rest is left for panels.
+/// Writes a title and a key; returns the rest of the area for panels.
 pub(crate) fn titled<'a>(
     area: &Area<'a>,
     title: &str,
@@ -90,7 +90,7 @@ pub(crate) fn titled<'a>(
     Ok(rest)
 }
 
-/// A title that fits its line.
+/// Shortens a title to fit its line.
 fn shortened(title: &str) -> String {
     const LONGEST: usize = 76;
     if title.chars().count() <= LONGEST {
@@ -159,7 +159,7 @@ pub(crate) fn stroke(
     Ok(())
 }
 
-/// Writes below and to the right of a point.
+/// Writes text below and to the right of a point.
 pub(crate) fn note(chart: &mut Chart<'_, '_>, at: (f64, f64), text: &str) -> Result<(), Error> {
     let style = text_style(TICK_SIZE, Ink::Text, false);
     let text = plotters::element::Text::new(text.to_owned(), (px(5), px(1)), style);

@@ -1,4 +1,4 @@
-//! Measured and simulated velocity, and their difference below.
+//! Figure of measured and simulated velocity, with their difference below.
 
 use seaplant::Comparison;
 use seaplant::results::ComparisonFigure;
@@ -41,7 +41,7 @@ pub(super) fn scene(figure: &ComparisonFigure) -> Result<Scene, Error> {
     })
 }
 
-/// From the first instant to the last.
+/// Creates an axis from the first instant to the last.
 pub(super) fn time_axis(time_s: &[f64]) -> Axis {
     let first = time_s.first().copied().unwrap_or_default();
     Axis::between(first, time_s.last().copied().unwrap_or(first), 8)
@@ -58,13 +58,13 @@ fn title(figure: &ComparisonFigure) -> String {
     )
 }
 
-/// How the plant was found, and whether its axes were found together.
+/// Describes the method of the plant, and whether its axes were fitted together.
 fn method(figure: &ComparisonFigure) -> String {
     let together = if figure.plant.is_some() { ", axes together" } else { "" };
     words::method(figure.method) + together
 }
 
-/// What the figure says, in words and numbers.
+/// Describes the figure in words and numbers.
 pub(crate) fn description(figure: &ComparisonFigure) -> String {
     let Comparison { quantity, dof, trial, velocity, position, .. } = &figure.comparison;
     let units = dof.units();

@@ -1,4 +1,4 @@
-//! Lines of a controller over time or frequency, with a band.
+//! Figure of a controller's lines over time or frequency, with a band.
 
 use super::axis::Axis;
 use super::chart::{Frame, drawn, line, panel, stroke, titled};
@@ -30,7 +30,7 @@ pub(crate) fn scene(chart: &CurveChart) -> Result<Scene, Error> {
         };
         let mut drawing = panel(&rest, frame)?;
         let mut draw = |ink, y: &[f64]| match chart.is_logarithmic {
-            // Steps that grow are no gaps.
+            // Growing steps, as on a logarithmic axis, are not gaps.
             true => {
                 let points: Vec<_> = chart.x.iter().copied().zip(y.iter().copied()).collect();
                 stroke(&mut drawing, ink, &points)

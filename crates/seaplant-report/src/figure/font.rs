@@ -1,10 +1,11 @@
-//! The font of the PNG files, and the widths that every figure is laid out by.
+//! Font of the PNG files, and the text widths for the layout of every figure.
 
 use std::sync::LazyLock;
 
 use ttf_parser::Face;
 
-/// DejaVu Sans is wider than the fonts that browsers choose, so that what fits it fits them.
+/// DejaVu Sans is wider than the fonts that browsers choose, so that text that fits in it also fits
+/// in theirs.
 static REGULAR: LazyLock<Face<'static>> = LazyLock::new(|| parse(dejavu::sans::regular()));
 static BOLD: LazyLock<Face<'static>> = LazyLock::new(|| parse(dejavu::sans::bold()));
 
@@ -16,7 +17,7 @@ pub(crate) fn face(bold: bool) -> &'static Face<'static> {
     if bold { &BOLD } else { &REGULAR }
 }
 
-/// The width of a line of text in units of its size.
+/// Returns the width of a line of text in units of its size.
 pub(crate) fn width(text: &str, bold: bool) -> f64 {
     let face = face(bold);
     let advance = |c: char| {

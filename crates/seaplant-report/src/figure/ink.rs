@@ -1,11 +1,11 @@
-//! What is drawn how: colour in light and dark, width and dashes.
+//! Inks: colour in light and dark mode, width and dashes.
 
 use std::fmt::Write;
 
 use plotters::style::{RGBAColor, ShapeStyle};
 
-/// What a mark shows. Lines that share a panel differ in width or dashes too, so that
-/// they can be told apart without colour.
+/// Meaning of a mark. Lines in one panel also differ in width or dashes, so that they are
+/// distinguishable without colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ink {
     Text,
@@ -30,15 +30,15 @@ pub(crate) enum Ink {
     Other4,
 }
 
-/// How an ink looks.
+/// Look of an ink.
 pub(crate) struct Look {
     /// Its CSS class.
     pub(crate) class: &'static str,
     pub(crate) light: [u8; 3],
     pub(crate) dark: [u8; 3],
-    /// px
+    /// Width, px.
     pub(crate) width: f32,
-    /// px; empty for a solid line.
+    /// Dashes, px; empty for a solid line.
     pub(crate) dashes: &'static [f32],
 }
 
@@ -50,7 +50,7 @@ const fn bytes(rgb: u32) -> [u8; 3] {
     [(rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8]
 }
 
-/// The paper of a figure, light and dark.
+/// Background colour of a figure, light and dark.
 pub(crate) const PAPER: ([u8; 3], [u8; 3]) = (bytes(0xffffff), bytes(0x161c22));
 
 impl Ink {
@@ -77,7 +77,7 @@ impl Ink {
         Self::Other4,
     ];
 
-    /// The colours are Okabe and Ito's, made darker on white and lighter on black.
+    /// Returns the look. The colours are Okabe and Ito's, darker on white and lighter on black.
     pub(crate) const fn look(self) -> Look {
         match self {
             Self::Text => look("ft", 0x26323c, 0xdde4ea, 0.0),
@@ -105,12 +105,12 @@ impl Ink {
         }
     }
 
-    /// The ink as plotters carries it: plotters knows colours, so each ink is one.
+    /// Returns the ink as a colour for plotters, which has no inks of its own.
     pub(crate) const fn colour(self) -> RGBAColor {
         RGBAColor(self as u8, 0, 0, 1.0)
     }
 
-    /// The ink of a colour that [`Ink::colour`] made.
+    /// Returns the ink of a colour that [`Ink::colour`] returned.
     pub(crate) fn of_colour((red, _, _): (u8, u8, u8)) -> Self {
         Self::ALL.get(usize::from(red)).copied().unwrap_or(Self::Text)
     }
@@ -124,7 +124,7 @@ impl Ink {
     }
 }
 
-/// The style sheet of every figure, in tenths of a pixel.
+/// Returns the style sheet of every figure, in tenths of a pixel.
 pub(crate) fn style_sheet() -> String {
     let mut light = String::new();
     let mut dark = String::new();

@@ -1,4 +1,4 @@
-//! Scenes as PNG: light, on white.
+//! Writes scenes as PNG in light mode, on white.
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use tiny_skia::{
@@ -12,7 +12,7 @@ use super::ink::{Ink, PAPER};
 use super::scene::{Anchor, Mark, PER_PIXEL, Scene, Text};
 use crate::Error;
 
-/// Image pixels in a pixel of the page: sharp on dense screens and in documents.
+/// Image pixels per pixel of the page: sharp on dense screens and in documents.
 const DENSITY: f32 = 2.0;
 
 pub(crate) fn document(scene: &Scene) -> Result<Vec<u8>, Error> {
@@ -53,7 +53,7 @@ fn draw(pixmap: &mut Pixmap, mark: &Mark, transform: Transform) {
     match mark {
         Mark::Line { ink, points } => {
             let stroke = stroke(*ink);
-            // Dashes go on from piece to piece only within a path.
+            // Dashes continue from piece to piece only within a path.
             let most = if stroke.dash.is_some() { points.len() } else { PIECE };
             let mut rest = points.as_slice();
             loop {
@@ -89,8 +89,8 @@ fn draw(pixmap: &mut Pixmap, mark: &Mark, transform: Transform) {
     }
 }
 
-/// Points of a stroke that are drawn at once: the time of a stroke grows with the square of what of it
-/// lies side by side.
+/// Number of points of a stroke that are drawn at once: the time of a stroke grows with the square
+/// of its overlapping part.
 const PIECE: usize = 48;
 
 fn polyline(points: &[(i32, i32)]) -> Option<Path> {
@@ -105,7 +105,7 @@ fn polyline(points: &[(i32, i32)]) -> Option<Path> {
     path.finish()
 }
 
-/// The outlines of a line of text, where it stands; `None` if nothing of it is visible.
+/// Returns the outlines of a line of text in its position; `None` if nothing of it is visible.
 fn outline(text: &Text) -> Option<Path> {
     let face = font::face(text.bold);
     let scale = text.size as f32 / f32::from(face.units_per_em());
@@ -131,7 +131,7 @@ fn outline(text: &Text) -> Option<Path> {
     pen.path.finish()?.transform(place)
 }
 
-/// Takes outlines in font units, y up, into the text's frame, y down.
+/// Converts outlines from font units, y up, to the text's frame, y down.
 struct Pen {
     path: PathBuilder,
     scale: f32,
@@ -172,7 +172,7 @@ impl OutlineBuilder for Pen {
 }
 
 fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, Error> {
-    // Everything lies on opaque paper, so premultiplied colours are plain ones.
+    // Everything is on an opaque background, so premultiplied colours equal plain ones.
     let opaque: Vec<u8> =
         pixmap.data().chunks_exact(4).flat_map(|rgba| [rgba[0], rgba[1], rgba[2]]).collect();
     let mut bytes = Vec::new();
@@ -180,7 +180,7 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, Error> {
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
-    // Most rows are those above them.
+    // Most rows equal those above them.
     encoder.set_filter(Filter::Up);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&opaque)?;

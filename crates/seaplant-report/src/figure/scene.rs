@@ -1,4 +1,4 @@
-//! What a figure consists of, as plotters draws it.
+//! Elements of a figure, as plotters draws it.
 
 use std::convert::Infallible;
 
@@ -11,7 +11,7 @@ use plotters_backend::{
 use super::font;
 use super::ink::Ink;
 
-/// Scene units in a pixel: plotters counts in whole units, which pixels are too coarse for.
+/// Scene units per pixel: plotters uses integers, for which pixels are too coarse.
 pub(crate) const PER_PIXEL: i32 = 10;
 
 /// A figure before it is written: marks in tenths of a pixel, y down.
@@ -20,12 +20,12 @@ pub(crate) struct Scene {
     pub(crate) width: u32,
     pub(crate) height: u32,
     pub(crate) title: String,
-    /// What the figure says, in words and numbers.
+    /// Description in words and numbers.
     pub(crate) description: String,
     pub(crate) marks: Vec<Mark>,
 }
 
-/// One thing that is drawn.
+/// A drawn element.
 #[derive(Clone, Debug)]
 pub(crate) enum Mark {
     Line { ink: Ink, points: Vec<BackendCoord> },
@@ -41,12 +41,12 @@ pub(crate) struct Text {
     pub(crate) ink: Ink,
     pub(crate) bold: bool,
     pub(crate) size: f64,
-    /// Where the text turns, and where its start, middle or end lies.
+    /// Position of the text's start, middle or end, about which it is rotated.
     pub(crate) at: BackendCoord,
     pub(crate) anchor: Anchor,
-    /// From there to the baseline, downwards in the text's own frame.
+    /// Distance from there to the baseline, downwards in the text's own frame.
     pub(crate) baseline: f64,
-    /// Whether it reads upwards.
+    /// True if it reads upwards.
     pub(crate) upwards: bool,
 }
 
@@ -58,7 +58,7 @@ pub(crate) enum Anchor {
 }
 
 impl Scene {
-    /// An empty scene of so many pixels.
+    /// Creates an empty scene of this size in pixels.
     pub(crate) fn new(width: u32, height: u32, title: String, description: String) -> Self {
         let per_pixel = PER_PIXEL.unsigned_abs();
         let (width, height) = (width * per_pixel, height * per_pixel);
@@ -66,7 +66,7 @@ impl Scene {
     }
 }
 
-/// Lets plotters draw into a scene.
+/// A plotters backend that draws into a scene.
 pub(crate) struct Recorder<'a>(pub(crate) &'a mut Scene);
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;

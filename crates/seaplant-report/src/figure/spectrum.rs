@@ -1,4 +1,4 @@
-//! What was excited, and what the filters let through.
+//! Figure of excitation spectra and filter gains.
 
 use std::ops::Range;
 
@@ -15,14 +15,14 @@ use super::scene::Scene;
 use crate::number::significant;
 use crate::{Error, words};
 
-/// Above this no vehicle of a tonne answers, Hz.
+/// Highest frequency, Hz: no vehicle of a tonne responds above it.
 const HIGHEST_HZ: f64 = 2.0;
-/// Below this lies what a Hann window makes of the mean, Hz.
+/// Lowest frequency, Hz: below it the Hann window spreads the mean.
 const LOWEST_HZ: f64 = 0.004;
-/// Points of a gain curve.
+/// Number of points of a gain curve.
 const GAIN_POINTS: usize = 200;
 
-/// The top of the panel.
+/// Top of the panel.
 const HIGHEST_PART: f64 = 1.12;
 
 /// A filter whose gain is drawn.
@@ -32,51 +32,51 @@ pub(crate) struct Gain {
     pub(crate) filter: LowPass,
 }
 
-/// What a figure of spectra shows.
+/// Content of a figure of spectra.
 pub(crate) struct View<'a> {
-    /// Over the span that is shown.
+    /// Frequencies within the shown span.
     pub(crate) frequency_hz: &'a [f64],
     pub(crate) force: Amplitude<'a>,
     pub(crate) velocity: Amplitude<'a>,
     pub(crate) gains: Vec<Gain>,
     pub(crate) excited_hz: Option<f64>,
-    /// What it says, in words and numbers.
+    /// Description in words and numbers.
     pub(crate) description: String,
 }
 
-/// Amplitudes over the span that is shown; spectra of long records are too large to be copied.
+/// Amplitudes within the shown span; borrowed, because spectra of long records are large.
 pub(crate) struct Amplitude<'a> {
     pub(crate) values: &'a [f64],
-    /// The greatest of all; 0 of what stands still.
+    /// Greatest amplitude; 0 for a signal at rest.
     pub(crate) greatest: f64,
 }
 
 impl<'a> Amplitude<'a> {
-    fn of(spectrum: &'a Spectrum, ends: &Range<f64>) -> Self {
+    fn new(spectrum: &'a Spectrum, ends: &Range<f64>) -> Self {
         let values = &spectrum.amplitude[shown(&spectrum.frequency_hz, ends)];
         Self { values, greatest: greatest(&spectrum.amplitude) }
     }
 
-    /// An amplitude as a part of the greatest.
+    /// Returns an amplitude relative to the greatest.
     pub(crate) fn part(&self, amplitude: f64) -> f64 {
         if self.greatest > 0.0 { amplitude / self.greatest } else { 0.0 }
     }
 }
 
-/// Where ascending frequencies lie within a span.
+/// Returns the range of ascending frequencies within a span.
 fn shown(frequency_hz: &[f64], ends: &Range<f64>) -> Range<usize> {
     let from = frequency_hz.partition_point(|f| *f < ends.start);
     from..frequency_hz.partition_point(|f| *f < ends.end)
 }
 
-/// What a figure shows, as numbers.
+/// Returns the content of a figure as numbers.
 pub(crate) fn view<'a>(figure: &'a SpectrumFigure, results: &Results) -> View<'a> {
     let (excited_hz, gains) = (excited_hz(figure, results), gains(figure, results));
     let ends = frequency_axis(figure).ends();
     View {
         frequency_hz: &figure.force.frequency_hz[shown(&figure.force.frequency_hz, &ends)],
-        force: Amplitude::of(&figure.force, &ends),
-        velocity: Amplitude::of(&figure.velocity, &ends),
+        force: Amplitude::new(&figure.force, &ends),
+        velocity: Amplitude::new(&figure.velocity, &ends),
         description: description(figure, excited_hz, &gains),
         gains,
         excited_hz,
@@ -84,7 +84,7 @@ pub(crate) fn view<'a>(figure: &'a SpectrumFigure, results: &Results) -> View<'a
 }
 
 /// # Source
-/// [Jason2, §3]: the 1/8 Hz filter, against the frequencies of table 4.
+/// Draws [Jason2, §3]: the 1/8 Hz filter, against the frequencies of table 4.
 pub(super) fn scene(figure: &SpectrumFigure, results: &Results) -> Result<Scene, Error> {
     let excited = excited_hz(figure, results);
     let gains = gains(figure, results);
@@ -123,9 +123,9 @@ fn key(gains: &[Gain], excited: Option<f64>) -> Vec<(Ink, &str)> {
     key
 }
 
-/// Amplitudes as parts of the greatest, over a span of frequencies.
+/// Returns relative amplitudes over a span of frequencies.
 fn parts(spectrum: &Spectrum, ends: &Range<f64>) -> (Vec<f64>, Vec<f64>) {
-    let amplitude = Amplitude::of(spectrum, ends);
+    let amplitude = Amplitude::new(spectrum, ends);
     let parts = amplitude.values.iter().map(|value| amplitude.part(*value)).collect();
     (spectrum.frequency_hz[shown(&spectrum.frequency_hz, ends)].to_vec(), parts)
 }
@@ -150,8 +150,8 @@ fn excited_hz(figure: &SpectrumFigure, results: &Results) -> Option<f64> {
     trial.axes.get(&figure.dof)?.dominant_hz
 }
 
-/// The filter of the recommended method, or of equation error where that has none, and
-/// the paper's.
+/// Returns the filter of the recommended method, or of equation error if that has none, and the
+/// paper's.
 fn gains(figure: &SpectrumFigure, results: &Results) -> Vec<Gain> {
     let methods = results.methods.get(&figure.dof);
     let of = |method| methods.and_then(|all| all.get(&method));

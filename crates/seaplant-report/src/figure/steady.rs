@@ -1,4 +1,4 @@
-//! Steady stretches on the record that they were found in.
+//! Figure of steady stretches in their record.
 
 use plotters::element::Rectangle;
 use seaplant::Dof;
@@ -38,7 +38,7 @@ pub(super) fn scene(figure: &SteadyFigure, results: &Results) -> Result<Scene, E
     })
 }
 
-/// The steady stretches of the figure's trial.
+/// Returns the steady stretches of the figure's trial.
 pub(crate) fn segments<'a>(figure: &SteadyFigure, results: &'a Results) -> Vec<&'a SegmentResult> {
     let steady = results.steady.get(&figure.dof);
     let all = steady.into_iter().flat_map(|steady| &steady.segments);
@@ -86,7 +86,7 @@ fn velocity_panel(
     Ok(())
 }
 
-/// What the figure says, in words and numbers.
+/// Describes the figure in words and numbers.
 pub(crate) fn description(figure: &SteadyFigure, segments: &[&SegmentResult]) -> String {
     let units = figure.dof.units();
     if segments.is_empty() {

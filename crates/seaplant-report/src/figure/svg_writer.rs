@@ -1,4 +1,4 @@
-//! Scenes as SVG.
+//! Writes scenes as SVG.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use super::ink::{Ink, PAPER, hex, style_sheet};
 use super::scene::{Anchor, Mark, PER_PIXEL, Scene, Text};
 use crate::visible::{is_obeyed, numbered};
 
-/// A whole document, with its own title, description and styles.
+/// Writes a complete document, with its own title, description and styles.
 pub(crate) fn document(scene: &Scene) -> String {
     let Scene { width, height, .. } = *scene;
     let per_pixel = PER_PIXEL.unsigned_abs();
@@ -32,7 +32,7 @@ pub(crate) fn document(scene: &Scene) -> String {
     svg
 }
 
-/// For a page that holds the styles, and the description as a caption.
+/// Writes SVG for a page that contains the styles, and the description as a caption.
 pub(crate) fn inline(scene: &Scene) -> String {
     let Scene { width, height, .. } = *scene;
     let mut svg = format!(
@@ -65,7 +65,7 @@ fn write_marks(svg: &mut String, scene: &Scene) {
     }
 }
 
-/// Relative steps: a third of the size of absolute points.
+/// Writes a line in relative steps, which take a third of the size of absolute points.
 fn write_line(svg: &mut String, ink: Ink, points: &[BackendCoord]) -> std::fmt::Result {
     let Some(&(mut x, mut y)) = points.first() else { return Ok(()) };
     write!(svg, "<path class=\"{}\" d=\"M{x} {y}l", ink.look().class)?;
@@ -107,8 +107,8 @@ fn write_text(svg: &mut String, text: &Text) -> std::fmt::Result {
     write!(svg, ">{}</text>", escape(&text.text))
 }
 
-/// Text as XML takes it, which takes no control characters in any form: blanks among them become a
-/// space, others and what turns the direction of writing are shown by their number.
+/// Escapes text for XML, which allows no control characters in any form: blanks among them become a
+/// space; others, and changes of the direction of writing, are shown by their number.
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

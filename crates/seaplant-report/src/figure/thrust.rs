@@ -1,4 +1,4 @@
-//! Thrust against the square of the propeller's speed.
+//! Figure of thrust against the square of the propeller's speed.
 
 use plotters::element::Circle;
 use seaplant::QuadraticThrust;
@@ -11,7 +11,7 @@ use super::scene::Scene;
 use crate::Error;
 use crate::number::{Rounded, significant};
 
-/// Points of a fitted curve.
+/// Number of points of a fitted curve.
 const CURVE_POINTS: usize = 100;
 
 /// # Source
@@ -47,7 +47,7 @@ pub(crate) fn scene(bollard_pull: &BollardPullResult) -> Result<Scene, Error> {
     })
 }
 
-/// Inputs from neutral to the farthest measured, on one side.
+/// Iterates over inputs from neutral to the farthest measured one, on one side.
 fn inputs(bollard_pull: &BollardPullResult, sign: f64) -> impl Iterator<Item = f64> {
     let neutral = bollard_pull.neutral;
     let offsets = bollard_pull.points.iter().map(|p| sign * (p.0 - neutral));

@@ -1,4 +1,4 @@
-//! A small picture of a prediction: measured and simulated velocity, and their difference.
+//! Thumbnail of a prediction: measured and simulated velocity, and their difference.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -10,18 +10,18 @@ use crate::decimate::decimate;
 use crate::number::significant;
 use crate::words::escaped;
 
-/// Width, the height of velocity, and that of the difference below it, in the drawing's units.
+/// Width, height of velocity, and height of the difference below it, in the drawing's units.
 const SIZE: (f64, f64, f64) = (320.0, 76.0, 30.0);
 
-/// Points of a line; a card is a few hundred pixels wide.
+/// Number of points of a line; a card is a few hundred pixels wide.
 const POINTS: usize = 400;
 
-/// The picture of each degree of freedom: the recommended plant's prediction of the first held-out
-/// trial, else of the first fitted one. Axes of a plant of several are by its name.
+/// Thumbnail of each degree of freedom: the recommended plant's prediction of the first held-out
+/// trial, else of the first fitted one. Axes of a plant of several are keyed by its name.
 #[derive(Default)]
 pub(crate) struct Thumbnails(BTreeMap<(Option<String>, Dof), Thumbnail>);
 
-/// A picture with what it shows.
+/// A thumbnail with its caption.
 struct Thumbnail {
     role: Role,
     svg: String,
@@ -29,7 +29,7 @@ struct Thumbnail {
 }
 
 impl Thumbnails {
-    /// Takes a series in, if it is a better one than what is there.
+    /// Adds a series, if it is preferable to the present one.
     pub(crate) fn add(&mut self, series: &Series, results: &Results) {
         let Series::Comparison(figure) = series else { return };
         let dof = figure.comparison.dof;
@@ -41,11 +41,11 @@ impl Thumbnails {
             Some(known) => known.role != Role::HoldOut && figure.role == Role::HoldOut,
         };
         if is_recommended && is_better {
-            self.0.insert(key, Thumbnail::of(figure));
+            self.0.insert(key, Thumbnail::new(figure));
         }
     }
 
-    /// The drawing and its caption; `plant` is the name of a plant of several axes.
+    /// Returns the drawing and its caption; `plant` is the name of a plant of several axes.
     pub(crate) fn of(&self, plant: Option<&str>, dof: Dof) -> Option<(&str, &str)> {
         let known = self.0.get(&(plant.map(str::to_owned), dof));
         known.map(|known| (known.svg.as_str(), known.caption.as_str()))
@@ -53,7 +53,7 @@ impl Thumbnails {
 }
 
 impl Thumbnail {
-    fn of(figure: &ComparisonFigure) -> Self {
+    fn new(figure: &ComparisonFigure) -> Self {
         let Comparison { dof, trial, time_s, measured, simulated, .. } = &figure.comparison;
         let unit = dof.units().velocity;
         let most = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -89,7 +89,7 @@ impl Thumbnail {
     }
 }
 
-/// A line about a height; `top` is drawn `reach` above it.
+/// Returns a line about a height; `top` is drawn `reach` above it.
 fn path(time_s: &[f64], y: &[f64], middle: f64, top: f64, reach: f64) -> String {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else { return String::new() };
     let across = if last > first { SIZE.0 / (last - first) } else { 0.0 };

@@ -1,9 +1,9 @@
-//! What each caveat means and what to do about it: the sections of the book, on the page.
+//! Explanation of each caveat, with advice, from the book's sections.
 
 use seaplant::CaveatCode;
 use serde::Serialize;
 
-/// The book's page of caveats; a section for each code.
+/// The book's page of caveats, with a section for each code.
 const BOOK: &str = include_str!("../../../../docs/src/caveats.md");
 
 /// A section of the book.
@@ -11,21 +11,21 @@ const BOOK: &str = include_str!("../../../../docs/src/caveats.md");
 pub(crate) struct Advice {
     /// The caveat's code, as `results.json` writes it.
     pub(crate) code: String,
-    /// What it means.
+    /// Its meaning.
     pub(crate) means: String,
-    /// What to do.
+    /// The advice.
     pub(crate) action: String,
 }
 
-/// What the book says of a caveat.
-pub(crate) fn of(code: CaveatCode) -> Advice {
+/// Returns the book's section on a caveat.
+pub(crate) fn explain(code: CaveatCode) -> Advice {
     let name = serde_json::to_value(code).ok();
     let code = name.as_ref().and_then(|name| name.as_str()).unwrap_or_default().to_owned();
     let (means, action) = section(&code).unwrap_or_default();
     Advice { code, means, action }
 }
 
-/// The text of a section before and after **Do**.
+/// Returns the text of a section before and after **Do**.
 fn section(code: &str) -> Option<(String, String)> {
     let (_, after) = BOOK.split_once(&format!("### `{code}`"))?;
     let end = after.find("\n#").unwrap_or(after.len());
@@ -33,7 +33,7 @@ fn section(code: &str) -> Option<(String, String)> {
     Some((plain(means), plain(action)))
 }
 
-/// Markdown in one line, its links as their text.
+/// Converts Markdown to one line of text, with links replaced by their text.
 fn plain(text: &str) -> String {
     let mut joined = text.split_whitespace().collect::<Vec<_>>().join(" ");
     while let Some(middle) = joined.find("](") {
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn a_caveat_has_its_section() {
-        let advice = of(CaveatCode::WrongSign);
+        let advice = explain(CaveatCode::WrongSign);
         assert_eq!(advice.code, "wrong-sign");
         assert!(advice.action.starts_with("check the signs of thrust"), "{}", advice.action);
         assert!(!advice.means.is_empty() && !advice.means.contains('#'));

@@ -1,4 +1,4 @@
-//! Everything about one degree of freedom.
+//! Section of one degree of freedom.
 
 use seaplant::results::{Parameter, Parameters, PlantResult, Results};
 use seaplant::{Caveat, Dof, Method, Role, ScoredMotion};
@@ -34,7 +34,7 @@ pub(crate) struct AxisSection {
 pub(super) struct Motions {
     title: &'static str,
     role: &'static str,
-    /// Which of the trials these are, if they are not all.
+    /// Note on which of the trials are drawn, if not all are.
     note: Option<String>,
     charts: Vec<ChartView>,
 }
@@ -75,7 +75,7 @@ pub(crate) fn view(
     }
 }
 
-/// The recommended method first, the paper's second, then the rest.
+/// Orders the recommended method first, the paper's second, then the rest.
 fn methods<'a>(
     dof: Dof,
     plant: &'a PlantResult,
@@ -88,7 +88,7 @@ fn methods<'a>(
     methods
 }
 
-/// The charts of each role that has some, the fitted trials first.
+/// Returns the charts of each role that has some, the fitted trials first.
 pub(super) fn motions(
     of: impl Fn(Role) -> Vec<ChartView>,
     note: impl Fn(Role) -> Option<String>,
@@ -103,7 +103,7 @@ pub(super) fn motions(
     titles.map(of_role).into_iter().filter(|group| !group.charts.is_empty()).collect()
 }
 
-/// `12 970 ± 250 [12 460, 13 480]`.
+/// Formats `12 970 ± 250 [12 460, 13 480]`.
 pub(crate) fn with_interval(parameter: Option<&Parameter>) -> String {
     parameter.map_or_else(
         || ABSENT.to_owned(),
@@ -284,7 +284,7 @@ fn nuisances(plant: &PlantResult) -> Option<Table> {
         return None;
     }
     let rows = plant.nuisances.iter().map(|(name, parameter)| {
-        // What follows a stop or a space is the name of a trial, and stays as it is.
+        // The part after a stop or a space is the name of a trial, and unchanged.
         let (own, trial) = name.split_at(name.find(['.', ' ', ':']).unwrap_or(name.len()));
         let name = words::capitalised(&format!("{}{trial}", own.replace('_', " ")));
         Row::new([name, with_interval(Some(parameter)), parameter.unit.clone()])
@@ -293,7 +293,7 @@ fn nuisances(plant: &PlantResult) -> Option<Table> {
     Some(Table::new("Nuisance parameters, fitted together with the plant", head, rows.collect()))
 }
 
-/// Why the model has the parts that it has.
+/// Returns the table of reasons for the model's structure.
 fn structure(plant: &PlantResult) -> Option<Table> {
     if plant.structure.is_empty() {
         return None;
@@ -322,7 +322,7 @@ fn structure(plant: &PlantResult) -> Option<Table> {
     Some(table.noted("Size of linear drag: as a part of quadratic drag at the usual speed; of a bias force: the end of its interval farther from zero, as a part of the usual thrust. A bias force stays unless the logs show that it is small."))
 }
 
-/// Whether steady runs ask for the same plant.
+/// Returns the table of the test whether steady runs support the same plant.
 fn steady_test(dof: Dof, plant: &PlantResult) -> Option<Table> {
     let test = plant.steady_test.as_ref()?;
     let units = dof.units();
@@ -358,7 +358,7 @@ fn steady_test(dof: Dof, plant: &PlantResult) -> Option<Table> {
     )
 }
 
-/// What the other methods add to the doubts of the first screen.
+/// Returns the other methods' doubts that the first screen lacks.
 fn other_doubts(methods: &[(Method, &PlantResult)], recommended: &PlantResult) -> Doubts {
     let mut found: Vec<(String, &Caveat)> = Vec::new();
     for (method, plant) in &methods[1..] {

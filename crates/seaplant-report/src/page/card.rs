@@ -1,4 +1,4 @@
-//! The first screen: a card for each degree of freedom.
+//! First screen: a card for each degree of freedom.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::words;
 
 #[derive(Serialize)]
 pub(crate) struct Card {
-    /// The section that says more.
+    /// Section with the details.
     pub(super) section: String,
     pub(super) title: String,
     pub(super) method: String,
@@ -23,11 +23,11 @@ pub(crate) struct Card {
     pub(super) reason: String,
     pub(super) picture: Option<Picture>,
     pub(super) velocity_unit: &'static str,
-    /// What a model that says nothing does.
+    /// Prediction error of a null model.
     pub(super) still: &'static str,
     pub(super) rows: Vec<ParameterRow>,
     pub(super) follows: Vec<Follows>,
-    /// Of a plant of one axis.
+    /// For a plant of one axis.
     pub(super) stability: Option<String>,
     pub(super) scores: Vec<ScoreRow>,
 }
@@ -47,19 +47,19 @@ pub(super) struct ParameterRow {
     low95: String,
     high95: String,
     unit: String,
-    /// What its sign means.
+    /// Meaning of its sign.
     meaning: &'static str,
     truth: Option<Truth>,
 }
 
-/// A number that follows from the plant.
+/// A derived number of the plant.
 #[derive(Serialize)]
 pub(super) struct Follows {
     label: String,
     value: String,
     unit: String,
     interval: String,
-    /// Whether a small card leaves it to the section.
+    /// True if a small card omits it.
     is_minor: bool,
 }
 
@@ -79,8 +79,8 @@ pub(super) struct ScoreRow {
     pub(super) r_squared: String,
 }
 
-/// A card for each axis: of plants of several axes, and beside these of each axis that was
-/// identified by itself only.
+/// Returns a card for each axis: of plants of several axes, and of each axis that only has a plant
+/// of its own.
 pub(crate) fn all(results: &Results, thumbnails: &Thumbnails) -> Vec<Card> {
     let mut cards: BTreeMap<Dof, Card> = results
         .plants
@@ -133,7 +133,7 @@ impl Picture {
     }
 }
 
-/// What follows from the plant of an axis.
+/// Returns the derived numbers of an axis' plant.
 pub(super) fn consequences(dof: Dof, results: &Results) -> impl Iterator<Item = Follows> + '_ {
     results.consequences.iter().filter(move |follows| follows.axis == dof).map(consequence)
 }
@@ -151,7 +151,7 @@ fn consequence(of: &Consequence) -> Follows {
     }
 }
 
-/// What the water adds, where the dry vehicle is known.
+/// Returns the added mass, if the dry vehicle is known.
 fn added_mass(dof: Dof, plant: &PlantResult, results: &Results) -> Option<Follows> {
     let body = results.rigid_body.as_ref().and_then(|body| body.body().ok());
     let of_body = body.map(|body| body.mass_matrix()[(dof.index(), dof.index())]);
@@ -159,7 +159,7 @@ fn added_mass(dof: Dof, plant: &PlantResult, results: &Results) -> Option<Follow
     Some(added_to(dof, dry, &plant.parameters.mass))
 }
 
-/// A mass or inertia less that of the dry vehicle.
+/// Subtracts the dry vehicle's mass or inertia.
 pub(super) fn added_to(dof: Dof, dry: f64, mass: &Parameter) -> Follows {
     let Parameter { value, std, low95, high95, unit } = mass.clone();
     let added =
@@ -174,7 +174,7 @@ pub(super) fn added_to(dof: Dof, dry: f64, mass: &Parameter) -> Follows {
     }
 }
 
-/// What the sign of a force that acts without thrust means; `b` stands on the left.
+/// Explains the sign of a constant force; `b` is on the left-hand side.
 fn meaning(dof: Dof, bias: &Parameter) -> &'static str {
     match (dof, bias.low95 > 0.0, bias.high95 < 0.0) {
         (Dof::Heave, true, _) => "rises without thrust: more buoyancy than weight",
@@ -219,7 +219,7 @@ pub(super) fn parameter_row(
     ParameterRow { label, symbol, value, std, low95, high95, unit, meaning: "", truth }
 }
 
-/// In per cent of the truth; a truth of zero has none, and the difference is written.
+/// Formats the relative error in per cent; for a truth of zero the difference is written.
 fn error(value: f64, truth: f64) -> String {
     if truth == 0.0 {
         format!("off by {}", significant(value, 2))

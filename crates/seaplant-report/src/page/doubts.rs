@@ -1,4 +1,4 @@
-//! Caveats, the worst first, each once.
+//! Caveats, the most severe first, each once.
 
 use seaplant::results::Results;
 use seaplant::{Caveat, Severity};
@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::advice::{self, Advice};
 use crate::words;
 
-/// What matters, and what is only worth knowing.
+/// Important caveats, and minor notes.
 #[derive(Default, Serialize)]
 pub(crate) struct Doubts {
     main: Vec<Doubt>,
@@ -23,7 +23,8 @@ struct Doubt {
     advice: Advice,
 }
 
-/// The doubts about the campaign, its recommended plants, steady stretches and thrust curve.
+/// Returns the doubts about the campaign, its recommended plants, steady stretches and thrust
+/// curve.
 pub(crate) fn of_campaign(results: &Results) -> Doubts {
     let mut found: Vec<(String, &Caveat)> = Vec::new();
     for (dof, plant) in &results.plants {
@@ -43,7 +44,7 @@ pub(crate) fn of_campaign(results: &Results) -> Doubts {
     collected(found)
 }
 
-/// Equal doubts of several places become one.
+/// Merges equal doubts from several places.
 pub(crate) fn collected(found: Vec<(String, &Caveat)>) -> Doubts {
     let mut merged: Vec<(Vec<String>, &Caveat)> = Vec::new();
     for (place, caveat) in found {
@@ -61,7 +62,7 @@ pub(crate) fn collected(found: Vec<(String, &Caveat)>) -> Doubts {
             what: words::caveat(caveat.code),
             places: places.join(", "),
             message: words::capitalised(&caveat.message),
-            advice: advice::of(caveat.code),
+            advice: advice::explain(caveat.code),
         };
         let list =
             if caveat.severity == Severity::Note { &mut doubts.notes } else { &mut doubts.main };

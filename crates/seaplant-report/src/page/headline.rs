@@ -1,4 +1,4 @@
-//! One line for the vehicle.
+//! One-line verdict on the vehicle.
 
 use seaplant::exchange::Judgement;
 use seaplant::results::{Results, Trust, Verdict};
@@ -6,29 +6,28 @@ use serde::Serialize;
 
 use crate::words;
 
-/// What is made of some axes, in a clause.
+/// Verdict on some axes, in a clause.
 #[derive(Debug, PartialEq, Serialize)]
 pub(crate) struct Finding {
     pub(super) axes: String,
     pub(super) trust: &'static str,
     pub(super) trust_class: String,
-    /// Empty of what is usable.
+    /// Empty for usable axes.
     pub(super) reason: String,
 }
 
-/// Axes that are judged alike.
+/// Axes with equal verdict.
 struct Alike {
     trust: Trust,
     reason: String,
     axes: Vec<String>,
 }
 
-/// What is made of the vehicle: its axes by verdict, the best first; axes of equal verdict stand
-/// together.
-pub(crate) fn of(results: &Results) -> Vec<Finding> {
+/// Returns the verdicts on the vehicle's axes, the best first; axes with equal verdict are grouped.
+pub(crate) fn findings(results: &Results) -> Vec<Finding> {
     let mut all: Vec<Alike> = Vec::new();
     for (axes, Verdict { trust, reason, .. }) in judged(results) {
-        // What is usable has its warnings below; what is doubtful says here why.
+        // Warnings on a usable plant follow below; the reason for doubt is stated here.
         let reason = match trust {
             Trust::Usable | Trust::UsableWithCare => String::new(),
             Trust::Doubtful | Trust::DoNotUse => format!("because {reason}"),
@@ -61,9 +60,10 @@ impl Alike {
     }
 }
 
-/// Each axis with its verdict; axes of a plant that does not tell them apart, as one.
+/// Returns each axis with its verdict; the axes of a plant with only a common verdict are one
+/// entry.
 fn judged(results: &Results) -> Vec<(String, Verdict)> {
-    // Without a method asked for, every axis has its recommended plant.
+    // Unless a method is requested, every axis has its recommended plant.
     let judgements = Judgement::of_results(results, None).unwrap_or_default();
     let of = |judgement: &Judgement| {
         let plant = results.coupled.values().find(|plant| plant.axes == judgement.axes);
@@ -88,10 +88,10 @@ mod tests {
 
     #[test]
     fn the_headline_names_each_axis_with_its_verdict() {
-        let headline = of(&fixture::identification().results);
+        let headline = findings(&fixture::identification().results);
         let said: Vec<(&str, &str)> =
             headline.iter().map(|finding| (finding.axes.as_str(), finding.trust)).collect();
-        // Surge by itself; sway and yaw of one plant, of which yaw is doubtful.
+        // Surge by itself; sway and yaw in one plant, with yaw doubtful.
         assert_eq!(
             said,
             [("Sway", "usable with care"), ("yaw", "doubtful"), ("surge", "do not use")]

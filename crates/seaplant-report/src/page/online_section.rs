@@ -1,4 +1,4 @@
-//! How parameters went where they are, of methods that work sample by sample.
+//! Section on the evolution of parameters, for methods that work sample by sample.
 
 use std::fmt::Write as _;
 
@@ -19,7 +19,7 @@ pub(crate) struct OnlinePlant {
     table: Table,
 }
 
-/// Every plant that has a history.
+/// Returns every plant that has a history.
 pub(crate) fn views(results: &Results) -> Vec<OnlinePlant> {
     let of_one_axis = results.methods.iter().flat_map(|(dof, methods)| {
         let with = methods.iter().filter_map(|(method, plant)| {
@@ -74,7 +74,7 @@ fn view(name: &str, method: Method, history: &OnlineHistory) -> OnlinePlant {
     }
 }
 
-/// That no change was noticed, and which one would have been.
+/// Notes that no change was detected, and the smallest detectable one.
 fn unnoticed(noticeable: Option<f64>) -> String {
     let which = match noticeable {
         None => "the motion is too short to tell of one".to_owned(),
@@ -94,7 +94,7 @@ fn unnoticed(noticeable: Option<f64>) -> String {
 const SIZE: (f64, f64) = (720.0, 220.0);
 const MARGIN: f64 = 8.0;
 
-/// One line for each parameter, told by its title.
+/// Draws one line for each parameter, named by its title.
 fn svg(history: &OnlineHistory) -> String {
     let (width, height) = SIZE;
     let mut text = format!(
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_history_is_drawn_and_told() {
+    fn a_history_is_drawn_and_described() {
         let history = OnlineHistory {
             time_s: vec![20.0, 30.0, 40.0],
             parameters: BTreeMap::from([("sway: |v|v".to_owned(), vec![80.0, 98.0, 100.0])]),

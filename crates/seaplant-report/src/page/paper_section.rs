@@ -8,7 +8,7 @@ use super::axis_section::with_interval;
 use super::table::{Row, Table};
 use super::{ChartView, FigureView, Pictures};
 use crate::chart;
-use crate::figure::{Plate, Subject};
+use crate::figure::{PlacedFigure, Subject};
 use crate::number::{ABSENT, Rounded, chosen, or_absent, significant};
 use crate::words;
 
@@ -20,7 +20,7 @@ pub(crate) struct PaperSection {
     table_4: Table,
     table_5: Table,
     table_6: Vec<Table>,
-    /// Of each trial the paper's method beside the recommended one.
+    /// For each trial the paper's method and the recommended one.
     comparisons: Vec<Vec<FigureView>>,
     steady: Vec<ChartView>,
 }
@@ -33,33 +33,33 @@ pub(crate) fn view(results: &Results, pictures: Pictures<'_>) -> PaperSection {
         table_4: table_4(results),
         table_5: table_5(results),
         table_6: results.steady.iter().flat_map(|(dof, s)| table_6(*dof, s)).collect(),
-        comparisons: comparisons(results, pictures.plates),
+        comparisons: comparisons(results, pictures.placed),
         steady: pictures.charts(|chart| chart.subject == chart::Subject::Steady),
     }
 }
 
-fn comparisons(results: &Results, plates: &[Plate]) -> Vec<Vec<FigureView>> {
-    let mut pairs: Vec<Vec<&Plate>> = Vec::new();
-    for plate in plates {
-        let Subject::Comparison { plant: None, method, .. } = plate.subject else { continue };
-        let recommended = plate.dof.and_then(|dof| results.plants.get(&dof));
+fn comparisons(results: &Results, placed: &[PlacedFigure]) -> Vec<Vec<FigureView>> {
+    let mut pairs: Vec<Vec<&PlacedFigure>> = Vec::new();
+    for figure in placed {
+        let Subject::Comparison { plant: None, method, .. } = figure.subject else { continue };
+        let recommended = figure.dof.and_then(|dof| results.plants.get(&dof));
         let is_paper = method == Method::Paper;
         if !is_paper && recommended.is_none_or(|plant| plant.method != method) {
             continue;
         }
-        let is_of_same = |pair: &Vec<&Plate>| {
-            pair.iter().any(|known| known.dof == plate.dof && known.trial == plate.trial)
+        let is_of_same = |pair: &Vec<&PlacedFigure>| {
+            pair.iter().any(|known| known.dof == figure.dof && known.trial == figure.trial)
         };
         match pairs.iter_mut().find(|pair| is_of_same(pair)) {
-            Some(pair) if is_paper => pair.insert(0, plate),
-            Some(pair) => pair.push(plate),
-            None => pairs.push(vec![plate]),
+            Some(pair) if is_paper => pair.insert(0, figure),
+            Some(pair) => pair.push(figure),
+            None => pairs.push(vec![figure]),
         }
     }
-    pairs.into_iter().map(|pair| pair.into_iter().map(FigureView::of).collect()).collect()
+    pairs.into_iter().map(|pair| pair.into_iter().map(FigureView::new).collect()).collect()
 }
 
-/// Definitions, then both kinds of parameter of each recommended plant.
+/// Returns definitions, then both kinds of parameter of each recommended plant.
 fn table_2(results: &Results) -> Table {
     let head =
         ["DOF", "α = 1/m", "β = −d_Q/m", "μ = −d_L/m", "bias = −b/m", "m", "d_Q", "d_L", "b"];
@@ -130,7 +130,7 @@ fn vector(values: &[f64; 3]) -> String {
     values.map(chosen).join(", ")
 }
 
-/// Below this part of the greatest force an oscillation is the rounding of a constant one.
+/// Relative amplitude of force below which an oscillation is rounding error of a constant.
 const LEAST_OSCILLATION: f64 = 1e-3;
 
 fn span(from_s: f64, to_s: f64) -> String {
@@ -182,7 +182,7 @@ fn table_4(results: &Results) -> Table {
     Table::new("Trials, as Table 4", head, rows).left(4)
 }
 
-/// The recommended method and the paper's, side by side.
+/// Returns the recommended method and the paper's, side by side.
 fn table_5(results: &Results) -> Table {
     let head = [
         "DOF",

@@ -1,4 +1,4 @@
-//! What the results were made from.
+//! Provenance of the results.
 
 use seaplant::results::Results;
 use serde::Serialize;
@@ -33,7 +33,7 @@ pub(crate) fn view(results: &Results) -> Provenance {
     }
 }
 
-/// The line below the title.
+/// Returns the line below the title.
 pub(crate) fn line(results: &Results) -> String {
     let counted = |n: usize, one: &str| match n {
         1 => format!("1 {one}"),

@@ -1,4 +1,4 @@
-//! The card of one axis of a plant of several.
+//! Card of one axis of a plant of several.
 
 use seaplant::Dof;
 use seaplant::plant::{Basis, Product};
@@ -47,7 +47,8 @@ fn parameter(x: &Coefficient) -> Parameter {
     Parameter { value, std, low95, high95, unit }
 }
 
-/// What the axis has by itself: the diagonal of M and of the damping, weight and righting moment.
+/// Returns the axis' own coefficients: the diagonal of M and of the damping, weight and righting
+/// moment.
 fn rows(dof: Dof, plant: &CoupledPlant, results: &Results) -> Vec<ParameterRow> {
     let own = [
         (words::mass(dof), words::mass_symbol(dof), Basis::Mass(dof, dof)),

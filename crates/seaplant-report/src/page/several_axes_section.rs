@@ -1,4 +1,4 @@
-//! Everything about one plant of several axes.
+//! Section of one plant of several axes.
 
 use std::collections::BTreeMap;
 
@@ -71,7 +71,7 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> 
     }
 }
 
-/// `surge, sway, yaw`.
+/// Formats `surge, sway, yaw`.
 pub(super) fn axes(plant: &CoupledPlant) -> String {
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     names.join(", ")
@@ -132,7 +132,7 @@ fn scores(plant: &CoupledPlant) -> Table {
     .noted("All axes are simulated together and freely from the start of each trial; e is the mean |simulated − measured| velocity. “Disturbance” is what forces that are not logged, as strong as they were found, do to a simulation by themselves. “Alone” is an axis with a plant of its own, on held-out trials if there are any: the difference is what coupling explains.")
 }
 
-/// What the held-out trials would have of mass and drag, if they were asked.
+/// Returns the changes of mass and drag that the held-out trials support.
 fn changes(plant: &CoupledPlant) -> Option<Table> {
     let held = &plant.hold_out.as_ref()?.by_axis;
     let row = |dof: &Dof| {
@@ -180,7 +180,7 @@ fn matrix(caption: &str, plant: &CoupledPlant, matrix: &MatrixResult) -> Table {
     Table::new(caption, head, plant.axes.iter().enumerate().map(row).collect())
 }
 
-/// Coefficients that stand in none of the matrices.
+/// Returns the coefficients that are in none of the matrices.
 fn others(plant: &CoupledPlant) -> Option<Table> {
     let in_matrix = |name: &str| name.starts_with("mass.") || is_plain_damping(name);
     let found = plant.parameters.iter().filter(|(name, _)| !in_matrix(name));
@@ -191,7 +191,7 @@ fn others(plant: &CoupledPlant) -> Option<Table> {
     })
 }
 
-/// `surge: u`, `sway: |r|r`: in the matrices of damping.
+/// Returns whether a name such as `surge: u` or `sway: |r|r` is in the damping matrices.
 fn is_plain_damping(name: &str) -> bool {
     let Some((_, product)) = name.split_once(": ") else { return false };
     let bare: Vec<char> = product.chars().filter(|c| *c != '|').collect();
@@ -221,7 +221,7 @@ fn coefficient_row(name: &str, x: &Coefficient) -> Row {
     Row::new([name.to_owned(), value, rounded.std, interval, x.unit.clone()])
 }
 
-/// Coefficients without dimension.
+/// Returns the dimensionless coefficients.
 fn prime(plant: &CoupledPlant) -> Option<Table> {
     let system = plant.nondimensional.as_ref()?;
     let row = |(name, x): (&String, &PrimeCoefficient)| {
@@ -248,7 +248,7 @@ fn prime(plant: &CoupledPlant) -> Option<Table> {
     Some(Table::new("Coefficients without dimension", head, rows).noted(&note))
 }
 
-/// What each thruster gives over its curve, where the plant has gains.
+/// Returns the gain of each thruster relative to its curve, if the plant has gains.
 fn thrusters(plant: &CoupledPlant) -> Option<Table> {
     let row = |(name, gain): (String, ThrusterGain)| {
         let with_std = |value: f64, std: f64| {
@@ -304,7 +304,7 @@ fn structure(plant: &CoupledPlant) -> Option<Table> {
     })
 }
 
-/// A coefficient is shown with those that it is correlated with by more than this.
+/// Correlation above which coefficients are listed together.
 const SHOWN_CORRELATION: f64 = 0.7;
 
 fn correlation(plant: &CoupledPlant) -> Table {
@@ -332,7 +332,7 @@ mod tests {
     use super::is_plain_damping;
 
     #[test]
-    fn damping_that_a_matrix_shows_is_told_from_other_products() {
+    fn damping_in_a_matrix_is_distinguished_from_other_products() {
         let plain = ["surge: u", "sway: |r|r", "yaw: |v|v"];
         assert!(plain.iter().all(|name| is_plain_damping(name)));
         let others = ["yaw: |v|r", "sway: ur", "heave: 1", "lever.z", "surge: uuu", "yaw: |r|"];

@@ -1,4 +1,4 @@
-//! Models of steering: how yaw rate follows a rudder.
+//! Section on steering models: response of yaw rate to a rudder.
 
 use seaplant::estimate::RudderLaw;
 use seaplant::results::{NomotoResult, Parameter, SecondOrder};
@@ -8,14 +8,14 @@ use super::doubts::{Doubts, collected};
 use super::table::{Row, Table};
 use crate::number::Rounded;
 
-/// Every model of a vehicle's rudders.
+/// All models of a vehicle's rudders.
 #[derive(Serialize)]
 pub(crate) struct SteeringSection {
     tables: Vec<Table>,
     doubts: Doubts,
 }
 
-/// The section; none without a model.
+/// Returns the section; `None` without a model.
 pub(crate) fn view(models: &[NomotoResult]) -> Option<SteeringSection> {
     let caveats = models.iter().flat_map(|model| {
         model.caveats.iter().map(|caveat| (title(model), caveat)).collect::<Vec<_>>()
@@ -47,7 +47,7 @@ fn table(model: &NomotoResult) -> Table {
     Table::new(&title(model), head, all.into_iter().map(row).collect()).noted(&note(model))
 }
 
-/// What stands below the numbers: whether it is stable, and how it predicts.
+/// Returns the note below the numbers: stability and prediction error.
 fn note(model: &NomotoResult) -> String {
     let course = if model.is_stable {
         "A straight course is kept."

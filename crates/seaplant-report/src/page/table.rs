@@ -1,4 +1,4 @@
-//! Tables as the templates draw them.
+//! Tables for the templates.
 
 use serde::Serialize;
 
@@ -8,9 +8,9 @@ pub(crate) struct Table {
     pub(crate) caption: String,
     pub(crate) head: Vec<String>,
     pub(crate) rows: Vec<Row>,
-    /// How many columns are words, which start where numbers end.
+    /// Number of columns of text, which are left-aligned.
     pub(crate) left: usize,
-    /// Below the table; may be empty.
+    /// Note below the table; may be empty.
     pub(crate) note: String,
 }
 
@@ -18,7 +18,7 @@ pub(crate) struct Table {
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Row {
     pub(crate) cells: Vec<String>,
-    /// Whether it stands out: the recommended method, a mean.
+    /// True if it is highlighted: the recommended method, a mean.
     pub(crate) strong: bool,
 }
 
@@ -37,7 +37,7 @@ impl Table {
         }
     }
 
-    /// The first columns are words.
+    /// Sets the number of text columns.
     pub(crate) fn left(mut self, columns: usize) -> Self {
         self.left = columns;
         self

@@ -1,4 +1,4 @@
-"""A dive, and the rows that its identification gives."""
+"""A dive, and the rows of its identification."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ VOLATILE = ("attempts", "seconds", "worker", "started")
 
 @dataclass(frozen=True)
 class Dive:
-    """A campaign, and what tells it from others.
+    """A campaign, with its date and payload.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Dive:
 
 @dataclass(frozen=True)
 class Order:
-    """What to do with every dive; it travels to the workers."""
+    """Instructions for every dive, sent to the workers."""
 
     methods: Methods
     terms: Terms
@@ -102,14 +102,14 @@ class Order:
     pause_s: float
 
     def key(self, campaign: Path) -> str:
-        """Tells dives apart, and runs of one dive that would differ."""
+        """Key that identifies dives, and runs of one dive that would differ."""
         said = [str(campaign), self.methods, self.terms, _native.version()]
         text = json.dumps(said, default=list)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
 
 def work(dive: Row, order: Order) -> list[Row]:
-    """Identifies one dive; whatever happens, it gives at least one row.
+    """Identifies one dive; returns at least one row in any case.
 
     What the system refuses is tried again, for network drives have moods; what is wrong with
     the files would be wrong again.
@@ -138,12 +138,12 @@ def work(dive: Row, order: Order) -> list[Row]:
 
 
 def now() -> dt.datetime:
-    """Gives the time, the same wherever on earth a worker is."""
+    """Returns the time, independent of a worker's time zone."""
     return dt.datetime.now(dt.timezone.utc)
 
 
 def reason_of(error: BaseException) -> str:
-    """Gives why a dive failed, with the kind of error if it is not the library's own."""
+    """Returns why a dive failed, with the type of the error if it is not the library's own."""
     said = str(error) or "no reason given"
     return (
         said if isinstance(error, (InputError, OSError)) else f"{type(error).__name__}: {said}"
@@ -151,14 +151,14 @@ def reason_of(error: BaseException) -> str:
 
 
 def failure(dive: Row, reason: str, dof: str | None = None, method: str | None = None) -> Row:
-    """Gives the row of what could not be done."""
+    """Returns the row of a failure."""
     empty: Row = dict.fromkeys(COLUMNS)
     row = {"status": "failed", "reason": reason, "dof": dof, "method": method}
     return {**empty, **dive, **row, "version": _native.version()}
 
 
 def rows_of(dive: Row, results: Results) -> list[Row]:
-    """Gives a row for each plant, and one for each degree of freedom without any."""
+    """Returns a row for each plant, and one for each degree of freedom without any."""
     empty: Row = dict.fromkeys(COLUMNS)
     provenance = {
         "version": results.version,
@@ -204,7 +204,7 @@ def _plant(dof: str, plant: PlantResult) -> Row:
 
 
 def listed(campaigns: Sequence[Dive | str | PathLike[str]], order: Order) -> list[Row]:
-    """Gives the dives as rows begin, each with a key and a name of its own."""
+    """Returns the dives in the form of rows, each with a unique key and name."""
     dives: list[Row] = []
     for of in campaigns:
         dive = of if isinstance(of, Dive) else Dive(of)

@@ -34,7 +34,7 @@ _PAUSE_S = 2.0
 
 
 class Fleet:
-    """What identification found of many dives.
+    """Results of identifying many dives.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Fleet:
 
     @classmethod
     def open(cls, folder: str | PathLike[str]) -> Fleet:
-        """Reads a fleet that was identified before, or as much of it as is done.
+        """Reads a fleet that was identified before, or the part that is done.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class Fleet:
         return cls(sorted(rows, key=_order), store.folder / PLANTS)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Gives every row.
+        """Returns every row.
 
         Returns
         -------
@@ -88,13 +88,13 @@ class Fleet:
 
     @property
     def failures(self) -> pd.DataFrame:
-        """The dives, or degrees of freedom of dives, without a plant, and why."""
+        """The dives, or degrees of freedom of dives, without a plant, with reasons."""
         frame = self.to_pandas()
         failed = frame[frame["status"] == "failed"]
         return failed[["dive", "dof", "reason", "campaign"]]
 
     def summary(self) -> Summary:
-        """Looks at parameters over dives: drift with date and payload, scatter, outliers.
+        """Analyses parameters over dives: drift with date and payload, scatter, outliers.
 
         Returns
         -------
@@ -207,7 +207,7 @@ def identify(
             store.put(rows)
             done[rows[0]["key"]] = rows
             bar.update(rows)
-    # A campaign's date or payload may have been told since it was identified.
+    # A campaign's date or payload may have been set after it was identified.
     rows = [{**row, **dive} for dive in dives for row in done[dive["key"]]]
     return Fleet(rows, store.finish(rows))
 
@@ -236,7 +236,7 @@ def _on_a_cluster(dives: list[Row], order: Order, client: Any) -> Iterator[list[
     futures = as_completed([submit(dive) for dive in dives])
     for future in futures:
         dive = waiting.pop(future)
-        # A dive's own errors are rows; what is raised here befell its worker.
+        # A dive's own errors are rows; an exception here is its worker's.
         error = future.exception() if future.status != "cancelled" else None
         if future.status == "finished":
             yield future.result()
@@ -255,7 +255,7 @@ def _lost(dive: Row, reason: str, attempts: int) -> Row:
 
 
 class _Bar:
-    """A bar, where there is somebody to see it."""
+    """A progress bar, if output is visible."""
 
     def __init__(self, total: int, *, show: bool) -> None:
         self._bar: Any = None

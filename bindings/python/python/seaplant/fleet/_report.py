@@ -43,7 +43,7 @@ $figures
 
 
 def page(frame: pd.DataFrame, summary: Summary) -> str:
-    """Gives the text of the file."""
+    """Returns the HTML text."""
     found = frame[frame["status"] == "found"]
     failed = frame[frame["status"] == "failed"]
     return _PAGE.substitute(

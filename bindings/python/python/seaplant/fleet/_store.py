@@ -1,4 +1,4 @@
-"""Rows on disk: a Parquet file a dive while a fleet is under way, one for all in the end."""
+"""Rows on disk: a Parquet file per dive while a fleet is processed, one for all at the end."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Store:
         self.dives = folder / "dives"
 
     def put(self, rows: list[Row]) -> None:
-        """Keeps the rows of one dive."""
+        """Stores the rows of one dive."""
         self.dives.mkdir(parents=True, exist_ok=True)
         _write(self.dives / f"{rows[0]['key']}.parquet", rows)
 
     def known(self) -> dict[str, list[Row]]:
-        """Gives the rows of every dive that is in the folder, by its key."""
+        """Returns the rows of every dive in the folder, by its key."""
         found: dict[str, list[Row]] = {}
         for path in [self.folder / PLANTS, *sorted(self.dives.glob("*.parquet"))]:
             if path.exists():
@@ -51,7 +51,7 @@ class Store:
 
 
 def is_fresh(rows: list[Row]) -> bool:
-    """Whether every file that a dive was identified from is as it was then."""
+    """Returns whether every file that a dive was identified from is unchanged."""
     started: dt.datetime = rows[0]["started"]
     for row in rows:
         if row["status"] != "found" or row["inputs"] is None:

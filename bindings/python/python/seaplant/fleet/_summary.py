@@ -1,4 +1,4 @@
-"""Parameters over dives: how they scatter, drift with date and payload, and which stand out."""
+"""Parameters over dives: scatter, drift with date and payload, outliers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MAD = 1.4826
 
 @dataclass(frozen=True)
 class Slope:
-    """How a parameter changes with something: the median slope of all pairs (Theil and Sen).
+    """Change of a parameter with another quantity: the median slope of all pairs (Theil, Sen).
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Slope:
 
     @property
     def is_sure(self) -> bool:
-        """Whether the interval excludes that nothing changes."""
+        """True if the interval excludes zero change."""
         return self.low95 > 0.0 or self.high95 < 0.0
 
 
@@ -109,7 +109,7 @@ class Summary:
     failures: int
 
     def to_pandas(self) -> pd.DataFrame:
-        """Gives the trends as a table.
+        """Returns the trends as a table.
 
         Returns
         -------
@@ -130,7 +130,7 @@ class Summary:
 
 
 def summarise(frame: pd.DataFrame) -> Summary:
-    """Looks at every degree of freedom and parameter of the rows of a fleet."""
+    """Analyses every degree of freedom and parameter of the rows of a fleet."""
     found = frame[frame["status"] == "found"]
     trends = []
     for dof, rows in found.groupby("dof", sort=False):
@@ -154,7 +154,7 @@ def _trend(dof: str, parameter: str, rows: pd.DataFrame) -> Trend:
         left = left - with_date.value * np.where(known, years - np.median(years[known]), 0.0)
         left = left - np.median(left)
     scatter = _MAD * float(np.median(np.abs(left)))
-    # A dive that says itself that it is unsure does not stand out.
+    # A dive with doubtful results is not an outlier.
     allowed = OUTLIER * np.hypot(scatter, stds)
     enough = len(rows) >= LEAST_DIVES
     standing_out = (np.abs(left) > allowed) & enough
@@ -173,7 +173,7 @@ def _trend(dof: str, parameter: str, rows: pd.DataFrame) -> Trend:
 
 
 def years_of(rows: pd.DataFrame) -> Floats:
-    """Gives the dates of rows in years since 1970; ``NaN`` without a date."""
+    """Returns the dates of rows in years since 1970; ``NaN`` without a date."""
     import pandas as pd
 
     dates = pd.to_datetime(rows["date"])

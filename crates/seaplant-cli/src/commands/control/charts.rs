@@ -8,7 +8,7 @@ use seaplant_report::CurveChart;
 
 use super::Run;
 
-/// Of each axis: the open loop, a step, and the error while it follows a sine.
+/// Draws for each axis the open loop, a step, and the error while it follows a sine.
 pub(super) fn charts(
     gains: &Gains,
     responses: &BTreeMap<Dof, Response>,
@@ -88,7 +88,7 @@ fn step(dof: Dof, response: &Response) -> Option<CurveChart> {
     })
 }
 
-/// The error in still water, and in a current.
+/// Draws the error in still water, and in a current.
 fn tracking(dof: Dof, runs: &[Run]) -> Option<CurveChart> {
     let unit = dof.units().position;
     let error = |run: &Run| -> Vec<f64> {

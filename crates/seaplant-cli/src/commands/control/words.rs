@@ -1,4 +1,4 @@
-//! A controller in words: by line on a terminal, by row on its page.
+//! Formats a controller: by line on a terminal, by row on its page.
 
 use seaplant::Dof;
 use seaplant_control::{AxisGains, Gains};
@@ -8,15 +8,15 @@ use seaplant_report::number::significant;
 use super::Run;
 use crate::output::WARNING;
 
-/// A current that multiplies the error by this is told.
+/// Ratio of errors in and without a current from which it is reported.
 const TOLD_BY_CURRENT: f64 = 5.0;
 
-/// So many digits of gains, as somebody would type them …
+/// Significant digits of gains …
 const OF_GAINS: i32 = 4;
 /// … and of errors and times.
 const OF_OTHERS: i32 = 3;
 
-/// K_p, K_d and K_i with their units.
+/// Returns K_p, K_d and K_i with their units.
 fn gains_of(dof: Dof, axis: &AxisGains) -> Vec<(&'static str, String)> {
     let units = dof.units();
     let with = |x: f64, unit: String| format!("{} {unit}", significant(x, OF_GAINS));
@@ -30,7 +30,7 @@ fn gains_of(dof: Dof, axis: &AxisGains) -> Vec<(&'static str, String)> {
     all
 }
 
-/// On a terminal.
+/// Formats the controller for a terminal.
 pub(super) fn words(gains: &Gains, runs: &[Run], paths: &[String], notes: &[String]) -> String {
     let mut text = String::new();
     for (dof, axis) in &gains.axes {
@@ -66,7 +66,7 @@ pub(super) fn words(gains: &Gains, runs: &[Run], paths: &[String], notes: &[Stri
     text
 }
 
-/// On the page.
+/// Formats the controller for the page.
 pub(super) fn table(gains: &Gains, runs: &[Run]) -> ControlTable {
     let fixed = ["axis", "bandwidth", "damping", "gains", "phase margin (worst case)"];
     let more = ["delay margin (worst case)", "saturates at an error of"];
@@ -91,7 +91,7 @@ pub(super) fn table(gains: &Gains, runs: &[Run]) -> ControlTable {
     ControlTable { columns, rows: gains.axes.iter().map(row).collect() }
 }
 
-/// That a law without integral and adaptation leaves the error that a current makes.
+/// Notes that a law without integral and adaptation leaves the error that a current causes.
 pub(super) fn in_current(gains: &Gains, runs: &[Run]) -> Option<String> {
     let [still, current] = runs else { return None };
     let stays = |(dof, axis): &(&Dof, &AxisGains)| {

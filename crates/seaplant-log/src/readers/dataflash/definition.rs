@@ -1,11 +1,11 @@
-//! What a type of message is, as its FMT record says.
+//! Definitions of message types from FMT records.
 
 use crate::readers::number::{Kind, text};
 
-/// Marks and the number of the type.
+/// Length of the marks and the type number.
 pub(super) const HEADER: usize = 3;
 
-/// The type that defines types.
+/// Type number of definitions.
 pub(super) const FMT: u8 = 128;
 pub(super) const FMT_LENGTH: usize = HEADER + 1 + 1 + 4 + 16 + 64;
 
@@ -13,10 +13,10 @@ pub(super) const FMT_LENGTH: usize = HEADER + 1 + 1 + 4 + 16 + 64;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Definition {
     pub(super) name: String,
-    /// Bytes of a record, its header too.
+    /// Length of a record with its header, bytes.
     pub(super) length: usize,
     pub(super) fields: Vec<Field>,
-    /// Why its fields cannot be told, if they cannot.
+    /// Reason why its fields are unknown, if they are.
     pub(super) opaque: Option<&'static str>,
 }
 
@@ -25,15 +25,15 @@ pub(super) struct Definition {
 pub(super) struct Field {
     pub(super) name: String,
     pub(super) kind: Kind,
-    /// What its letter says to divide it by.
+    /// Divisor that its letter implies.
     pub(super) divisor: f64,
-    /// Where it starts, from the end of the header.
+    /// Position from the end of the header.
     pub(super) at: usize,
-    /// In words that follow its name, of one that is no number.
+    /// Reason why the field is no channel, in words that follow its name.
     pub(super) why_no_channel: Option<&'static str>,
 }
 
-/// A letter's meaning: how the number is stored, and what it is divided by.
+/// Returns how a number with this letter is stored, and its divisor.
 fn of_letter(letter: u8) -> Option<(Kind, f64)> {
     Some(match letter {
         b'b' => (Kind::I8, 1.0),
@@ -61,14 +61,14 @@ fn of_letter(letter: u8) -> Option<(Kind, f64)> {
 }
 
 impl Definition {
-    /// The one that FMT has of itself.
+    /// Returns the definition of FMT records themselves.
     pub(super) fn of_definitions() -> Self {
         let letters = [b'B', b'B', b'n', b'N', b'Z'];
         let names = "Type,Length,Name,Format,Columns";
         Self::new("FMT".to_owned(), FMT_LENGTH, &letters, names)
     }
 
-    /// Reads the body of a FMT record: the type's number, and what it is.
+    /// Reads the body of an FMT record: the type number and its definition.
     pub(super) fn read(body: &[u8]) -> Option<(u8, Self)> {
         let (&[number, length], rest) = body.split_first_chunk()?;
         let (name, rest) = rest.split_at_checked(4)?;
@@ -91,7 +91,7 @@ impl Definition {
                 opaque = Some("has fields of an unknown type");
                 break;
             };
-            // The names have 64 bytes, which not all fit in.
+            // The names field has 64 bytes, too few for all names of some types.
             let name = names.next().unwrap_or_default().to_owned();
             let why_no_channel = match letter {
                 b'a' => Some("is a list of numbers of one moment"),
@@ -106,7 +106,7 @@ impl Definition {
         Self { name, length, fields, opaque }
     }
 
-    /// The field of that name.
+    /// Returns the field of that name.
     pub(super) fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|field| field.name == name)
     }

@@ -1,4 +1,4 @@
-//! All that a log told so far.
+//! State accumulated from the records of a log.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -8,29 +8,29 @@ use crate::assemble::Assembly;
 use crate::readers::number::{Kind, text};
 use crate::{Epoch, Error, Log};
 
-/// A later start of the autopilot is put so long after the last record of the one before, s: no
-/// method takes it for a gap in one run.
+/// Time placed between the last record before a restart of the autopilot and the first after it, s:
+/// no method takes it for a gap in one run.
 const APART_S: f64 = 100.0;
 
-/// Records stand a little out of order in one run, s.
+/// Tolerance on the order of records in one run, s.
 const JITTER_S: f64 = 1.0;
 
-/// What records told.
+/// Information from the records so far.
 pub(super) struct Logbook {
-    /// Which table each type's number stands for now.
+    /// Current table of each type number.
     types: [Option<usize>; 256],
     tables: Vec<Table>,
-    /// The table of each definition, by its bytes but for the type's number.
+    /// Table of each definition, keyed by its bytes without the type number.
     known: HashMap<Vec<u8>, usize>,
     letters: Letters,
     settings: BTreeMap<String, f64>,
     /// The latest time, s.
     pub(super) latest_s: Option<f64>,
-    /// Where each later start of the autopilot was put, s.
+    /// Times at which each later start of the autopilot was placed, s.
     pub(super) restarts_s: Vec<f64>,
     /// Added to the autopilot's clock, s.
     shift_s: f64,
-    /// Whether the definitions came again, as they do when the autopilot starts.
+    /// True once the definitions were repeated, as they are when the autopilot starts.
     may_restart: bool,
     epoch: Option<jiff::Timestamp>,
 }
@@ -55,13 +55,13 @@ impl Default for Logbook {
 }
 
 impl Logbook {
-    /// The length of a record of a type.
+    /// Returns the length of a record of a type.
     #[inline]
     pub(super) fn length(&self, number: u8) -> Option<usize> {
         Some(self.tables[self.types[usize::from(number)]?].definition.length)
     }
 
-    /// Takes a record in; `body` is what follows its header.
+    /// Adds a record; `body` is the part after its header.
     #[inline]
     pub(super) fn enter(&mut self, number: u8, body: &[u8]) {
         let Some(index) = self.types[usize::from(number)] else { return };
@@ -83,9 +83,10 @@ impl Logbook {
         }
     }
 
-    /// Whether a record tells of the log or the vehicle, and is no measurement.
+    /// Returns whether a record describes the log or the vehicle instead of a measurement, after
+    /// reading it.
     fn is_told(&mut self, index: usize, body: &[u8]) -> bool {
-        // Of a record that tells nothing nothing is kept.
+        // An incomplete description is ignored.
         let _ = match self.tables[index].role {
             Role::Measurement => return false,
             Role::Fix => {
@@ -104,7 +105,7 @@ impl Logbook {
     fn define(&mut self, body: &[u8]) -> Option<()> {
         let (number, definition) = Definition::read(body)?;
         if number == FMT {
-            // Another length for definitions themselves would be damage.
+            // A different length of the definitions themselves would be damage.
             self.may_restart = self.latest_s.is_some();
             return (definition.length == FMT_LENGTH).then_some(());
         }
@@ -136,7 +137,8 @@ impl Logbook {
 
     fn define_multiplier(&mut self, index: usize, body: &[u8]) -> Option<()> {
         let letter = self.number(index, "Id", body)? as u8;
-        // Stored in 64 bits, and once rounded to 32: seven digits are meant.
+        // The multiplier is stored in 64 bits but was once rounded to 32, so seven digits are
+        // meaningful.
         let meant = format!("{:.6e}", self.number(index, "Mult", body)?).parse().ok()?;
         self.letters.multipliers.insert(letter, meant);
         Some(())
@@ -149,7 +151,7 @@ impl Logbook {
         Some(())
     }
 
-    /// Takes the date from a satellite fix, once.
+    /// Reads the date from the first satellite fix.
     fn look_at_gps(&mut self, index: usize, body: &[u8]) {
         if self.epoch.is_none() && self.restarts_s.is_empty() {
             self.epoch = self.start_by_gps(index, body);
@@ -163,7 +165,7 @@ impl Logbook {
         jiff::Timestamp::from_second(start_s.round() as i64).ok()
     }
 
-    /// The clock went back after the definitions came again: the autopilot was started anew.
+    /// Handles a clock that went back after the definitions were repeated: the autopilot restarted.
     fn restart(&mut self, time_s: f64) {
         self.may_restart = false;
         if let Some(latest_s) = self.latest_s
@@ -189,7 +191,7 @@ impl Logbook {
         Some(text(body.get(field.at..field.at + size)?))
     }
 
-    /// What the times are, in words.
+    /// Describes the clock of the times.
     pub(super) fn clock(&self) -> String {
         let clock = "seconds since the autopilot started".to_owned();
         match self.epoch {
@@ -211,18 +213,18 @@ impl Logbook {
     }
 }
 
-/// UTC of a satellite's week and time in it, s since 1970.
+/// Converts a GPS week and the time in it to UTC, s since 1970.
 ///
-/// A week before the first ArduPilot is of a receiver that counts 1024 of them and starts again.
+/// A week before the first ArduPilot comes from a receiver whose week number overflowed after 1024.
 fn satellite_utc_s(week: f64, of_week_s: f64) -> f64 {
     /// 1980-01-06.
     const EPOCH_S: f64 = 315_964_800.0;
     const WEEK_S: f64 = 604_800.0;
-    /// The beginning of 2009.
+    /// Start of 2009.
     const FIRST_WEEK: f64 = 1512.0;
     const ROLLOVER: f64 = 1024.0;
-    /// From when on, by satellite time, how many leap seconds are to be taken off: since
-    /// 2009-01-01, 2012-07-01, 2015-07-01 and 2017-01-01.
+    /// GPS times from which a number of leap seconds applies: since 2009-01-01, 2012-07-01,
+    /// 2015-07-01 and 2017-01-01.
     const LEAP_S: [(f64, f64); 4] = [
         (f64::NEG_INFINITY, 15.0),
         (1_341_100_816.0, 16.0),
@@ -240,18 +242,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn satellite_time_is_utc_less_its_leap_seconds_and_whole_rollovers() {
+    fn satellite_time_is_utc_less_leap_seconds_and_rollovers() {
         let utc = |week, of_week_s: f64| {
             jiff::Timestamp::from_second(satellite_utc_s(week, of_week_s) as i64)
                 .map(|instant| instant.to_string())
                 .unwrap()
         };
-        // The weeks of satellite time that began on these Sundays.
+        // GPS weeks that began on these Sundays.
         assert_eq!(utc(2200.0, 18.0), "2022-03-06T00:00:00Z");
         assert_eq!(utc(1852.0, 17.0), "2015-07-05T00:00:00Z");
         assert_eq!(utc(1851.0, 16.0), "2015-06-28T00:00:00Z");
         assert_eq!(utc(1513.0, 15.0), "2009-01-04T00:00:00Z");
-        // As a receiver tells that starts again from 0 after 1023.
+        // A receiver whose week number restarts from 0 after 1023.
         assert_eq!(utc(2200.0 - 2048.0, 18.0), "2022-03-06T00:00:00Z");
     }
 }

@@ -8,43 +8,43 @@ use crate::column::Column;
 use crate::readers::number::Kind;
 use crate::{Dimension, Unit};
 
-/// What UNIT and MULT records say their letters mean.
+/// Meanings of letters from UNIT and MULT records.
 #[derive(Default)]
 pub(super) struct Letters {
     pub(super) units: HashMap<u8, String>,
     pub(super) multipliers: HashMap<u8, f64>,
 }
 
-/// What records of a type tell.
+/// Purpose of the records of a type.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Role {
     Measurement,
-    /// A measurement that has the date.
+    /// A measurement with the date.
     Fix,
     Definition,
-    /// The letters of a type's units and multipliers.
+    /// Letters of a type's units and multipliers.
     Letters,
     Unit,
     Multiplier,
     Setting,
 }
 
-/// A type and its records, as they are stored.
+/// A type and its records, as stored.
 pub(super) struct Table {
     pub(super) definition: Definition,
     pub(super) role: Role,
-    /// The letters of each field's unit and multiplier, from FMTU.
+    /// Letters of each field's unit and multiplier, from FMTU.
     pub(super) unit_letters: Vec<u8>,
     pub(super) multiplier_letters: Vec<u8>,
     clock: Option<Clock>,
     time_s: Vec<f64>,
-    /// For each field, empty of those that are no number.
+    /// Values of each field; empty for fields that are not numbers.
     values: Vec<Vec<f64>>,
-    /// Records that were not kept.
+    /// Number of records that were not kept.
     pub(super) dropped: usize,
 }
 
-/// The field that tells the time.
+/// The time field.
 #[derive(Clone, Copy)]
 struct Clock {
     field: usize,
@@ -82,14 +82,14 @@ impl Table {
         }
     }
 
-    /// The time of a record, s on the autopilot's clock.
+    /// Returns the time of a record, s on the autopilot's clock.
     pub(super) fn time_s(&self, body: &[u8]) -> Option<f64> {
         let Clock { field, per_s } = self.clock?;
         let field = &self.definition.fields[field];
         Some(field.kind.value(body.get(field.at..)?) / per_s)
     }
 
-    /// Keeps a record.
+    /// Stores a record.
     pub(super) fn push(&mut self, time_s: f64, body: &[u8]) {
         self.time_s.push(time_s);
         for (field, values) in self.definition.fields.iter().zip(&mut self.values) {
@@ -135,13 +135,13 @@ impl Table {
         self.definition.opaque.or(timeless).filter(|_| self.dropped > 0)
     }
 
-    /// The field that tells which instrument a record is of.
+    /// Returns the field with the instance number of a record.
     fn instance_field(&self) -> Option<usize> {
         let field = self.unit_letters.iter().position(|letter| *letter == b'#')?;
         (self.definition.fields.get(field)?.kind == Kind::U8).then_some(field)
     }
 
-    /// The records of one instrument, or all, whose values are not needed again.
+    /// Returns the records of one instance, or all, taking their values.
     fn group(
         &mut self,
         name: String,
@@ -175,14 +175,14 @@ impl Table {
         let symbol = letters.units.get(self.unit_letters.get(field)?)?;
         match symbol.as_str() {
             "degheading" | "deglatitude" | "deglongitude" => Unit::find("deg"),
-            // The one letter for microseconds is that of servos; times are in s.
+            // The only letter for microseconds is that of servos; times are in s.
             "us" => Unit::find_as("us", Dimension::PulseWidth),
             symbol => Unit::find(symbol),
         }
     }
 
-    /// What brings a stored number to its unit. The letter of its kind and its multiplier say
-    /// the same where both do.
+    /// Returns the conversion of a stored number to its unit. The letter of its type and its
+    /// multiplier agree where both define one.
     fn scale(&self, field: usize, letters: &Letters) -> Scale {
         let divisor = self.definition.fields[field].divisor;
         if divisor != 1.0 {

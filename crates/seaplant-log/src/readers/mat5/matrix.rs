@@ -1,14 +1,14 @@
-//! One variable: numbers, or a struct of others.
+//! Reads one variable: numbers, or a struct of others.
 
 use crate::readers::workspace::{
     CELLS, COMPLEX, DEEP, DEEPEST, EMPTY, FUNCTION, OBJECT, SPARSE, STRUCTS, TEXT, Workspace,
 };
 
-/// Kinds of elements.
+/// Element types.
 pub(super) const MATRIX: u32 = 14;
 pub(super) const COMPRESSED: u32 = 15;
 
-/// Which byte of a number comes first.
+/// Byte order of numbers.
 #[derive(Clone, Copy)]
 pub(super) enum ByteOrder {
     Little,
@@ -16,7 +16,7 @@ pub(super) enum ByteOrder {
 }
 
 impl ByteOrder {
-    /// The kind of an element, and how many bytes it has.
+    /// Decodes the type of an element and its length in bytes.
     pub(super) fn tag(self, tag: [u8; 8]) -> (u32, u32) {
         let [a, b, c, d, e, f, g, h] = tag;
         (self.u32([a, b, c, d]), self.u32([e, f, g, h]))
@@ -30,7 +30,7 @@ impl ByteOrder {
     }
 }
 
-/// The variable in a compressed element; `None` if it is damaged.
+/// Returns the variable in a compressed element; `None` if it is damaged.
 pub(super) fn compressed(bytes: &[u8], order: ByteOrder, workspace: &mut Workspace) -> Option<()> {
     match (Elements { bytes, order }).next()? {
         (MATRIX, bytes) => variable(bytes, order, workspace),
@@ -38,24 +38,24 @@ pub(super) fn compressed(bytes: &[u8], order: ByteOrder, workspace: &mut Workspa
     }
 }
 
-/// A variable; `None` if it is damaged.
+/// Returns a variable; `None` if it is damaged.
 pub(super) fn variable(bytes: &[u8], order: ByteOrder, workspace: &mut Workspace) -> Option<()> {
     matrix(Elements { bytes, order }, None, 0, workspace)
 }
 
-/// The elements within one, from front to back.
+/// Elements within another, from front to back.
 struct Elements<'a> {
     bytes: &'a [u8],
     order: ByteOrder,
 }
 
 impl<'a> Elements<'a> {
-    /// The next: its kind and bytes.
+    /// Returns the type and bytes of the next element.
     fn next(&mut self) -> Option<(u32, &'a [u8])> {
         let (tag, body) = self.bytes.split_first_chunk::<8>()?;
         let (kind, length) = self.order.tag(*tag);
         if let length @ 1.. = kind >> 16 {
-            // Up to four bytes stand in the tag.
+            // Up to four bytes are stored in the tag itself.
             self.bytes = body;
             return Some((kind & 0xffff, tag[4..].get(..length as usize)?));
         }
@@ -65,20 +65,20 @@ impl<'a> Elements<'a> {
         Some((kind, element))
     }
 
-    /// The next, a list of numbers.
+    /// Reads the next element as numbers.
     fn numbers(&mut self) -> Option<Vec<f64>> {
         let (kind, bytes) = self.next()?;
         numbers(kind, bytes, self.order)
     }
 
-    /// The next, a text.
+    /// Reads the next element as text.
     fn text(&mut self) -> Option<String> {
         let (_, bytes) = self.next()?;
         Some(String::from_utf8_lossy(bytes).into_owned())
     }
 }
 
-/// Numbers as they are stored, whatever their class is in MATLAB.
+/// Decodes numbers by their storage type, whatever their MATLAB class.
 fn numbers(kind: u32, bytes: &[u8], order: ByteOrder) -> Option<Vec<f64>> {
     fn all<const N: usize>(
         bytes: &[u8],
@@ -110,7 +110,7 @@ fn numbers(kind: u32, bytes: &[u8], order: ByteOrder) -> Option<Vec<f64>> {
     }
 }
 
-/// Takes in a variable, or the field `named` of one.
+/// Reads a variable, or the field `named` of one.
 fn matrix(
     mut elements: Elements<'_>,
     named: Option<String>,
@@ -132,7 +132,7 @@ fn matrix(
     let name = elements.text()?;
     let name = named.unwrap_or(name);
     if name.is_empty() {
-        // What objects are made of; they are left out by their names.
+        // Internals of objects; they are left out by their names.
         return Some(());
     }
     let why = match class {
@@ -158,7 +158,7 @@ fn matrix(
     Some(())
 }
 
-/// Takes in the fields of a struct.
+/// Reads the fields of a struct.
 fn fields(
     mut elements: Elements<'_>,
     name: &str,

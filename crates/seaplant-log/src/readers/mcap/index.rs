@@ -1,4 +1,4 @@
-//! The summary at the end of an MCAP file, as far as a survey needs it.
+//! Reads the summary at the end of an MCAP file, as far as a survey needs it.
 
 use std::collections::{HashMap, HashSet};
 
@@ -6,18 +6,18 @@ use crate::glance::Thoroughness;
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Choice, Chunk, choose};
 
-/// What the summary says of chunks and messages.
+/// Chunks and message counts from the summary.
 #[derive(Default)]
 pub(super) struct Index {
     pub(super) chunks: Vec<Chunk>,
-    /// The messages of each channel.
+    /// Number of messages of each channel.
     pub(super) counts: HashMap<u16, u64>,
-    /// The chunks and the messages of the file.
+    /// Number of chunks and of messages in the file.
     totals: Option<(u32, u64)>,
 }
 
 impl Index {
-    /// Takes a record in that tells of a chunk; `None` if it makes no sense.
+    /// Adds a chunk index record; `None` if it is invalid.
     pub(super) fn chunk(&mut self, record: &[u8]) -> Option<()> {
         let mut bytes = Bytes(record);
         let (from_ns, to_ns) = (bytes.u64()?, bytes.u64()?);
@@ -33,7 +33,7 @@ impl Index {
         Some(())
     }
 
-    /// Takes the record in that counts messages; `None` if it makes no sense.
+    /// Reads the statistics record; `None` if it is invalid.
     pub(super) fn count(&mut self, record: &[u8]) -> Option<()> {
         let mut bytes = Bytes(record);
         let messages = bytes.u64()?;
@@ -49,8 +49,8 @@ impl Index {
         Some(())
     }
 
-    /// Chooses chunks for a survey, if chunks hold all messages of the file, which has so many
-    /// bytes.
+    /// Chooses chunks for a survey, if chunks hold all messages of the file, whose size is
+    /// `length`.
     pub(super) fn choose(&mut self, length: u64, how: Thoroughness) -> Option<Choice> {
         self.chunks.sort_by_key(|chunk| chunk.at);
         let (chunks, messages) = self.totals?;

@@ -1,6 +1,6 @@
 //! Records of MCAP files: their kinds and lengths.
 
-/// What a record is.
+/// Record types.
 pub(super) mod op {
     pub(crate) const FOOTER: u8 = 2;
     pub(crate) const SCHEMA: u8 = 3;
@@ -10,11 +10,11 @@ pub(super) mod op {
     pub(crate) const CHUNK_INDEX: u8 = 8;
     pub(crate) const STATISTICS: u8 = 11;
     pub(crate) const DATA_END: u8 = 15;
-    /// From here on, anybody's own.
+    /// First type reserved for private records.
     pub(crate) const PRIVATE: u8 = 128;
 }
 
-/// The byte that says what a record is, and its length.
+/// Length of the type byte and the length field.
 pub(super) const RECORD: u64 = 9;
-/// Longer records than this are none, unless they are attachments.
+/// Longer records are implausible, unless they are attachments.
 pub(super) const LONGEST: u64 = 1 << 30;

@@ -1,4 +1,4 @@
-//! Where records of an MCAP file start, also past damage.
+//! Finds the start of records in an MCAP file, also after damage.
 
 use std::io;
 
@@ -6,13 +6,13 @@ use super::record::{LONGEST, RECORD, op};
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::Window;
 
-/// The kind and the length of the record at hand, unless the file ends.
+/// Returns the type and the length of the current record, unless the file ends.
 pub(super) fn head(window: &mut Window) -> io::Result<Option<(u8, u64)>> {
     let mut bytes = Bytes(window.look(RECORD)?);
     Ok(bytes.u8().zip(bytes.u64()))
 }
 
-/// Whether the record at hand may be one.
+/// Returns whether the current position may hold a record.
 pub(super) fn is_plausible(window: &mut Window) -> io::Result<bool> {
     let Some((kind, length)) = head(window)? else { return Ok(false) };
     if length > window.left() - RECORD {
@@ -27,9 +27,10 @@ pub(super) fn is_plausible(window: &mut Window) -> io::Result<bool> {
     })
 }
 
-/// Whether the lengths of the chunk at hand, which the file may cut off, fit each other.
+/// Returns whether the lengths of the current chunk, which the end of the file may truncate, are
+/// consistent.
 pub(super) fn chunk_is_plausible(window: &mut Window) -> io::Result<bool> {
-    /// Start, end, size, checksum and name of the packing, a short one.
+    /// Start, end, size, checksum and name of the compression, a short one.
     const HEAD: u64 = 8 + 8 + 8 + 4 + 4 + 8;
     const NAME: u64 = 16;
     let mut bytes = Bytes(window.look(RECORD + HEAD + NAME)?);
@@ -44,7 +45,7 @@ pub(super) fn chunk_is_plausible(window: &mut Window) -> io::Result<bool> {
     Ok(fits() == Some(true))
 }
 
-/// Moves to the next record that looks sound, past the damage at hand; whether there is one.
+/// Moves past the damage to the next plausible record; returns whether there is one.
 pub(super) fn resync(window: &mut Window) -> io::Result<bool> {
     window.skip(1)?;
     loop {
@@ -64,9 +65,10 @@ pub(super) fn resync(window: &mut Window) -> io::Result<bool> {
     }
 }
 
-/// Whether another record follows the one at hand, or is no need to: a chunk's lengths say enough.
+/// Returns whether another record follows the current one, or need not: the lengths in a chunk are
+/// evidence enough.
 fn next_is_plausible(window: &mut Window) -> io::Result<bool> {
-    /// Longer messages than this are not looked past.
+    /// Messages longer than this are accepted without a look at the next record.
     const FAR: u64 = 1 << 16;
     let Some((kind, length)) = head(window)? else { return Ok(false) };
     if kind == op::CHUNK {

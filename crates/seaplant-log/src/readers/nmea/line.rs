@@ -1,35 +1,35 @@
-//! The sentences in a line.
+//! Finds the sentences in a line.
 
-/// Whether a sentence is as it was sent.
+/// Result of a sentence's checksum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Check {
     Right,
     Wrong,
-    /// It came without a checksum.
+    /// There is no checksum.
     None,
 }
 
 /// `$GPHDT,123.4,T*33` in a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sentence<'a> {
-    /// Where in the line it starts,
+    /// Position in the line.
     pub(super) start: usize,
-    /// and what of the line stands before the first sentence.
+    /// Length of the part of the line before the first sentence.
     pub(super) prefix: usize,
     pub(super) bytes: &'a [u8],
-    /// What is between `$` and `*`.
+    /// Content between `$` and `*`.
     pub(super) body: &'a str,
     pub(super) check: Check,
 }
 
 impl<'a> Sentence<'a> {
-    /// Who speaks, and what kind of sentence it is.
+    /// Returns the talker and the kind of sentence.
     pub(super) fn address(&self) -> &'a str {
         self.body.split(',').next().unwrap_or_default()
     }
 }
 
-/// The sentences in a line, from left to right.
+/// Iterates over the sentences in a line, from left to right.
 pub(super) fn sentences(line: &[u8]) -> impl Iterator<Item = Sentence<'_>> {
     let mut from = 0;
     let mut prefix = None;
@@ -43,7 +43,7 @@ pub(super) fn sentences(line: &[u8]) -> impl Iterator<Item = Sentence<'_>> {
     standard.chain(none.then(|| paroscientific(line)).flatten())
 }
 
-/// Where the next sentence starts, at `from` or behind it, and how long it is.
+/// Returns the position, not before `from`, and the length of the next sentence.
 fn next(line: &[u8], from: usize) -> Option<(usize, usize)> {
     let marks = line.iter().enumerate().skip(from);
     let mut starts = marks.filter(|(_, byte)| matches!(byte, b'$' | b'!')).map(|(at, _)| at);
@@ -55,7 +55,7 @@ fn next(line: &[u8], from: usize) -> Option<(usize, usize)> {
     Some((start, 1 + end + sum))
 }
 
-/// Whether bytes start with the address of a sentence: letters, of which the first is a capital.
+/// Returns whether bytes start with the address of a sentence: letters, the first a capital.
 fn is_address(bytes: &[u8]) -> bool {
     let length = bytes.iter().take_while(|b| b.is_ascii_uppercase() || b.is_ascii_digit()).count();
     let first = bytes.first().is_some_and(u8::is_ascii_uppercase);
@@ -66,7 +66,7 @@ fn is_text(byte: u8) -> bool {
     byte.is_ascii_graphic() || byte == b' '
 }
 
-/// Takes `bytes` apart.
+/// Parses `bytes` as a sentence.
 fn sentence(start: usize, prefix: usize, bytes: &[u8]) -> Sentence<'_> {
     let inner = &bytes[1..];
     let star = inner.iter().position(|&byte| byte == b'*');
@@ -81,7 +81,7 @@ fn sentence(start: usize, prefix: usize, bytes: &[u8]) -> Sentence<'_> {
     Sentence { start, prefix, bytes, body, check }
 }
 
-/// `*000114.7234`: what a Paroscientific sensor, 01, has for the host, 00.
+/// Parses `*000114.7234`, the reading of Paroscientific sensor 01 for host 00.
 fn paroscientific(line: &[u8]) -> Option<Sentence<'_>> {
     let start = line.windows(3).position(|three| three == b"*00")?;
     let bytes = line[start..].trim_ascii_end();
@@ -102,8 +102,8 @@ mod tests {
     }
 
     #[test]
-    fn sentences_are_found_wherever_they_stand() {
-        // As a Phins sent them.
+    fn sentences_are_found_anywhere_in_a_line() {
+        // As sent by a Phins.
         let line = "12:00:01 $PIXSE,ATITUD,-1.641,-0.490*6D$HEHDT,116.581,T*25 $HEHDT,116.5";
         assert_eq!(
             bodies(line),

@@ -1,18 +1,18 @@
-//! The time of receipt that a recorder writes before a sentence.
+//! Parses the time of receipt that a recorder writes before a sentence.
 
 use super::line;
 use crate::cell::stamp;
 
-/// How times are written.
+/// Notation of times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Shape {
-    /// ISO 8601, or date and time in two.
+    /// ISO 8601, or date and time as two words.
     DateTime,
     /// `HH:MM:SS.sss`.
     TimeOfDay,
-    /// A count since 1970, so many of which make a second.
+    /// A count since 1970 of `second` units per second.
     Epoch { second: f64 },
-    /// A count of seconds since some start.
+    /// A count of seconds from an arbitrary start.
     Seconds,
 }
 
@@ -20,7 +20,7 @@ pub(super) enum Shape {
 #[derive(Debug)]
 pub(super) struct Prefix {
     shape: Shape,
-    /// The time of day before, and the midnights that passed.
+    /// Previous time of day, and the number of midnights passed.
     before_s: f64,
     midnights: f64,
 }
@@ -28,8 +28,9 @@ pub(super) struct Prefix {
 const DAY_S: f64 = 86_400.0;
 
 impl Prefix {
-    /// The way in which most of some lines with sentences have a time in front, if they have.
-    pub(super) fn of<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
+    /// Detects the notation of the times before most of some lines with sentences, if there are
+    /// any.
+    pub(super) fn detect<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
         let shape = |line: &'a [u8]| {
             let sentence = line::sentences(line).next()?;
             Some(find(&line[..sentence.prefix]).map(|(shape, _)| shape))
@@ -40,7 +41,7 @@ impl Prefix {
         (2 * timed > shapes.len()).then_some(Self { shape, before_s: 0.0, midnights: 0.0 })
     }
 
-    /// The time of receipt, s; `None` unless it is written as most are.
+    /// Parses the time of receipt, s; `None` unless its notation is that of most lines.
     pub(super) fn time(&mut self, prefix: &[u8]) -> Option<f64> {
         let (shape, time) = find(prefix)?;
         if shape != self.shape {
@@ -59,17 +60,17 @@ impl Prefix {
         }
     }
 
-    /// Whether times count from 1970.
+    /// Returns whether times count from 1970.
     pub(super) fn is_since_1970(&self) -> bool {
         matches!(self.shape, Shape::DateTime | Shape::Epoch { .. })
     }
 
-    /// Whether times count from midnight.
+    /// Returns whether times count from midnight.
     pub(super) fn is_of_day(&self) -> bool {
         matches!(self.shape, Shape::TimeOfDay)
     }
 
-    /// What the times are.
+    /// Describes the clock of the times.
     pub(super) fn clock(&self) -> &'static str {
         match self.shape {
             Shape::DateTime => {
@@ -85,11 +86,11 @@ impl Prefix {
     }
 }
 
-/// The time in what stands before a sentence.
+/// Finds the time in the text before a sentence.
 fn find(prefix: &[u8]) -> Option<(Shape, f64)> {
-    /// A recorder may name a port too, but writes no more than so much before the time.
+    /// A recorder may also write a port's name, but only this many words before the time.
     const WORDS: usize = 4;
-    /// The length of 2020-07-31.
+    /// Length of 2020-07-31.
     const DATE: usize = 10;
     let prefix = with_points(prefix);
     let words: Vec<&[u8]> =
@@ -113,13 +114,15 @@ fn find(prefix: &[u8]) -> Option<(Shape, f64)> {
     words.iter().find_map(|word| count(word))
 }
 
-/// What stands between times and else; the tag block of NMEA 0183 has backslashes.
+/// Returns whether a byte separates times from other text; the tag block of NMEA 0183 has
+/// backslashes.
 fn is_margin(byte: &u8) -> bool {
     matches!(byte, b' ' | b'\t' | b',' | b';' | b'|' | b'"' | b'\'' | b'\\' | b'*' | b'=' | b'>')
         || matches!(byte, b'[' | b']' | b'(' | b')' | b'<')
 }
 
-/// A count of seconds, or of parts of seconds since 1970: told by its size.
+/// Parses a count of seconds, or of fractions of a second since 1970, which its magnitude
+/// determines.
 fn count(word: &[u8]) -> Option<(Shape, f64)> {
     let word = word.strip_prefix(b"c:").unwrap_or(word);
     let digits = word.iter().all(|b| b.is_ascii_digit() || *b == b'.');
@@ -134,7 +137,7 @@ fn count(word: &[u8]) -> Option<(Shape, f64)> {
     Some((shape, number))
 }
 
-/// The bytes with `12:00:01,250`, as some programs write it, as `12:00:01.250`.
+/// Rewrites `12:00:01,250`, as some programs write it, as `12:00:01.250`.
 fn with_points(prefix: &[u8]) -> Vec<u8> {
     let mut bytes = prefix.to_vec();
     for at in 3..bytes.len() {
@@ -187,7 +190,7 @@ mod tests {
     #[test]
     fn a_day_ends_at_midnight() {
         let lines = ["23:59:59.5,$HEHDT,1.0,T*2B", "00:00:00.5,$HEHDT,1.0,T*2B"].map(str::as_bytes);
-        let mut prefix = Prefix::of(lines.into_iter()).unwrap();
+        let mut prefix = Prefix::detect(lines.into_iter()).unwrap();
         assert_eq!(prefix.time(b"23:59:59.5,"), Some(86_399.5));
         assert_eq!(prefix.time(b"00:00:00.5,"), Some(86_400.5));
         assert_eq!(prefix.time(b"17.0,"), None);

@@ -1,4 +1,4 @@
-//! From sentences to columns.
+//! Converts sentences to columns.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -10,14 +10,14 @@ use crate::Unit;
 use crate::assemble::{Assembly, Group};
 use crate::column::Column;
 
-/// The sentences of one kind.
+/// Sentences of one kind.
 struct Rows {
     kind: Kind,
-    /// The time of receipt of each, s, or else its number among all sentences.
+    /// Time of receipt of each, s, or its number among all sentences.
     times: Vec<f64>,
-    /// Its values, field after field.
+    /// Values, field after field.
     columns: Vec<Vec<f64>>,
-    /// The fields of the longest of them: some end before those that later standards added.
+    /// Number of fields of the longest: some end before fields that later standards added.
     longest: usize,
 }
 
@@ -34,21 +34,21 @@ impl Kind {
     }
 }
 
-/// Sentences by their kinds.
+/// Sentences by kind.
 pub(super) struct Records {
     prefix: Option<Prefix>,
     places: HashMap<String, usize>,
     rows: Vec<Rows>,
-    /// How many sentences there are.
+    /// Number of sentences.
     count: usize,
-    /// What they say of time, by their numbers.
+    /// UTC of the sentences that contain it, by sentence number.
     said: Vec<(usize, Utc)>,
-    /// How far the time of receipt is behind that, s, of the first that have both.
+    /// Time of receipt minus UTC, s, for the first sentences with both.
     behind_s: Vec<f64>,
     last_s: Option<f64>,
 }
 
-/// Where times come from.
+/// Origin of times.
 pub(super) enum Times {
     Received { clock: &'static str, of_day: bool, behind_s: Option<f64>, last_s: Option<f64> },
     Said(Course),
@@ -60,7 +60,7 @@ impl Records {
         Self { prefix, places, rows, count: 0, said, behind_s, last_s: None }
     }
 
-    /// Takes a sentence in, and what stands before it in its line.
+    /// Adds a sentence, with the text before it in its line.
     pub(super) fn take(&mut self, before: &[u8], sentence: &Sentence<'_>) {
         let (key, fields) = tables::split(sentence.body);
         let place = self.places.get(key).copied().unwrap_or_else(|| {
@@ -69,7 +69,7 @@ impl Records {
             self.rows.len() - 1
         });
         let kind = &self.rows[place].kind;
-        let utc = Utc::of(&kind.formatter, &fields);
+        let utc = Utc::read(&kind.formatter, &fields);
         let number = self.count;
         self.count += 1;
         let time = match &mut self.prefix {
@@ -93,9 +93,9 @@ impl Records {
         }
     }
 
-    /// Remembers what a sentence says of time.
+    /// Records the UTC in a sentence.
     fn say(&mut self, number: usize, received_s: f64, utc: Utc) {
-        /// As many as tell how far clocks are apart.
+        /// Number of pairs from which the clock difference is estimated.
         const PAIRS: usize = 1000;
         match &self.prefix {
             None => self.said.push((number, utc)),
@@ -107,7 +107,7 @@ impl Records {
         }
     }
 
-    /// Where times come from; `None` if nothing has any.
+    /// Determines the origin of times; `None` if there are no times.
     pub(super) fn times(&mut self) -> Option<Times> {
         let Some(prefix) = &self.prefix else { return Course::new(&self.said).map(Times::Said) };
         let middle = self.behind_s.len() / 2;
@@ -117,7 +117,7 @@ impl Records {
         Some(Times::Received { clock, of_day, behind_s, last_s: self.last_s })
     }
 
-    /// Hands all over.
+    /// Hands all columns to the assembly.
     pub(super) fn hand_over(self, times: &Times, assembly: &mut Assembly) {
         let unknown = self.rows.iter().filter(|rows| rows.kind.fields.is_none());
         let unknown: BTreeSet<&str> = unknown.map(|rows| rows.kind.name.as_str()).collect();
@@ -142,7 +142,7 @@ impl Records {
 }
 
 impl Times {
-    /// The latest, s.
+    /// Returns the latest time, s.
     pub(super) fn last_s(&self) -> Option<f64> {
         match self {
             Self::Received { last_s, .. } => *last_s,
@@ -150,7 +150,7 @@ impl Times {
         }
     }
 
-    /// Whether they count from a midnight that is not told.
+    /// Returns whether times count from an unknown midnight.
     pub(super) fn are_of_day(&self) -> bool {
         match self {
             Self::Received { of_day, .. } => *of_day,
@@ -158,9 +158,9 @@ impl Times {
         }
     }
 
-    /// What they are.
+    /// Describes the clock of the times.
     pub(super) fn clock(&self) -> String {
-        /// Transmission delays by less, s.
+        /// Upper bound on transmission delays, s.
         const CLOSE_S: f64 = 2.0;
         match self {
             Self::Received { clock, behind_s: Some(behind_s), .. } if behind_s.abs() > CLOSE_S => {

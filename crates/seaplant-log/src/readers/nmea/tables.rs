@@ -3,32 +3,31 @@
 /// A field that makes a channel.
 pub(super) struct Field {
     pub(super) name: &'static str,
-    /// Empty where the sentence does not state it, or it is none that channels have.
+    /// Unit; empty where the sentence does not state it, or it is not a unit of channels.
     pub(super) unit: &'static str,
-    /// Which field behind the address.
+    /// Index after the address.
     pub(super) at: usize,
     read: Read,
     status: Status,
 }
 
-/// Which other field says whether a field is valid, and how.
+/// Validity of a field by another field.
 enum Status {
     Always,
     If(&'static [(usize, &'static str)]),
     Unless(usize, &'static str),
 }
 
-/// How a field is written.
+/// Encoding of a field.
 enum Read {
     Number,
-    /// So many of them make one of the unit.
+    /// This many make one of the unit.
     Parts(f64),
-    /// Degrees and minutes in one, `ddmm.mmm`; a letter in the next field, such as this one, makes
-    /// it negative.
+    /// Degrees and minutes in one, `ddmm.mmm`; this letter in the next field makes it negative.
     Minutes(&'static str),
-    /// A letter in the next field, such as this one, makes it negative.
+    /// This letter in the next field makes it negative.
     Signed(&'static str),
-    /// A speed whose unit is the letter of another field, to m/s.
+    /// A speed whose unit is the letter in another field, converted to m/s.
     Speed(usize),
 }
 
@@ -61,7 +60,7 @@ impl Field {
         Self { read: Read::Speed(unit_at), ..self }
     }
 
-    /// The value in the fields of a sentence; `NaN` if there is none.
+    /// Reads the value from the fields of a sentence; `NaN` if there is none.
     pub(super) fn value(&self, fields: &[&str]) -> f64 {
         let text = |at: usize| fields.get(at).map_or("", |text| text.trim());
         let is_valid = match self.status {
@@ -84,7 +83,7 @@ impl Field {
     }
 }
 
-/// Of the letters that sentences have for units of speed; `NaN` of another.
+/// Converts the letters of units of speed; `NaN` for others.
 fn metres_a_second(letter: &str) -> f64 {
     match letter {
         "M" => 1.0,
@@ -95,7 +94,7 @@ fn metres_a_second(letter: &str) -> f64 {
     }
 }
 
-/// `dddmm.mmm`, taken apart as text: differences of numbers would cost digits.
+/// Parses `dddmm.mmm` as text: subtracting numbers would lose digits.
 fn degrees(text: &str) -> f64 {
     let point = text.find('.').unwrap_or(text.len());
     let parts = point.checked_sub(2).and_then(|at| text.split_at_checked(at));
@@ -103,13 +102,13 @@ fn degrees(text: &str) -> f64 {
     number(degrees) + number(minutes) / 60.0
 }
 
-/// A number in plain digits; `NaN` if it is none.
+/// Parses a number in plain digits; `NaN` if it is none.
 pub(super) fn number(text: &str) -> f64 {
     let plain = text.bytes().all(|b| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+'));
     text.parse().ok().filter(|_| plain).unwrap_or(f64::NAN)
 }
 
-/// The fields of the kinds of sentences that any talker may send: IEC 61162-1.
+/// Fields of the sentences that any talker may send: IEC 61162-1.
 #[rustfmt::skip]
 const STANDARD: &[(&str, &[Field])] = &[
     ("DBK", &[field(2, "depth", "m").only_if(&[(3, "M")])]),
@@ -135,7 +134,7 @@ const STANDARD: &[(&str, &[Field])] = &[
     ]),
     ("HDM", &[field(0, "heading_magnetic", "deg")]),
     ("HDT", &[field(0, "heading", "deg")]),
-    // T is the true wind by the bow, which no direction over ground is.
+    // T is the true wind relative to the bow, which is no direction over ground.
     ("MWV", &[
         field(0, "relative_wind_angle", "deg").only_if(&[(1, "R"), (4, "A")]),
         field(2, "relative_wind_speed", "m/s").speed(3).only_if(&[(1, "R"), (4, "A")]),
@@ -149,15 +148,16 @@ const STANDARD: &[(&str, &[Field])] = &[
         field(7, "course", "deg").unless(1, "V"),
         field(9, "variation", "deg").signed("W").unless(1, "V"),
     ]),
-    // Degrees a minute, for which channels have no unit.
+    // Degrees per minute, for which channels have no unit.
     ("ROT", &[field(0, "rate_of_turn", "deg/s").parts(60.0).unless(1, "V")]),
-    // Shafts: 0 is the only one or that amidships, odd numbers are to starboard, even ones to port.
+    // Shafts: 0 is a single or centreline shaft, odd numbers are to starboard, even ones to port.
     ("RPM", &[
         field(2, "propeller", "rpm").only_if(&[(0, "S"), (1, "0"), (4, "A")]),
         field(2, "propeller_1", "rpm").only_if(&[(0, "S"), (1, "1"), (4, "A")]),
         field(2, "propeller_2", "rpm").only_if(&[(0, "S"), (1, "2"), (4, "A")]),
     ]),
-    // Positive angles turn the bow to starboard; a single rudder is in the place of starboard.
+    // Positive angles turn the bow to starboard; a single rudder uses the field of the starboard
+    // one.
     ("RSA", &[
         field(0, "rudder", "deg").only_if(&[(1, "A")]),
         field(2, "port_rudder", "deg").only_if(&[(3, "A")]),
@@ -190,8 +190,8 @@ const STANDARD: &[(&str, &[Field])] = &[
     ("ZDA", &[]),
 ];
 
-/// The fields of makers' own sentences: Teledyne, Ashtech and the many that follow it, Exail
-/// (iXblue, iXSea), Kongsberg. Signs are the makers'.
+/// Fields of proprietary sentences: Teledyne, Ashtech and its many followers, Exail (iXblue,
+/// iXSea), Kongsberg. Signs are the makers'.
 #[rustfmt::skip]
 const PROPRIETARY: &[(&str, &[Field])] = &[
     ("PASHR", &[
@@ -228,30 +228,30 @@ const PROPRIETARY: &[(&str, &[Field])] = &[
     ]),
 ];
 
-/// What a Paroscientific sensor sends, in the unit that it was set to.
+/// Fields of a Paroscientific sensor, in the unit that it was set to.
 const PAROSCIENTIFIC: &[Field] = &[field(0, "pressure", ""), field(1, "temperature", "")];
 
-/// A kind of sentence: what its channels are called by, its kind whoever sends it, its fields.
+/// A kind of sentence: the name of its channels, its kind regardless of talker, its fields.
 pub(super) struct Kind {
     pub(super) name: String,
     pub(super) formatter: String,
-    /// `None` of those that are not known.
+    /// `None` for unknown kinds.
     pub(super) fields: Option<&'static [Field]>,
 }
 
-/// The part of a sentence that tells its kind, and the fields behind the address.
+/// Splits a sentence into the part that identifies its kind and the fields after the address.
 pub(super) fn split(body: &str) -> (&str, Vec<&str>) {
     let (address, rest) = body.split_once(',').unwrap_or((body, ""));
     let mut fields: Vec<&str> = rest.split(',').collect();
     if body.as_bytes().first().is_some_and(u8::is_ascii_digit) {
-        // Two digits name the sensor; the number follows them at once.
+        // Two digits name the sensor; the number follows without a separator.
         let (sensor, first) = body.split_at_checked(2).unwrap_or((body, ""));
         fields = first.split(',').collect();
         return (sensor, fields);
     }
     let key = match (address, fields.first()) {
         ("PIXSE" | "PSXN", Some(second)) => &body[..address.len() + 1 + second.len()],
-        // Some send others under the same address, told by a word.
+        // Some makers send other content under the same address, distinguished by a word.
         ("PASHR", Some(second)) if !second.is_empty() && !number(second).is_finite() => {
             &body[..address.len() + 1 + second.len()]
         }
@@ -260,7 +260,7 @@ pub(super) fn split(body: &str) -> (&str, Vec<&str>) {
     (key, fields)
 }
 
-/// What is known of a kind of sentence by the part that tells it.
+/// Returns the description of a kind of sentence by its identifying part.
 pub(super) fn kind(key: &str) -> Kind {
     let named = |name: String, formatter: &str, fields| Kind {
         name,
@@ -287,7 +287,7 @@ pub(super) fn kind(key: &str) -> Kind {
 mod tests {
     use super::*;
 
-    /// The values of a sentence as the manuals print them.
+    /// Returns the values of a sentence as the manuals print them.
     fn values(body: &str) -> Vec<(String, f64)> {
         let (key, fields) = split(body);
         let kind = kind(key);
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_sentence_calls_invalid_is_missing() {
+    fn fields_marked_invalid_are_missing() {
         assert_eq!(values("GPROT,35.6,V"), []);
         assert_eq!(values("GPROT,-36.0,A"), named(&[("GP-ROT.rate_of_turn", -0.6)]));
         assert_eq!(values("HETHS,77.5,V"), []);

@@ -1,4 +1,4 @@
-//! The UTC that some sentences hold, and what it says of the sentences between them.
+//! UTC from sentences that contain it, interpolated for the sentences between.
 
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
@@ -7,7 +7,7 @@ use super::tables::number;
 
 const DAY_S: f64 = 86_400.0;
 
-/// What a sentence says of time.
+/// UTC in a sentence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Utc {
     /// Since midnight, s.
@@ -17,8 +17,8 @@ pub(super) struct Utc {
 }
 
 impl Utc {
-    /// The UTC in the fields of a sentence of some kind.
-    pub(super) fn of(kind: &str, fields: &[&str]) -> Option<Self> {
+    /// Reads the UTC from the fields of a sentence of some kind.
+    pub(super) fn read(kind: &str, fields: &[&str]) -> Option<Self> {
         let field = |at: usize| fields.get(at).copied().unwrap_or_default();
         let (time, date) = match kind {
             "RMC" if field(1) == "A" => (field(0), Some(date(field(8))?)),
@@ -31,13 +31,13 @@ impl Utc {
         Some(Self { time_s: time_of_day(time)?, date_s: date })
     }
 
-    /// The time in seconds since 1970.
+    /// Returns the time in seconds since 1970.
     pub(super) fn since_1970_s(self) -> Option<f64> {
         Some(self.date_s? + self.time_s)
     }
 }
 
-/// `hhmmss.sss`.
+/// Parses `hhmmss.sss`.
 fn time_of_day(text: &str) -> Option<f64> {
     let whole = text.get(..6).filter(|text| text.bytes().all(|b| b.is_ascii_digit()))?;
     let two = |at: usize| whole[at..at + 2].parse::<u32>().ok();
@@ -46,14 +46,14 @@ fn time_of_day(text: &str) -> Option<f64> {
     is_time.then(|| f64::from(3600 * hour + 60 * minute) + second)
 }
 
-/// `ddmmyy`.
+/// Parses `ddmmyy`.
 fn date(text: &str) -> Option<f64> {
     let (of_month, month, year) = (text.get(..2)?, text.get(2..4)?, text.get(4..6)?);
     let century = if year < "80" { "20" } else { "19" };
     day(&format!("{century}{year}"), month, of_month)
 }
 
-/// The midnight that a day begins with, in seconds since 1970.
+/// Returns the midnight at the start of a day, in seconds since 1970.
 fn day(year: &str, month: &str, of_month: &str) -> Option<f64> {
     let date = Date::new(year.parse().ok()?, month.parse().ok()?, of_month.parse().ok()?).ok()?;
     Some(date.to_zoned(TimeZone::UTC).ok()?.timestamp().as_second() as f64)
@@ -61,19 +61,19 @@ fn day(year: &str, month: &str, of_month: &str) -> Option<f64> {
 
 /// Times by the order of sentences.
 pub(super) struct Course {
-    /// The sentences that hold UTC, and it, s.
+    /// Sentences that contain UTC, and the UTC, s.
     own: Vec<(usize, f64)>,
-    /// Those of them at which it moves on.
+    /// Those of them at which it increases.
     ahead: Vec<(usize, f64)>,
-    /// Whether times count from 1970, else from the first midnight.
+    /// True if times count from 1970, otherwise from the first midnight.
     pub(super) dated: bool,
 }
 
-/// Sentences between two that hold UTC further apart have no time, s.
+/// Sentences between two whose UTC differs by more have no time, s.
 pub(super) const FURTHEST_S: f64 = 2.5;
 
 impl Course {
-    /// What sentences by number say of time; `None` if that is nothing.
+    /// Builds the time course from the UTC in numbered sentences; `None` if there is none.
     pub(super) fn new(said: &[(usize, Utc)]) -> Option<Self> {
         let known = said.iter().find_map(|(_, utc)| Some((utc.date_s?, utc.time_s)));
         let dated = known.is_some();
@@ -93,7 +93,7 @@ impl Course {
         Some(Self { own, ahead, dated })
     }
 
-    /// The time of a sentence, s: its own, or by its place between two; else `NaN`.
+    /// Returns the time of a sentence, s: its own, or interpolated between two others; else `NaN`.
     pub(super) fn time(&self, number: usize) -> f64 {
         if let Ok(found) = self.own.binary_search_by_key(&number, |&(number, _)| number) {
             return self.own[found].1;
@@ -108,19 +108,20 @@ impl Course {
         if span_s > FURTHEST_S { f64::NAN } else { from.1 + part * span_s }
     }
 
-    /// The latest time, s.
+    /// Returns the latest time, s.
     pub(super) fn last_s(&self) -> Option<f64> {
         self.ahead.last().map(|&(_, time)| time)
     }
 
-    /// The furthest that two sentences with times are apart, for others to have times between, s.
+    /// Returns the largest time difference between two sentences with UTC across which others are
+    /// interpolated, s.
     pub(super) fn span_s(&self) -> f64 {
         let spans = self.ahead.windows(2).map(|w| w[1].1 - w[0].1);
         spans.filter(|span| *span <= FURTHEST_S).fold(0.0, f64::max)
     }
 }
 
-/// The midnight that makes a time of day fall nearest to one that is known with its midnight.
+/// Returns the midnight that brings a time of day closest to a time of day with known midnight.
 fn nearest(known: (f64, f64), time_s: f64) -> f64 {
     let (date_s, known_s) = known;
     match time_s - known_s {

@@ -1,39 +1,40 @@
-//! One ensemble: a header that says where its data types are, these, and a checksum.
+//! Parses one ensemble: a header with the positions of its data types, the data types, and a
+//! checksum.
 
-/// What an ensemble starts with.
+/// Marker at the start of an ensemble.
 pub(super) const MARK: [u8; 2] = [0x7f, 0x7f];
 
-/// The header up to the offsets of the data types.
+/// Length of the header before the offsets of the data types.
 const HEADER: usize = 6;
 
-/// The checksum behind an ensemble.
+/// Length of the checksum after an ensemble.
 const CHECKSUM: usize = 2;
 
-/// The longest that an ensemble can be, with its checksum.
+/// Maximum length of an ensemble with its checksum.
 pub(super) const MOST_BYTES: usize = u16::MAX as usize + CHECKSUM;
 
 /// Settings of the instrument.
 pub(super) const FIXED_LEADER: u16 = 0x0000;
-/// What changes from ensemble to ensemble: time, attitude, the water.
+/// Data that change between ensembles: time, attitude, the water.
 pub(super) const VARIABLE_LEADER: u16 = 0x0080;
-/// What was seen of the bottom.
+/// Bottom-track measurements.
 pub(super) const BOTTOM_TRACK: u16 = 0x0600;
 
-/// An ensemble whose checksum is right.
+/// An ensemble with a valid checksum.
 pub(super) struct Ensemble<'a> {
-    /// All but the checksum.
+    /// Everything except the checksum.
     bytes: &'a [u8],
 }
 
-/// Where the header says that data types are.
+/// Positions of data types from the header.
 struct Header<'a> {
-    /// The bytes of the ensemble, without the checksum.
+    /// Length of the ensemble without the checksum, bytes.
     bytes: usize,
     offsets: &'a [u8],
 }
 
 impl<'a> Header<'a> {
-    /// The header at the start of `bytes`, unless no ensemble can have it.
+    /// Parses the header at the start of `bytes`, if it is a possible one.
     fn at_start(bytes: &'a [u8]) -> Option<Self> {
         if !bytes.starts_with(&MARK) {
             return None;
@@ -52,7 +53,7 @@ impl<'a> Header<'a> {
 }
 
 impl<'a> Ensemble<'a> {
-    /// The ensemble that `bytes` start with.
+    /// Parses the ensemble at the start of `bytes`.
     pub(super) fn at_start(bytes: &'a [u8]) -> Option<Self> {
         let size = Header::at_start(bytes)?.bytes;
         let checksum = u16_at(bytes, size)?;
@@ -60,12 +61,12 @@ impl<'a> Ensemble<'a> {
         (sum == checksum).then_some(Self { bytes: &bytes[..size] })
     }
 
-    /// Its length, with the checksum.
+    /// Returns its length with the checksum.
     pub(super) fn size(&self) -> usize {
         self.bytes.len() + CHECKSUM
     }
 
-    /// The data types, each from its number to the end of the ensemble.
+    /// Iterates over the data types, each from its number to the end of the ensemble.
     pub(super) fn types(&self) -> impl Iterator<Item = (u16, &'a [u8])> + '_ {
         let offsets = Header::at_start(self.bytes).into_iter().flat_map(|header| header.offsets());
         offsets.filter_map(|offset| {
@@ -74,13 +75,13 @@ impl<'a> Ensemble<'a> {
         })
     }
 
-    /// The first data type of that number.
+    /// Returns the first data type of that number.
     pub(super) fn find(&self, number: u16) -> Option<&'a [u8]> {
         self.types().find(|(found, _)| *found == number).map(|(_, bytes)| bytes)
     }
 }
 
-/// Whether `bytes`, the last of a file, start with an ensemble that is longer.
+/// Returns whether `bytes`, the last of a file, start with a truncated ensemble.
 pub(super) fn is_cut(bytes: &[u8]) -> bool {
     let short = bytes.len() < HEADER || bytes.len() < HEADER + 2 * usize::from(bytes[5]);
     let begun = bytes.starts_with(&MARK) || bytes == &MARK[..1];
@@ -88,11 +89,11 @@ pub(super) fn is_cut(bytes: &[u8]) -> bool {
     begun && (short || longer())
 }
 
-/// Where ensembles may start.
+/// Iterates over the positions at which ensembles may start.
 pub(super) fn marks(bytes: &[u8]) -> impl Iterator<Item = usize> + '_ {
     let pairs = bytes.windows(MARK.len()).enumerate();
     let pairs = pairs.filter(|(_, pair)| *pair == MARK).map(|(at, _)| at);
-    // The end of the file may part a mark.
+    // The end of the file may split a mark.
     let half = (bytes.last() == Some(&MARK[0])).then(|| bytes.len() - 1);
     pairs.chain(half)
 }

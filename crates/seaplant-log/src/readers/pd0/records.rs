@@ -1,4 +1,4 @@
-//! From ensembles to columns.
+//! Converts ensembles to columns.
 
 use std::path::Path;
 
@@ -11,15 +11,15 @@ use crate::assemble::{Assembly, Group};
 use crate::column::Column;
 use crate::note::Note;
 
-/// A number at a fixed place of a data type: Teledyne's tables of the PD0 format.
+/// A number at a fixed position of a data type, from Teledyne's tables of the PD0 format.
 struct Field {
     name: &'static str,
-    /// Empty where the unit is none that channels have.
+    /// Unit; empty if it is not a unit of channels.
     unit: &'static str,
     data_type: u16,
     at: usize,
     kind: Kind,
-    /// How many of the number make one of the unit.
+    /// Stored units in one of the unit.
     per_unit: f64,
 }
 
@@ -27,11 +27,11 @@ struct Field {
 enum Kind {
     U8,
     U16,
-    /// 0 where nothing was found.
+    /// 0 where no bottom was detected.
     Range,
     I16,
     I32,
-    /// Two bytes, and a third elsewhere for the ensembles past 65 535.
+    /// Two bytes, and a third elsewhere for ensembles after 65 535.
     Ensemble,
 }
 
@@ -68,7 +68,7 @@ const FIELDS: &[Field] = &[
     leader("ensemble", "", 2, Kind::Ensemble, 1.0),
 ];
 
-/// The velocities over ground, by the frame that the instrument was set to.
+/// Velocities over ground, by the frame that the instrument was set to.
 const VELOCITIES: [[&str; 4]; 4] = [
     [
         "bottom_track.beam.velocity_1",
@@ -96,7 +96,7 @@ const VELOCITIES: [[&str; 4]; 4] = [
     ],
 ];
 
-/// Other data types that people look for, and what they are called.
+/// Other data types that users may expect, and their names.
 const LEFT_OUT: &[(u16, &str)] = &[
     (0x0100, "velocity profile"),
     (0x0200, "correlation profile"),
@@ -104,7 +104,7 @@ const LEFT_OUT: &[(u16, &str)] = &[
     (0x0400, "percent good profile"),
 ];
 
-/// Columns in the making; of ensembles without a field they hold `NaN`.
+/// Columns under construction; ensembles without a field give `NaN`.
 #[derive(Default)]
 pub(super) struct Records {
     time_s: Vec<f64>,
@@ -114,7 +114,7 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// Takes an ensemble in.
+    /// Adds an ensemble.
     pub(super) fn take(&mut self, ensemble: &Ensemble<'_>) {
         let row = self.time_s.len();
         let leader = ensemble.find(VARIABLE_LEADER).unwrap_or_default();
@@ -141,12 +141,12 @@ impl Records {
         }
     }
 
-    /// The latest time so far, s.
+    /// Returns the latest time so far, s.
     pub(super) fn last_s(&self) -> Option<f64> {
         self.time_s.iter().rev().copied().find(|time| time.is_finite())
     }
 
-    /// Hands all over.
+    /// Hands all columns to the assembly.
     pub(super) fn hand_over(self, path: &Path, assembly: &mut Assembly) {
         let rows = self.time_s.len();
         let names = VELOCITIES.iter().flatten().map(|name| (*name, "m/s"));
@@ -176,7 +176,7 @@ impl Records {
     }
 }
 
-/// Puts the value of one row behind those of the rows before.
+/// Sets the value of one row, filling the rows before it.
 fn put(column: &mut Vec<f64>, row: usize, value: f64) {
     column.resize(row, f64::NAN);
     column.push(value);
@@ -201,9 +201,9 @@ impl Field {
     }
 }
 
-/// The range to the bottom, cm: two bytes, and a third for those past 655.35 m.
+/// Returns the range to the bottom, cm: two bytes, and a third for those beyond 655.35 m.
 fn range(bytes: &[u8], at: usize) -> Option<f64> {
-    /// Where the third bytes are.
+    /// Position of the third bytes.
     const HIGH: usize = 77;
     let beam = (at - 16) / 2;
     let low = u32::from(u16_at(bytes, at)?);
@@ -212,18 +212,18 @@ fn range(bytes: &[u8], at: usize) -> Option<f64> {
     Some(if centimetres == 0 { f64::NAN } else { f64::from(centimetres) })
 }
 
-/// The velocity of the bottom past the instrument, m/s, along axis `k`.
+/// Returns the velocity of the bottom relative to the instrument, m/s, along axis `k`.
 fn velocity(bottom: &[u8], k: usize) -> Option<f64> {
     let millimetres = u16_at(bottom, 24 + 2 * k)?.cast_signed();
     Some(if millimetres == i16::MIN { f64::NAN } else { f64::from(millimetres) / 1000.0 })
 }
 
-/// The frame of velocities: bits 3 and 4 of the setting EX, an index into [`VELOCITIES`].
+/// Returns the frame of velocities: bits 3 and 4 of the setting EX, an index into [`VELOCITIES`].
 fn frame(fixed_leader: &[u8]) -> Option<usize> {
     Some(usize::from(fixed_leader.get(25)? >> 3 & 0b11))
 }
 
-/// The time of an ensemble, in seconds since the Unix epoch.
+/// Returns the time of an ensemble, in seconds since the Unix epoch.
 fn time(leader: &[u8]) -> Option<f64> {
     let clock = |at: usize| <[u8; 7]>::try_from(leader.get(at..at + 7)?).ok();
     let century = leader.get(57).map(|century| i16::from(*century) * 100);
@@ -235,7 +235,7 @@ fn time(leader: &[u8]) -> Option<f64> {
     with_century().or_else(without)
 }
 
-/// Year of the century, month, day, hour, minute, second, hundredth.
+/// Converts year of the century, month, day, hour, minute, second and hundredth.
 fn instant(century: i16, clock: [u8; 7]) -> Option<f64> {
     let [year, month, day, hour, minute, second, hundredth] = clock.map(u8::cast_signed);
     if !(0..100).contains(&year) || !(0..100).contains(&hundredth) {

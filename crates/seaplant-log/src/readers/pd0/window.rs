@@ -1,17 +1,17 @@
-//! A stretch of a stream, all of it at hand.
+//! A sliding window over a stream.
 
 use std::io::{self, Read};
 
-/// How much is read at once.
+/// Number of bytes read at once.
 const CHUNK: usize = 256 * 1024;
 
 /// Bytes of a stream from some position on.
 pub(super) struct Window<R> {
     stream: R,
     bytes: Vec<u8>,
-    /// Those of `bytes` that are done with.
+    /// Number of `bytes` that are consumed.
     passed: usize,
-    /// The position of `bytes` in the stream.
+    /// Position of `bytes` in the stream.
     start: u64,
     ended: bool,
 }
@@ -21,7 +21,7 @@ impl<R: Read> Window<R> {
         Self { stream, bytes: Vec::new(), passed: 0, start: 0, ended: false }
     }
 
-    /// Reads on until `count` bytes are at hand, or the stream ends.
+    /// Reads on until `count` bytes are available, or the stream ends.
     pub(super) fn fill(&mut self, count: usize) -> io::Result<()> {
         if self.ended || self.bytes().len() >= count {
             return Ok(());
@@ -35,17 +35,17 @@ impl<R: Read> Window<R> {
         Ok(())
     }
 
-    /// The bytes at hand.
+    /// Returns the available bytes.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.bytes[self.passed..]
     }
 
-    /// The position of the first of them in the stream.
+    /// Returns the position of the first of them in the stream.
     pub(super) fn position(&self) -> u64 {
         self.start + self.passed as u64
     }
 
-    /// Is done with the first `count` of them.
+    /// Consumes the first `count` bytes.
     pub(super) fn pass(&mut self, count: usize) {
         self.passed += count;
     }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::definition::{Definitions, Dialect};
 
-/// Every type below.
+/// Returns every type below.
 pub(crate) fn definitions() -> &'static Definitions {
     static ALL: OnceLock<Definitions> = OnceLock::new();
     ALL.get_or_init(|| {
@@ -13,7 +13,8 @@ pub(crate) fn definitions() -> &'static Definitions {
     })
 }
 
-/// `std_msgs/Empty` comes first, for what stands before the first `MSG:` is the type asked for.
+/// `std_msgs/Empty` comes first, because the text before the first `MSG:` defines the requested
+/// type.
 const COMMON: &str = include_str!("common.msg");
 
 #[cfg(test)]

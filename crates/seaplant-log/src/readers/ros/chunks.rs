@@ -1,34 +1,34 @@
-//! Which chunks of a bag a survey reads.
+//! Chooses the chunks of a bag that a survey reads.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::glance::Thoroughness;
 
-/// A chunk, as the index of a bag tells of it.
+/// A chunk in the index of a bag.
 pub(crate) struct Chunk {
-    /// Where its record starts, and how many bytes it has.
+    /// Position and length of its record, bytes.
     pub(crate) at: u64,
     pub(crate) bytes: u64,
-    /// The first and the last time of receipt in it, ns.
+    /// First and last time of receipt in it, ns.
     pub(crate) from_ns: u64,
     pub(crate) to_ns: u64,
-    /// The channels or connections of which it holds messages.
+    /// Channels or connections with messages in it.
     pub(crate) channels: Vec<u32>,
 }
 
 /// The chunks to be read.
 pub(crate) struct Choice {
-    /// Their places among all, in order.
+    /// Their indices among all, in order.
     pub(crate) places: Vec<usize>,
     pub(crate) bytes: u64,
-    /// Half the shortest time that lies between two of them, s.
+    /// Half the shortest time between two of them, s.
     pub(crate) pause_s: f64,
 }
 
 /// Chooses chunks: the first and the last with messages of each channel, and some spread between;
 /// `None` where these are most of the bag.
 pub(crate) fn choose(chunks: &[Chunk], how: Thoroughness) -> Option<Choice> {
-    /// So many times what a survey reads may go into first and last messages.
+    /// First and last messages may cost this multiple of what a survey reads.
     const TIMES: u64 = 8;
     let most = (how.parts as u64).saturating_mul(how.part_bytes as u64);
     let mut ends: BTreeMap<u32, [usize; 2]> = BTreeMap::new();
@@ -72,7 +72,7 @@ mod tests {
         let choice = choose(&chunks, how).unwrap();
         assert_eq!(choice.places, [0, 33, 36, 49, 99]);
         assert_eq!(choice.bytes, 500);
-        // Between the chunks 33 and 36 lie 21 s.
+        // The gap between chunks 33 and 36 has 21 s.
         assert_eq!(choice.pause_s, 10.5);
     }
 

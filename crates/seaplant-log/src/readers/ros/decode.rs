@@ -1,4 +1,4 @@
-//! Walks a message's bytes along its layout.
+//! Decodes a message's bytes along its layout.
 
 use std::ops::Range;
 
@@ -6,13 +6,13 @@ use super::definition::{Dialect, Number};
 use super::layout::{Layout, List, MOST_ELEMENTS, Step};
 use crate::quaternion::angles;
 
-/// How messages are put into bytes.
+/// Serialisation of messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Encoding {
-    /// One after the other, little endian.
+    /// Fields in sequence, little endian.
     Ros1,
-    /// OMG's Common Data Representation: a header that says the byte order, numbers at multiples
-    /// of their size.
+    /// OMG's Common Data Representation: a header with the byte order, numbers aligned to their
+    /// size.
     Cdr,
 }
 
@@ -25,7 +25,7 @@ impl Encoding {
     }
 }
 
-/// What is known of a list.
+/// Knowledge of a list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Known {
     /// It was empty so far.
@@ -36,21 +36,21 @@ pub(crate) enum Known {
     LeftOut(&'static str),
 }
 
-/// The numbers of one message.
+/// Numbers of one message.
 #[derive(Debug)]
 pub(crate) struct Row {
-    /// One for each column.
+    /// Values, one for each column.
     pub(crate) values: Vec<f64>,
-    /// The time in its header, s and ns.
+    /// Time in its header, s and ns.
     pub(crate) stamp: Option<[i64; 2]>,
     pub(crate) lists: Vec<Known>,
-    /// Lists that are of the known length, so that their columns have values.
+    /// Lists of the known length, whose columns have values.
     pub(crate) filled: Vec<usize>,
-    /// Lists of another length than is known, with that length.
+    /// Lists of another length than the known one, with that length.
     pub(crate) news: Vec<(usize, u64)>,
-    /// Where in the message the names of elements are.
+    /// Position in the message of the names of elements.
     pub(crate) names: Option<(usize, usize)>,
-    /// The bytes of a character of a wide text, on which writers of ROS 2 disagree.
+    /// Bytes per character of a wide text, on which writers of ROS 2 disagree.
     wide: usize,
 }
 
@@ -67,7 +67,7 @@ impl Row {
         }
     }
 
-    /// Reads a message; `None` if its bytes are not as the layout says.
+    /// Reads a message; `None` if its bytes contradict the layout.
     pub(crate) fn read(&mut self, layout: &Layout, encoding: Encoding, bytes: &[u8]) -> Option<()> {
         if self.walk(layout, encoding, bytes).is_none() {
             if !layout.steps.contains(&Step::WideText) {
@@ -92,7 +92,7 @@ impl Row {
         cursor.is_done().then_some(())
     }
 
-    /// Takes steps; without a column to count from, they only pass over bytes.
+    /// Executes steps; without a base column, they only skip bytes.
     fn steps(
         &mut self,
         layout: &Layout,
@@ -126,7 +126,7 @@ impl Row {
                 Step::Repeat { count, steps: within } => {
                     let (within, after) = rest.split_at(within);
                     let count = count.map_or_else(|| cursor.count(), Some)?;
-                    // A list of elements without bytes is none of any length.
+                    // For elements without bytes, the length of a list is meaningless.
                     let times = if within.is_empty() { 0 } else { count };
                     for _ in 0..times {
                         self.steps(layout, within, None, cursor)?;
@@ -187,7 +187,7 @@ impl Row {
         }
     }
 
-    /// The columns of a list.
+    /// Returns the columns of a list.
     pub(crate) fn columns(&self, layout: &Layout, list: usize) -> Range<usize> {
         match self.lists[list] {
             Known::Columns { start, count } => {
@@ -197,8 +197,7 @@ impl Row {
         }
     }
 
-    /// Takes note of the lengths that lists turned out to have; whether the message must be read
-    /// again.
+    /// Records the actual lengths of lists; returns whether the message must be read again.
     pub(crate) fn learn(&mut self, layout: &Layout) -> bool {
         let mut again = false;
         for (index, count) in std::mem::take(&mut self.news) {
@@ -219,7 +218,7 @@ impl Row {
     }
 }
 
-/// The texts of a list, from its count on; those that are no UTF-8 are mended.
+/// Returns the texts of a list, from its count on; invalid UTF-8 is replaced.
 pub(crate) fn texts(encoding: Encoding, bytes: &[u8], from: usize) -> Option<Vec<String>> {
     let mut cursor = Cursor::new(encoding, bytes)?;
     cursor.at = from;
@@ -234,15 +233,15 @@ pub(crate) fn texts(encoding: Encoding, bytes: &[u8], from: usize) -> Option<Vec
     Some(texts)
 }
 
-/// A place in a message.
+/// A position in a message.
 struct Cursor<'a> {
-    /// Past the header, from which CDR counts.
+    /// Bytes after the header, from which CDR counts alignment.
     bytes: &'a [u8],
     at: usize,
     big_endian: bool,
-    /// Numbers are at multiples of their size, up to this.
+    /// Maximum alignment of numbers.
     align: usize,
-    /// The bytes that may follow the last field.
+    /// Number of bytes that may follow the last field.
     padding: usize,
 }
 
@@ -252,7 +251,7 @@ impl<'a> Cursor<'a> {
             return Some(Self { bytes, at: 0, big_endian: false, align: 1, padding: 0 });
         }
         let (header, bytes) = bytes.split_at_checked(4)?;
-        // The second version of CDR puts numbers at multiples of four at most.
+        // The second version of CDR aligns numbers to four bytes at most.
         let (big_endian, align) = match header[..2] {
             [0, 0] => (true, 8),
             [0, 1] => (false, 8),

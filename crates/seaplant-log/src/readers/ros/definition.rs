@@ -1,9 +1,9 @@
-//! Message definitions of ROS 1 and ROS 2, as bags carry them: the fields of a type, then those of
-//! the types that it is made of, each under a line `MSG: package/Type`.
+//! Message definitions of ROS 1 and ROS 2, as bags contain them: the fields of a type, then those
+//! of the types that it contains, each under a line `MSG: package/Type`.
 
 use std::collections::HashMap;
 
-/// Which ROS a definition is of; they read some words differently.
+/// ROS version of a definition; the versions interpret some words differently.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Dialect {
     Ros1,
@@ -27,7 +27,7 @@ pub(crate) enum Number {
 }
 
 impl Number {
-    /// Bytes, and what multiple of bytes CDR puts it at.
+    /// Returns the size in bytes, and the alignment in CDR.
     pub(crate) fn size(self) -> usize {
         match self {
             Self::Bool | Self::U8 | Self::I8 => 1,
@@ -38,7 +38,7 @@ impl Number {
     }
 }
 
-/// What a field, or an element of it, is.
+/// Type of a field or of its elements.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Kind {
     Number(Number),
@@ -51,7 +51,7 @@ pub(crate) enum Kind {
     Message(String),
 }
 
-/// How many of it there are.
+/// Multiplicity of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Many {
     One,
@@ -74,7 +74,8 @@ pub(crate) struct Definitions {
 }
 
 impl Definitions {
-    /// Reads the definition of `name` and of the types below it; `None` where a line is none.
+    /// Parses the definition of `name` and of the types that it contains; `None` where a line is
+    /// invalid.
     pub(crate) fn parse(name: &str, text: &str, dialect: Dialect) -> Option<Self> {
         let mut definitions = Self::default();
         let mut name = plain(name);
@@ -96,16 +97,16 @@ impl Definitions {
         fields.clear();
     }
 
-    /// The fields of a type.
+    /// Returns the fields of a type.
     pub(crate) fn fields(&self, name: &str) -> Option<&[Field]> {
         self.types.get(name).map(Vec::as_slice)
     }
 }
 
-/// The type whose stamp is the time of a message.
+/// Type whose stamp is the time of a message.
 pub(crate) const HEADER: &str = "std_msgs/Header";
 
-/// `package/Type` of `package/msg/Type`.
+/// Shortens `package/msg/Type` to `package/Type`.
 pub(crate) fn plain(name: &str) -> String {
     let mut parts = name.trim().split('/');
     match (parts.next(), parts.next_back()) {
@@ -114,12 +115,13 @@ pub(crate) fn plain(name: &str) -> String {
     }
 }
 
-/// Whether a line parts two definitions.
+/// Returns whether a line separates two definitions.
 fn is_rule(line: &str) -> bool {
     line.len() >= 3 && line.bytes().all(|b| b == b'=')
 }
 
-/// The field of a line: nothing of a comment or a constant, `None` of what is neither.
+/// Parses the field in a line: `Some(None)` for a comment or a constant, `None` for an invalid
+/// line.
 fn field(line: &str, package: &str, dialect: Dialect) -> Option<Option<Field>> {
     if line.is_empty() || line.starts_with('#') {
         return Some(None);
@@ -140,7 +142,7 @@ fn field(line: &str, package: &str, dialect: Dialect) -> Option<Option<Field>> {
         Some((element, size)) if size.starts_with("<=") => (element, Many::List),
         Some((element, size)) => (element, Many::Array(size.trim().parse().ok()?)),
     };
-    // A bound on the length of a string changes nothing.
+    // A bound on the length of a string does not matter.
     let element = element.split("<=").next().unwrap_or(element);
     let kind = kind_of(element, package, dialect)?;
     Some(Some(Field { name: name.to_owned(), kind, many }))
@@ -187,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fields_constants_comments_and_nested_types_are_told_apart() {
+    fn fields_constants_comments_and_nested_types_are_distinguished() {
         let text = "# a thing\nuint8 KIND=3 # three\nstring TAG= a # b\nstd_msgs/Header header\n\
                     float64[3]   a # three\nThing[<=4] things\nstring<=8[] names\nint32 n 5\n\
                     ================\nMSG: my_msgs/msg/Thing\nbyte b\ntime t\n";
@@ -232,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_definition_is_refused() {
+    fn an_invalid_definition_is_refused() {
         for text in ["float64", "float64[x] a", "float64 = 3", "<xml/>"] {
             assert!(Definitions::parse("a/B", text, Dialect::Ros2).is_none(), "{text}");
         }

@@ -1,15 +1,15 @@
-//! From a message definition to a flat program that finds the numbers in a message's bytes.
+//! Compiles a message definition to a flat program that finds the numbers in a message's bytes.
 
 use super::definition::{Definitions, Dialect, Field, HEADER, Kind, Many, Number};
 use super::units;
 
-/// Arrays and lists of at most so many elements make channels.
+/// Maximum number of elements of arrays and lists that make channels.
 pub(crate) const MOST_ELEMENTS: u64 = 32;
-/// Definitions that nest deeper, or have more fields in all, are none of a log.
+/// Maximum nesting depth, and number of fields, of plausible definitions.
 const DEEPEST: usize = 32;
 const LONGEST: usize = 20_000;
 
-/// Why a part of a message, or all of it, makes no channel, in words that follow its name.
+/// Reason why a part of a message, or all of it, makes no channel, in words that follow its name.
 type Why = &'static str;
 
 pub(crate) const TOO_LONG: Why = "is a list of more than 32 elements";
@@ -18,22 +18,22 @@ const TEXT: Why = "holds text";
 const COVARIANCE: Why = "is a covariance";
 const NESTED: Why = "is a list within a list";
 
-/// One step through a message. Columns count from that of the element at hand, which in a message
+/// One step through a message. Columns are relative to the current element, which in a message
 /// outside of lists is the first.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Step {
-    /// A number is a column.
+    /// A number becomes a column.
     Number {
         number: Number,
         column: usize,
     },
-    /// Each of an array of numbers is a column.
+    /// Each number of an array becomes a column.
     Numbers {
         number: Number,
         count: usize,
         column: usize,
     },
-    /// Seconds and nanoseconds are one column.
+    /// Seconds and nanoseconds become one column.
     Time {
         signed: [bool; 2],
         column: usize,
@@ -42,18 +42,18 @@ pub(crate) enum Step {
     Stamp {
         signed: [bool; 2],
     },
-    /// Numbers of `size` bytes each are passed over.
+    /// Numbers of `size` bytes each are skipped.
     Skip {
         size: usize,
         count: u64,
     },
-    /// A list of numbers of `size` bytes each is passed over.
+    /// A list of numbers of `size` bytes each is skipped.
     SkipList {
         size: usize,
     },
     Text,
     WideText,
-    /// An array, or without `count` a list, of what the next `steps` steps read is passed over.
+    /// An array, or without `count` a list, of what the next `steps` steps read is skipped.
     Repeat {
         count: Option<u64>,
         steps: usize,
@@ -63,37 +63,37 @@ pub(crate) enum Step {
         list: usize,
         steps: usize,
     },
-    /// The names of the elements of the lists, itself a list of texts.
+    /// Names of the elements of the lists, stored as a list of texts.
     Names,
 }
 
 /// A number in a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Leaf {
-    /// Such as `twist.linear.x`; in a list, what follows its element, such as `.velocity` or
+    /// Path such as `twist.linear.x`; in a list, the part after the element, such as `.velocity` or
     /// nothing.
     pub(crate) path: String,
     pub(crate) unit: Option<&'static str>,
 }
 
-/// A list whose elements may become columns, once it is seen how many there are.
+/// A list whose elements may become columns, once its length is known.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct List {
     pub(crate) path: String,
-    /// The columns of one element.
+    /// Columns of one element.
     pub(crate) leaves: Vec<Leaf>,
-    /// The bytes of an element that is one number.
+    /// Size in bytes of an element that is one number.
     pub(crate) size: Option<usize>,
 }
 
-/// A quaternion's first column (of x, y, z, w), and that of the first of its three angles.
+/// First column of a quaternion (x, y, z, w), and first column of its three angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quaternion {
     pub(crate) from: usize,
     pub(crate) to: usize,
 }
 
-/// Where the numbers of a type of message are.
+/// Positions of the numbers in a type of message.
 #[derive(Debug, Default)]
 pub(crate) struct Layout {
     pub(crate) steps: Vec<Step>,
@@ -128,7 +128,7 @@ impl Layout {
         Ok(compiler.layout)
     }
 
-    /// Makes the stamp, which is no time of the message then, a column.
+    /// Makes the stamp a column, where it is not used as the time of the message.
     pub(crate) fn show_stamp(&mut self) {
         let column = self.leaves.len();
         if let Some(step) = self.steps.iter_mut().find(|step| matches!(step, Step::Stamp { .. })) {
@@ -142,7 +142,8 @@ impl Layout {
 const NO_DEFINITION: Why = "has no message definition in the file; record it with one";
 const TOO_DEEP: Why = "has a message definition that is too deep or too large";
 
-/// Whether a field names the elements of the lists beside it, as in `sensor_msgs/JointState`.
+/// Returns whether a field names the elements of the lists next to it, as in
+/// `sensor_msgs/JointState`.
 fn is_names(field: &Field) -> bool {
     field.kind == Kind::Text && field.many == Many::List && field.name == "name"
 }
@@ -151,16 +152,16 @@ struct Compiler<'a> {
     definitions: &'a Definitions,
     dialect: Dialect,
     layout: Layout,
-    /// A list's path and the columns of its element, while the steps of that are compiled.
+    /// Path of a list and columns of its element, while the element's steps are compiled.
     element: Option<(String, Vec<Leaf>)>,
-    /// Whether nothing becomes a column.
+    /// True while nothing becomes a column.
     skipping: bool,
-    /// How many fields were gone through.
+    /// Number of fields visited.
     visits: usize,
     names: bool,
 }
 
-/// Where in a message a field is.
+/// Position of a field in a message.
 #[derive(Clone)]
 struct Place {
     path: String,
@@ -169,7 +170,7 @@ struct Place {
 }
 
 impl Place {
-    fn of(&self, message: &str, field: &str) -> Self {
+    fn field(&self, message: &str, field: &str) -> Self {
         let dot = if self.depth == 0 { "" } else { "." };
         let unit = units::unit(message, field).or(self.unit);
         Self { path: format!("{}{dot}{field}", self.path), unit, depth: self.depth + 1 }
@@ -190,7 +191,7 @@ impl Compiler<'_> {
         }
         let from = self.columns().len();
         for field in fields {
-            self.field(&place.of(name, &field.name), field, name)?;
+            self.field(&place.field(name, &field.name), field, name)?;
         }
         if name == "geometry_msgs/Quaternion" && !self.skipping && self.element.is_none() {
             self.angles(place, from);
@@ -229,7 +230,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// A single value, a message among them.
+    /// Compiles a single value, which may be a message.
     fn one(&mut self, place: &Place, kind: &Kind) -> Result<(), Why> {
         match kind {
             Kind::Message(name) => return self.message(place, name),
@@ -284,7 +285,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    /// An array or a list of what makes no column.
+    /// Compiles an array or a list that makes no columns.
     fn skip(&mut self, place: &Place, why: Why, field: &Field) -> Result<(), Why> {
         self.leave_out(place, why);
         let count = match field.many {
@@ -302,7 +303,7 @@ impl Compiler<'_> {
         self.one(place, &field.kind)?;
         self.skipping = before;
         let steps = self.layout.steps.len() - at - 1;
-        // Elements without a byte, which ROS 1 has, need no steps, and no end of time.
+        // Elements without bytes, which ROS 1 allows, need no steps, and would take endless time.
         if steps > 0 || count.is_none() {
             self.layout.steps[at] = Step::Repeat { count, steps };
         } else {
@@ -340,7 +341,7 @@ impl Compiler<'_> {
         self.layout.left_out.push((path, why));
     }
 
-    /// The attitude that the quaternion before states.
+    /// Adds the attitude angles of the preceding quaternion.
     fn angles(&mut self, place: &Place, from: usize) {
         let to = self.layout.leaves.len();
         if to - from != 4 {

@@ -1,4 +1,4 @@
-//! What bags of ROS 1 and ROS 2 share: messages, and the definitions that say what is in them.
+//! Messages and message definitions, which bags of ROS 1 and ROS 2 share.
 
 mod bundled;
 mod chunks;

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-/// How a chunk is packed.
+/// Compression of a chunk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Packing {
     None,
@@ -11,15 +11,16 @@ pub(crate) enum Packing {
     Bzip2,
 }
 
-/// What zstd frames start with.
+/// Magic bytes of zstd frames.
 pub(crate) const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
 
-/// A chunk that holds more than this, or than [`TIMES`] its packed size, is no chunk of a log.
+/// A chunk that unpacks to more than this, or than [`TIMES`] its packed size, is implausible.
 const ALWAYS: usize = 1 << 20;
 const TIMES: usize = 1000;
 
 impl Packing {
-    /// Unpacks `packed` into `unpacked`: as much of it as can be had. Whether all could.
+    /// Unpacks as much as possible of `packed` into `unpacked`; returns whether everything was
+    /// unpacked.
     pub(crate) fn unpack(self, packed: &[u8], unpacked: &mut Vec<u8>) -> bool {
         unpacked.clear();
         let most = ALWAYS.saturating_add(packed.len().saturating_mul(TIMES)) as u64;

@@ -1,4 +1,4 @@
-//! The topics of a bag, of whatever format the bag is.
+//! Topics of a bag, whatever its format.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,18 +18,18 @@ use crate::spelling::list;
 use crate::unpack;
 use crate::{Error, Figure, Log, ReadOptions, Stamp};
 
-/// What a bag says of a topic's messages.
+/// A bag's description of a topic's messages.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Connection {
     pub(crate) topic: String,
     /// `package/msg/Type` or `package/Type`.
     pub(crate) kind: String,
     pub(crate) encoding: Encoding,
-    /// `None` where the bag has none.
+    /// `None` if the bag has none.
     pub(crate) definition: Option<String>,
 }
 
-/// Stretches of damage.
+/// Damaged stretches.
 #[derive(Default)]
 pub(crate) struct Damage {
     count: usize,
@@ -37,7 +37,7 @@ pub(crate) struct Damage {
     bytes: u64,
 }
 
-/// The topics of a bag, as they are read.
+/// Topics of a bag while it is read.
 pub(crate) struct Recording {
     stamp: Stamp,
     topics: Vec<Topic>,
@@ -45,17 +45,17 @@ pub(crate) struct Recording {
     left_out: Vec<(String, &'static str)>,
     damage: Damage,
     truncated: Option<u64>,
-    /// A packing that is not known, and what to do about it.
+    /// An unsupported compression, with advice.
     unknown_packing: Option<(String, &'static str)>,
-    /// A message, once it is unpacked.
+    /// An unpacked message.
     message: Vec<u8>,
-    /// The bytes of the file, and those that were unpacked of it.
+    /// Size of the file, and number of bytes unpacked from it.
     length: u64,
     unpacked: u64,
 }
 
 impl Recording {
-    /// The recording in a file of `length` bytes.
+    /// Creates the recording of a file of `length` bytes.
     pub(crate) fn new(length: u64, options: &ReadOptions) -> Self {
         Self {
             stamp: options.stamp,
@@ -71,7 +71,7 @@ impl Recording {
         }
     }
 
-    /// The topic of a connection; `None` if its messages cannot be read.
+    /// Returns the topic of a connection; `None` if its messages cannot be read.
     pub(crate) fn topic(&mut self, connection: &Connection) -> Option<usize> {
         if let Some(known) = self.known.get(connection) {
             return *known;
@@ -91,15 +91,15 @@ impl Recording {
         topic
     }
 
-    /// Remembers a topic without channels, and why.
+    /// Records a topic without channels, with the reason.
     pub(crate) fn leave_out(&mut self, topic: String, why: &'static str) {
         self.left_out.push((topic, why));
     }
 
-    /// Takes a message in that was received at `receipt` ns and stands at `byte` of the file.
+    /// Adds a message that was received at `receipt` ns and is at `byte` of the file.
     pub(crate) fn message(&mut self, topic: usize, receipt: i64, bytes: &[u8], byte: u64) {
         let mut unpacked = std::mem::take(&mut self.message);
-        // ROS 2 may pack each message; no CDR starts like this.
+        // ROS 2 may compress each message; no CDR starts with these bytes.
         let packed = bytes.starts_with(ZSTD)
             && self.topics[topic].is_cdr()
             && Packing::Zstd.unpack(bytes, &mut unpacked);
@@ -113,31 +113,31 @@ impl Recording {
         self.message = unpacked;
     }
 
-    /// Counts bytes that were unpacked.
+    /// Counts unpacked bytes.
     pub(crate) fn unpacked(&mut self, bytes: usize) {
         self.unpacked = self.unpacked.saturating_add(bytes as u64);
     }
 
-    /// Whether more was unpacked than any log of this size holds.
+    /// Returns whether more was unpacked than a plausible log of this size holds.
     pub(crate) fn swells(&self) -> bool {
         self.unpacked > unpack::limit(self.length)
     }
 
-    /// Counts a stretch of damage.
+    /// Counts a damaged stretch.
     pub(crate) fn damaged(&mut self, byte: u64, bytes: u64) {
         self.damage.count += 1;
         self.damage.bytes = self.damage.bytes.saturating_add(bytes);
         self.damage.first.get_or_insert(byte);
     }
 
-    /// Remembers how many messages of a topic the bag holds, of which only some are read.
+    /// Sets the number of messages of a topic in the bag, if only some of them are read.
     pub(crate) fn holds(&mut self, topic: usize, messages: u64) {
         let before = self.topics[topic].of.map_or(0, Figure::value);
         self.topics[topic].of = Some(Figure::Exact(before.saturating_add(messages)));
     }
 
-    /// Takes it that of the bag's messages each topic has the same part as of those that were read,
-    /// of any topic.
+    /// Estimates the number of messages of each topic, assuming that the same share of each topic
+    /// was read.
     pub(crate) fn holds_about(&mut self, messages: u64, read: u64) {
         let times = messages as f64 / read.max(1) as f64;
         for topic in &mut self.topics {
@@ -145,29 +145,29 @@ impl Recording {
         }
     }
 
-    /// Whether no topic has more messages than the bag is said to hold of it.
+    /// Returns whether no topic has more messages than the bag states.
     pub(crate) fn is_held(&self) -> bool {
         let held = |topic: &Topic| topic.of.is_some_and(|of| topic.len() as u64 <= of.value());
         self.topics.iter().all(|topic| topic.is_empty() || held(topic))
     }
 
-    /// Whether something is wrong with what was read.
+    /// Returns whether damage was found.
     pub(crate) fn is_damaged(&self) -> bool {
         self.damage.count > 0 || self.truncated.is_some()
     }
 
-    /// Remembers that the file ends in the record at `byte`.
+    /// Records that the file ends in the record at `byte`.
     pub(crate) fn truncated(&mut self, byte: u64) {
         self.truncated.get_or_insert(byte);
     }
 
-    /// Remembers a packing that is not known, and what to do about it.
+    /// Records an unsupported compression, with advice.
     pub(crate) fn unknown_packing(&mut self, name: String, advice: &'static str) {
         self.unknown_packing.get_or_insert((name, advice));
     }
 
-    /// Makes the log of all that was read, of the format `name`. `format` is what messages call the
-    /// file: "an MCAP file".
+    /// Makes the log of everything that was read, of the format `name`. Messages call the file
+    /// `format`: "an MCAP file".
     ///
     /// # Errors
     /// [`Error::Unsupported`] where nothing could be unpacked or no topic be read, with the reason of
@@ -191,7 +191,8 @@ impl Recording {
         assembly.log(name)
     }
 
-    /// The log of some chunks, which an index chose; `None` if they do not tell of the whole.
+    /// Returns the log of some chunks, which an index selected; `None` if they do not represent the
+    /// complete file.
     ///
     /// # Errors
     /// As [`Self::log`].
@@ -283,12 +284,12 @@ fn layout(connection: &Connection) -> Result<Layout, &'static str> {
     Layout::compile(definitions, &kind, encoding.dialect())
 }
 
-/// Which times were taken, over all topics.
+/// Clock of the times, over all topics.
 #[derive(Default)]
 struct Clock {
     stamped: usize,
     received: Vec<String>,
-    /// The topic whose first stamp is furthest from its receipt, s.
+    /// Topic whose first stamp differs most from its time of receipt, s.
     furthest: Option<(String, f64)>,
 }
 
@@ -300,9 +301,9 @@ impl Clock {
         }
     }
 
-    /// In words that follow "times are".
+    /// Describes the clock in words that follow "times are".
     fn words(&self, stamp: Stamp) -> Option<String> {
-        /// Clocks of one vehicle that differ more are not one clock, s.
+        /// Largest difference between readings of one clock, s.
         const APART_S: f64 = 1.0;
         const EPOCH: &str = "seconds since the Unix epoch";
         if stamp == Stamp::Receive || self.stamped == 0 {

@@ -1,4 +1,4 @@
-//! The messages of one topic as columns.
+//! Converts the messages of one topic to columns.
 
 use std::ops::Range;
 
@@ -8,41 +8,42 @@ use crate::assemble::{Assembly, Group};
 use crate::column::{Column, Samples};
 use crate::{Figure, Stamp, Unit};
 
-/// The messages of one topic and type, so far.
+/// Messages of one topic and type, so far.
 pub(crate) struct Topic {
     name: String,
     encoding: Encoding,
     layout: Layout,
     row: Row,
     time_s: Vec<f64>,
-    /// Those of lists have values for some rows only.
+    /// Columns of lists have values for some rows only.
     columns: Vec<Vec<f64>>,
-    /// The rows in which each list has values.
+    /// Rows in which each list has values.
     filled: Vec<Vec<usize>>,
-    /// What the elements of its lists are called: the bytes last seen, and what they say.
+    /// Names of the elements of its lists: the last bytes read, and their texts.
     names: Option<(Vec<u8>, Vec<String>)>,
     names_change: bool,
-    /// Messages whose stamp is zero, and when they were received, s.
+    /// Messages whose stamp is zero, with their times of receipt, s.
     unstamped: Vec<(usize, f64)>,
-    /// How far the first stamp is from the time of receipt, s.
+    /// Difference between the first stamp and its time of receipt, s.
     lag_s: Option<f64>,
-    /// Messages that are not as the definition says.
+    /// Number of messages that contradict the definition.
     misfits: usize,
-    /// How many messages the bag holds, where only some of them are read.
+    /// Number of messages in the bag, if only some of them are read.
     pub(super) of: Option<Figure<u64>>,
 }
 
-/// Why a topic that was announced, and no more, has no channels.
+/// Reason why a topic that was only announced has no channels.
 pub(crate) const NO_MESSAGE: &str = "has no message";
 
-/// What is to be said of a topic's times.
+/// Origin of a topic's times.
 pub(crate) enum Timed {
-    /// Its messages carry stamps, the first so far from the time of receipt, s.
+    /// Its messages carry stamps; holds the difference between the first and its time of receipt,
+    /// s.
     Stamped {
         lag_s: f64,
     },
     Received,
-    /// There are none, in words that follow the topic.
+    /// There are no times, for this reason, in words that follow the topic.
     Never(&'static str),
 }
 
@@ -70,7 +71,7 @@ impl Topic {
         }
     }
 
-    /// Takes a message in, received at `receipt` ns; whether it is as the definition says.
+    /// Adds a message received at `receipt` ns; returns whether it agrees with the definition.
     pub(crate) fn message(&mut self, receipt: i64, bytes: &[u8]) -> bool {
         let read = |row: &mut Row, layout| row.read(layout, self.encoding, bytes).is_some();
         let mut fits = read(&mut self.row, &self.layout);
@@ -128,17 +129,17 @@ impl Topic {
         else {
             return;
         };
-        // The bytes between texts are anything.
+        // The bytes between texts are arbitrary.
         self.names_change |= self.names.as_ref().is_some_and(|(_, known)| *known != names);
         self.names = Some((these.to_owned(), names));
     }
 
-    /// The latest time of a message, s.
+    /// Returns the latest time of a message, s.
     pub(crate) fn last_s(&self) -> Option<f64> {
         self.time_s.iter().copied().filter(|time| time.is_finite()).reduce(f64::max)
     }
 
-    /// How many messages were taken in.
+    /// Returns the number of messages added.
     pub(crate) fn len(&self) -> usize {
         self.time_s.len()
     }
@@ -155,7 +156,7 @@ impl Topic {
         &self.name
     }
 
-    /// Hands the columns over; says how its messages were timed.
+    /// Hands the columns to the assembly; returns the origin of the times.
     pub(crate) fn finish(mut self, assembly: &mut Assembly) -> Timed {
         if self.time_s.is_empty() {
             return Timed::Never(match self.misfits {
@@ -172,7 +173,7 @@ impl Topic {
         timed
     }
 
-    /// Puts times of receipt in the place of stamps, if no message has one.
+    /// Replaces stamps by times of receipt, if no message has a stamp.
     fn timed(&mut self) -> Timed {
         if self.unstamped.len() == self.time_s.len() {
             for (row, receipt_s) in self.unstamped.drain(..) {
@@ -228,7 +229,8 @@ impl Topic {
     }
 }
 
-/// Seconds of seconds and nanoseconds, to the nearest that can be told from its neighbours.
+/// Converts seconds and nanoseconds to seconds, rounded to what a double distinguishes from its
+/// neighbours.
 fn seconds([s, ns]: [i64; 2]) -> f64 {
     const NS: i64 = 1_000_000_000;
     let (more, ns) = (ns.div_euclid(NS), ns.rem_euclid(NS));

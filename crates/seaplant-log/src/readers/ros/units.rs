@@ -1,6 +1,6 @@
-//! The units that the comments of common message types state, which a definition does not.
+//! Units from the comments of common message types, which definitions do not contain.
 
-/// The unit of a field of a type, and of whatever numbers lie below it.
+/// Returns the unit of a field of a type, and of all numbers below it.
 pub(crate) fn unit(message: &str, field: &str) -> Option<&'static str> {
     let (package, name) = message.split_once('/')?;
     Some(match (package, name, field) {

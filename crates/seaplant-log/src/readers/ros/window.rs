@@ -1,24 +1,24 @@
-//! A file seen through a window that moves from front to back.
+//! A window that moves over a file from front to back.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
 use crate::content::Seekable;
 
-/// How much is read at once.
+/// Number of bytes read at once.
 const STEP: usize = 1 << 18;
 
-/// A file, of which a stretch is in memory.
+/// A file with one stretch in memory.
 pub(crate) struct Window {
     file: Seekable,
     length: u64,
     buffer: Vec<u8>,
-    /// Where in the buffer the window starts, and where in the file.
+    /// Start of the window in the buffer and in the file.
     start: usize,
     at: u64,
 }
 
 impl Window {
-    /// A window at the start of a file.
+    /// Opens a window at the start of a file.
     ///
     /// # Errors
     /// Those of seeking.
@@ -33,12 +33,12 @@ impl Window {
         self.at
     }
 
-    /// Bytes from the window's start to the end of the file.
+    /// Returns the number of bytes from the window's start to the end of the file.
     pub(crate) fn left(&self) -> u64 {
         self.length.saturating_sub(self.at)
     }
 
-    /// Moves anywhere.
+    /// Moves to any position.
     ///
     /// # Errors
     /// Those of seeking.
@@ -49,7 +49,7 @@ impl Window {
         Ok(())
     }
 
-    /// The next bytes, without moving: `count` of them, or fewer where the file ends.
+    /// Returns the next `count` bytes without moving, or fewer at the end of the file.
     ///
     /// # Errors
     /// Those of reading.
@@ -66,7 +66,7 @@ impl Window {
         Ok(&self.buffer[self.start..end])
     }
 
-    /// Moves ahead, to the end of the file at most.
+    /// Moves ahead, but not past the end of the file.
     ///
     /// # Errors
     /// Those of seeking.

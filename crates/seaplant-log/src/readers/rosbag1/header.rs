@@ -2,7 +2,7 @@
 
 use crate::readers::bytes::Bytes;
 
-/// What a record is.
+/// Record types.
 pub(super) mod op {
     pub(crate) const MESSAGE: u8 = 2;
     pub(crate) const BAG: u8 = 3;
@@ -12,7 +12,7 @@ pub(super) mod op {
     pub(crate) const CONNECTION: u8 = 7;
 }
 
-/// A record's header: fields `name=value`, each after its length.
+/// A record's header: fields `name=value`, each preceded by its length.
 #[derive(Clone, Copy)]
 pub(super) struct Header<'a>(pub(super) &'a [u8]);
 
@@ -30,7 +30,7 @@ impl<'a> Header<'a> {
         None
     }
 
-    /// A number of up to eight bytes.
+    /// Returns a number of up to eight bytes.
     pub(super) fn number(self, name: &str) -> Option<u64> {
         let value = self.field(name).filter(|value| value.len() <= 8)?;
         Some(value.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte)))

@@ -1,4 +1,4 @@
-//! The index at the end of a ROS 1 bag, as far as a survey needs it.
+//! Reads the index at the end of a ROS 1 bag, as far as a survey needs it.
 
 use std::collections::HashMap;
 
@@ -7,19 +7,19 @@ use crate::glance::Thoroughness;
 use crate::readers::bytes::Bytes;
 use crate::readers::ros::{Choice, Chunk, choose};
 
-/// What the end of a whole bag says of chunks and messages.
+/// Chunks and message counts from the index of a complete bag.
 #[derive(Default)]
 pub(super) struct Index {
-    /// Where it starts, and how many chunks there are.
+    /// Position of the index, and number of chunks.
     pub(super) at: u64,
     pub(super) count: u64,
     pub(super) chunks: Vec<Chunk>,
-    /// The messages of each connection.
+    /// Number of messages of each connection.
     pub(super) counts: HashMap<u32, u64>,
 }
 
 impl Index {
-    /// Takes a record in that tells of a chunk; `None` if it makes no sense.
+    /// Adds a chunk information record; `None` if it is invalid.
     pub(super) fn chunk(&mut self, header: Header<'_>, data: &[u8]) -> Option<()> {
         let time = |name| {
             let mut time = Bytes(header.field(name)?);
@@ -38,7 +38,7 @@ impl Index {
         Some(())
     }
 
-    /// Chooses chunks for a survey, if the index tells of all.
+    /// Chooses chunks for a survey, if the index covers all of them.
     pub(super) fn choose(&mut self, how: Thoroughness) -> Option<Choice> {
         if self.chunks.is_empty() || self.chunks.len() as u64 != self.count {
             return None;

@@ -1,7 +1,7 @@
-//! The tables of an SQLite database, as far as they can be had.
+//! Reads the intact tables of an SQLite database.
 //!
-//! Reads the file format, version 3, itself: SQLite refuses a database that is cut off, and its
-//! pages up to the cut are a log.
+//! Implements the file format, version 3, itself: SQLite refuses a truncated database, whose pages
+//! up to the end are a usable log.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -11,23 +11,23 @@ use crate::content::Seekable;
 pub(super) struct Database {
     file: Seekable,
     page_size: usize,
-    /// The bytes of a page that hold content.
+    /// Usable bytes of a page.
     usable: usize,
-    /// The pages that the header claims, and those in the file, the last of which may be cut off.
+    /// Number of pages by the header, and in the file, whose last page may be truncated.
     claimed: u64,
     pages: u64,
     length: u64,
-    /// The pages that were read; each belongs to one place.
+    /// Pages already read; each belongs to one tree node.
     seen: Vec<bool>,
     pub(super) found: Found,
 }
 
-/// What was odd.
+/// Damage found.
 #[derive(Debug, Default)]
 pub(super) struct Found {
-    /// Pages that make no sense.
+    /// Pages with invalid content.
     pub(super) damaged: Vec<u64>,
-    /// The first page past the end of the file, if one was missed.
+    /// First page beyond the end of the file, if one was needed.
     pub(super) missing: Option<u64>,
 }
 
@@ -53,17 +53,17 @@ impl<'a> Value<'a> {
     }
 }
 
-/// What takes rows: the values, and the page they stand in. Whether the row is one.
+/// Consumes rows: the values, and their page. Returns whether the row is valid.
 pub(super) type Take<'a> = dyn FnMut(&[Value<'_>], u64) -> bool + 'a;
 
-/// What a page of a table is.
+/// Page types of tables.
 const LEAF: u8 = 13;
 const INTERIOR: u8 = 5;
-/// Bytes before the first page.
+/// Length of the header before the first page.
 const HEADER: usize = 100;
 
 impl Database {
-    /// Opens a database by its header; `None` if that makes no sense.
+    /// Opens a database by its header; `None` if that is invalid.
     ///
     /// # Errors
     /// Those of reading.
@@ -80,7 +80,7 @@ impl Database {
             size => usize::from(size),
         };
         let usable = page_size.saturating_sub(header[20].into());
-        // 0 where no text was ever written; 2 and 3 are UTF-16.
+        // 0 if no text was ever written; 2 and 3 are UTF-16.
         let utf8 = header[59] < 2 && header[56..59] == [0; 3];
         if !page_size.is_power_of_two() || usable < 480 || !utf8 {
             return Ok(None);
@@ -92,12 +92,12 @@ impl Database {
         Ok(Some(Self { file, page_size, usable, claimed, pages, length, seen, found }))
     }
 
-    /// Where a page starts, in bytes.
+    /// Returns the position of a page in bytes.
     pub(super) fn byte_of(&self, page: u64) -> u64 {
         page.saturating_sub(1).saturating_mul(self.page_size as u64)
     }
 
-    /// The bytes of the file.
+    /// Returns the size of the file in bytes.
     pub(super) fn length(&self) -> u64 {
         self.length
     }
@@ -106,7 +106,7 @@ impl Database {
         self.page_size as u64
     }
 
-    /// Hands the rows of the table whose root is `root` to `take`, in order.
+    /// Passes the rows of the table whose root is `root` to `take`, in order.
     ///
     /// # Errors
     /// Those of reading.
@@ -132,14 +132,14 @@ impl Database {
         Ok(())
     }
 
-    /// The leaves of the table whose root is `root`, in order; `None` where pages that lead to them
-    /// are damaged or missing. Leaves are not looked at.
+    /// Returns the leaves of the table whose root is `root`, in order; `None` where pages that lead
+    /// to them are damaged or missing. Leaves are not read.
     ///
     /// # Errors
     /// Those of reading.
     pub(super) fn leaves(&mut self, root: u64) -> io::Result<Option<Vec<u64>>> {
         let (mut level, mut page) = (vec![root], Vec::new());
-        // All leaves of a table are as deep as its first.
+        // All leaves of a table have the same depth.
         loop {
             let mut below = Vec::new();
             for &number in &level {
@@ -159,7 +159,7 @@ impl Database {
         }
     }
 
-    /// Hands the rows of one leaf to `take`; what is damaged is remembered.
+    /// Passes the rows of one leaf to `take` and records damage.
     ///
     /// # Errors
     /// Those of reading.
@@ -174,7 +174,8 @@ impl Database {
         Ok(())
     }
 
-    /// Hands the rows of leaves that no table led to, to `take`: after damage, what is left of one.
+    /// Passes the rows of unreferenced leaves to `take`: after damage, these are what is left of a
+    /// table.
     ///
     /// # Errors
     /// Those of reading.
@@ -189,8 +190,8 @@ impl Database {
         Ok(())
     }
 
-    /// Reads a page that the page `above` leads to, unless it is past the end of the file or was
-    /// read before.
+    /// Reads a page that page `above` refers to, unless it is beyond the end of the file or was
+    /// already read.
     fn page(&mut self, number: u64, above: u64, page: &mut Vec<u8>) -> io::Result<bool> {
         let whole = self.length / self.page_size as u64;
         if (whole + 1..=self.claimed).contains(&number) {
@@ -209,7 +210,7 @@ impl Database {
         Ok(true)
     }
 
-    /// Hands the rows of a leaf over; whether all are sound.
+    /// Passes the rows of a leaf to `take`; returns whether all are valid.
     fn leaf(
         &mut self,
         page: &[u8],
@@ -235,7 +236,7 @@ impl Database {
                 Some(next) => {
                     overflow.clear();
                     overflow.extend_from_slice(cell.payload);
-                    // What is wrong with it is noted there.
+                    // Damage is recorded there.
                     if !self.chain(next, number, cell.size, overflow)? {
                         continue;
                     }
@@ -247,7 +248,8 @@ impl Database {
         Ok(sound)
     }
 
-    /// Adds the overflow of a row in `leaf`, which starts at page `next`; whether all of it is there.
+    /// Appends the overflow of a row in `leaf`, which starts at page `next`; returns whether it is
+    /// complete.
     fn chain(
         &mut self,
         mut next: u64,
@@ -267,7 +269,7 @@ impl Database {
         Ok(true)
     }
 
-    /// The cell at `at` of a leaf.
+    /// Parses the cell at `at` of a leaf.
     fn cell<'a>(&self, page: &'a [u8], at: usize) -> Option<Cell<'a>> {
         let mut bytes = page.get(at..self.usable)?;
         let size = usize::try_from(varint(&mut bytes)?).ok()?;
@@ -275,7 +277,8 @@ impl Database {
         if size as u64 > self.length {
             return None;
         }
-        // How much of a row stays in its page: "Cell Payload Overflow Pages" of the file format.
+        // Length of the part of a row in its own page: "Cell Payload Overflow Pages" of the file
+        // format.
         let most = self.usable - 35;
         if size <= most {
             return Some(Cell { row, size, payload: bytes.get(..size)?, next: None });
@@ -293,20 +296,20 @@ impl Database {
 struct Cell<'a> {
     row: i64,
     size: usize,
-    /// The part of it that is in the leaf.
+    /// The part stored in the leaf.
     payload: &'a [u8],
-    /// The page of the next part.
+    /// Page of the next part.
     next: Option<u64>,
 }
 
-/// Where the cells of a page are, `header` bytes long.
+/// Iterates over the positions of the cells of a page with a header of `header` bytes.
 fn cells(page: &[u8], start: usize, header: usize) -> Option<impl Iterator<Item = usize> + '_> {
     let count = u16::from_be_bytes([page[start + 3], page[start + 4]]);
     let pointers = page.get(start + header..)?.get(..2 * usize::from(count))?;
     Some(pointers.chunks_exact(2).map(|two| usize::from(u16::from_be_bytes([two[0], two[1]]))))
 }
 
-/// The pages below an interior one, the last first.
+/// Returns the pages below an interior page, the last first.
 fn children(page: &[u8], start: usize) -> Option<Vec<u64>> {
     let number = |at: usize| {
         let four: [u8; 4] = page.get(at..at + 4)?.try_into().ok()?;
@@ -319,7 +322,7 @@ fn children(page: &[u8], start: usize) -> Option<Vec<u64>> {
     Some(all)
 }
 
-/// A number of one to nine bytes, seven bits each but for the ninth.
+/// Decodes a number of one to nine bytes with seven bits each, eight in the ninth.
 fn varint(bytes: &mut &[u8]) -> Option<u64> {
     let mut number = 0;
     for k in 0..9 {
@@ -336,8 +339,8 @@ fn varint(bytes: &mut &[u8]) -> Option<u64> {
     Some(number)
 }
 
-/// The values of a row. The first that is absent is the row's number: that is how SQLite keeps a
-/// primary key.
+/// Decodes the values of a row. The first absent value is replaced by the row's number, because
+/// SQLite stores an integer primary key so.
 fn record(payload: &[u8], row: i64) -> Option<Vec<Value<'_>>> {
     let mut kinds = payload;
     let header = usize::try_from(varint(&mut kinds)?).ok()?;
@@ -367,7 +370,7 @@ fn record(payload: &[u8], row: i64) -> Option<Vec<Value<'_>>> {
     Some(values)
 }
 
-/// A big-endian integer of up to eight bytes.
+/// Decodes a big-endian integer of up to eight bytes.
 fn signed(bytes: &[u8]) -> i64 {
     let first = bytes.first().map_or(0, |&first| i64::from(first as i8));
     bytes.iter().skip(1).fold(first, |number, &byte| number << 8 | i64::from(byte))
@@ -393,7 +396,7 @@ mod tests {
 
     #[test]
     fn a_row_is_its_kinds_and_then_its_content() {
-        // Absent, 8 bits, one, a text of two bytes, a blob of one.
+        // Absent, 8 bits, the constant one, a text of two bytes, a blob of one.
         let payload = [6, 0, 1, 9, 17, 14, 0xff, b'h', b'i', 7];
         let values = record(&payload, 12).unwrap();
         let expected = [

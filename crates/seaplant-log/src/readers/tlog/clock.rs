@@ -1,12 +1,12 @@
-//! A sender's own clock, laid on the receiver's.
+//! Aligns a sender's clock with the receiver's.
 
-/// How a sender's clock, which counts from its start, lies to the receiver's.
+/// Offset of a sender's clock, which counts from its start, to the receiver's.
 #[derive(Default)]
 pub(super) struct Clock {
-    /// For each start of the sender, what its quickest message took its clock to be behind, s.
+    /// For each start of the sender, the smallest delay of its clock behind the receiver's, s.
     behind_s: Vec<f64>,
     latest_s: f64,
-    /// Whether the last stamp was far earlier than that before.
+    /// True if the last stamp was much earlier than the one before.
     went_back: bool,
 }
 
@@ -21,18 +21,18 @@ impl Stamp {
     pub(super) const NONE: Self = Self { time_s: f64::NAN, start: None };
 }
 
-/// A clock goes back so far only when it starts anew, s.
+/// A clock goes back this far only when it restarts, s.
 const BACK_S: f64 = 5.0;
-/// No message takes longer to be sent, or less, s; clocks wander a little.
+/// Largest spread of transmission delays, including clock drift, s.
 const LATE_S: f64 = 10.0;
 const EARLY_S: f64 = 1.0;
 
 impl Clock {
-    /// Hears a stamp that counts from the sender's start.
+    /// Adds a stamp that counts from the sender's start.
     pub(super) fn hear(&mut self, time_s: f64, received_s: f64) -> Stamp {
         let back = time_s < self.latest_s - BACK_S;
         if back && !self.went_back {
-            // A single one may be an old measurement.
+            // A single early stamp may be an old measurement.
             self.went_back = true;
             return Stamp::NONE;
         }
@@ -45,17 +45,17 @@ impl Clock {
         Stamp { time_s, start: Some(self.behind_s.len() - 1) }
     }
 
-    /// Places a stamp that may count from something else, once others were heard.
+    /// Assigns a stamp that may have another epoch to the current start.
     pub(super) fn place(&self, time_s: f64) -> Stamp {
         Stamp { time_s, start: self.behind_s.len().checked_sub(1) }
     }
 
-    /// The stamp that was meant by one that starts anew after each `period_s`.
+    /// Unwraps a stamp whose counter overflows after each `period_s`.
     pub(super) fn unwrap(&self, time_s: f64, period_s: f64) -> f64 {
         time_s + ((self.latest_s - time_s) / period_s).round() * period_s
     }
 
-    /// A stamp on the receiver's clock; `None` where it cannot be.
+    /// Converts a stamp to the receiver's clock; `None` where that is impossible.
     pub(super) fn received(&self, stamp: Stamp, received_s: f64) -> Option<f64> {
         let time_s = stamp.time_s + self.behind_s.get(stamp.start?)?;
         (-EARLY_S..=LATE_S).contains(&(received_s - time_s)).then_some(time_s)

@@ -1,53 +1,53 @@
-//! Frames: the time of receipt, a header, a payload, a checksum.
+//! Parses frames: the time of receipt, a header, a payload, a checksum.
 
 use super::messages::{Message, find};
 
-/// The time of receipt.
+/// Length of the time of receipt.
 const STAMP: usize = 8;
-/// A stamp, the header of the second version, a payload, a checksum and a signature; and the start
-/// of the next frame.
+/// Maximum length of a stamp, a version 2 header, a payload, a checksum and a signature, and the
+/// start of the next frame.
 pub(super) const LONGEST: usize = STAMP + 10 + PAYLOAD + 2 + 13 + STAMP + 1;
-/// The longest payload.
+/// Maximum length of a payload.
 const PAYLOAD: usize = 255;
 const VERSION_1: u8 = 0xfe;
 const VERSION_2: u8 = 0xfd;
 
-/// What comes next.
+/// Content that follows.
 pub(super) enum Next<'a> {
     Frame(Frame<'a>),
-    /// A frame of a message that is not known: its number, and the frame's length.
+    /// A frame of an unknown message: its number, and the frame's length.
     Unknown(u32, usize),
-    /// So many bytes that are no frame.
+    /// Bytes that are no frame, this many.
     Damage(usize),
-    /// A frame that the end cuts.
+    /// A frame that the end of the file truncates.
     Cut,
     End,
 }
 
-/// A frame whose checksum is right.
+/// A frame with a valid checksum.
 pub(super) struct Frame<'a> {
     pub(super) length: usize,
-    /// Of receipt, in microseconds since the Unix epoch.
+    /// Time of receipt, in microseconds since the Unix epoch.
     pub(super) stamp_us: u64,
     pub(super) sender: Sender,
     pub(super) message: &'static Message,
-    /// Without the zeros that it may end with.
+    /// Payload, possibly without its trailing zeros.
     pub(super) payload: &'a [u8],
 }
 
-/// A system and a component of it.
+/// System and component numbers.
 pub(super) type Sender = [u8; 2];
 
-/// The parts of a frame before its checksum is looked at.
+/// Positions in a frame, before its checksum is verified.
 struct Parts {
     number: u32,
     sender: Sender,
-    /// Where the payload is, and where the frame ends.
+    /// Range of the payload, and end of the frame.
     payload: [usize; 2],
     end: usize,
 }
 
-/// What bytes start with.
+/// Parses what the bytes start with.
 pub(super) fn next(ahead: &[u8]) -> Next<'_> {
     if ahead.is_empty() {
         return Next::End;
@@ -62,7 +62,7 @@ pub(super) fn next(ahead: &[u8]) -> Next<'_> {
     }
     let [from, to] = parts.payload;
     let Some(message) = find(parts.number) else {
-        // Its checksum cannot be checked; what follows can.
+        // Its checksum cannot be verified, but the next frame can.
         let followed = ahead.len() == parts.end || may_start(&ahead[parts.end..]);
         return if followed { Next::Unknown(parts.number, parts.end) } else { damage() };
     };
@@ -75,9 +75,9 @@ pub(super) fn next(ahead: &[u8]) -> Next<'_> {
     Next::Frame(Frame { length, stamp_us: stamp, sender, message, payload })
 }
 
-/// The parts of a frame; `None` if its header is cut.
+/// Returns the positions in a frame; `None` if its header is truncated.
 fn parts(ahead: &[u8]) -> Option<Parts> {
-    /// Whether a frame has a signature.
+    /// Flag of a signed frame.
     const SIGNED: u8 = 1;
     match *ahead.get(STAMP..)? {
         [VERSION_1, size, _, system, component, number, ..] => {
@@ -98,19 +98,19 @@ fn parts(ahead: &[u8]) -> Option<Parts> {
     }
 }
 
-/// Whether bytes may start a frame, as far as there are any: in the first eight centuries since the
+/// Returns whether bytes, as far as available, may start a frame: until eight centuries after the
 /// epoch, a stamp starts with 0.
 pub(super) fn may_start(bytes: &[u8]) -> bool {
     let mark = bytes.get(STAMP).is_none_or(|mark| [VERSION_1, VERSION_2].contains(mark));
     bytes.first() == Some(&0) && mark
 }
 
-/// How far the next start of a frame may be.
+/// Returns the distance to the next possible start of a frame.
 fn to_start(bytes: &[u8]) -> usize {
     (0..bytes.len()).find(|at| may_start(&bytes[*at..])).unwrap_or(bytes.len())
 }
 
-/// CRC-16/MCRF4XX, a byte at a time.
+/// Computes CRC-16/MCRF4XX, a byte at a time.
 fn seal(start: u16, bytes: &[u8]) -> u16 {
     let step = |crc: u16, byte: &u8| crc >> 8 ^ STEPS[usize::from((crc as u8) ^ byte)];
     bytes.iter().fold(start, step)

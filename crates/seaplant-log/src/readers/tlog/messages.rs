@@ -1,4 +1,4 @@
-//! What messages hold, by the definitions of the MAVLink project.
+//! Definitions of messages, from the MAVLink project.
 //!
 //! `messages.txt` is made by `scripts/mavlink-messages` from those in pymavlink 2.4.50 and holds
 //! numbers, names, types and units, none of their texts. The definitions are under the LGPL 3, with
@@ -11,16 +11,16 @@ use std::sync::LazyLock;
 use crate::readers::number::Kind;
 use crate::{Dimension, Unit};
 
-/// A line for each message of ardupilotmega and what it includes.
+/// One line for each message of ardupilotmega and its includes.
 const TABLE: &str = include_str!("messages.txt");
 
-/// Every known message, by its number.
+/// All known messages, by number.
 static MESSAGES: LazyLock<HashMap<u32, Message>> = LazyLock::new(|| {
     let known = TABLE.lines().filter_map(Message::parse);
     known.map(|message| (message.number, message)).collect()
 });
 
-/// A message of that number, if it is known.
+/// Returns the message of that number, if it is known.
 pub(super) fn find(number: u32) -> Option<&'static Message> {
     MESSAGES.get(&number)
 }
@@ -30,26 +30,26 @@ pub(super) fn find(number: u32) -> Option<&'static Message> {
 pub(super) struct Message {
     pub(super) number: u32,
     pub(super) name: &'static str,
-    /// What its checksum ends with, so that no other definition of it passes.
+    /// Seed byte of its checksum, with which frames of other definitions fail.
     pub(super) seed: u8,
     pub(super) fields: Vec<Field>,
-    /// The field that tells instruments or names apart.
+    /// Field that identifies instances or names.
     pub(super) instance: Option<usize>,
 }
 
-/// A field as it is sent.
+/// A field as transmitted.
 #[derive(Debug)]
 pub(super) struct Field {
     pub(super) name: &'static str,
     pub(super) kind: Kind,
-    /// How many values it has; `None` of a single one.
+    /// Number of values; `None` for a single one.
     pub(super) count: Option<usize>,
-    /// Where it starts in the payload.
+    /// Position in the payload.
     pub(super) at: usize,
     pub(super) unit: Option<Unit>,
-    /// What its values are divided by to be in that unit.
+    /// Divisor that converts its values to that unit.
     pub(super) divisor: f64,
-    /// In words that follow its name, of one that is no number.
+    /// Reason why the field is no channel, in words that follow its name.
     pub(super) why_no_channel: Option<&'static str>,
 }
 
@@ -72,16 +72,16 @@ impl Message {
         Some(Self { number, name, seed, fields, instance })
     }
 
-    /// The field of that name.
+    /// Returns the field of that name.
     pub(super) fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|field| field.name == name)
     }
 }
 
 impl Field {
-    /// Takes `rollspeed:f32:rad/s` and `voltages:u16[10]:mV` apart.
+    /// Parses `rollspeed:f32:rad/s` and `voltages:u16[10]:mV`.
     fn parse(text: &'static str, at: usize) -> Option<Self> {
-        /// Arrays of more bytes than this are no measurements.
+        /// Longer byte arrays are not measurements.
         const BYTES: usize = 16;
         let mut parts = text.split(':');
         let (name, kind, symbol) = (parts.next()?, parts.next()?, parts.next()?);
@@ -100,7 +100,7 @@ impl Field {
         Some(Self { name, kind, count, at, unit, divisor, why_no_channel })
     }
 
-    /// Bytes.
+    /// Returns the size in bytes.
     pub(super) fn size(&self) -> usize {
         self.kind.size() * self.count.unwrap_or(1)
     }
@@ -122,7 +122,7 @@ fn number_of(kind: &str) -> Option<Kind> {
     })
 }
 
-/// The unit of a definition's symbol, and what values are divided by to be in it.
+/// Returns the unit of a definition's symbol, and the divisor that converts values to it.
 fn unit_of(symbol: &str, field: &str) -> (Option<Unit>, f64) {
     let (symbol, divisor) = match symbol {
         "degE7" => ("deg", 1e7),
@@ -143,12 +143,12 @@ fn unit_of(symbol: &str, field: &str) -> (Option<Unit>, f64) {
         "ds" => ("s", 10.0),
         symbol => (symbol, 1.0),
     };
-    // Microseconds are those of servos in the fields of such, and of clocks elsewhere.
+    // Microseconds are pulse widths in fields of servos, and times elsewhere.
     let is_pulse = ["servo", "chan"].iter().any(|word| field.starts_with(word));
     let unit = match symbol {
         "us" if !is_pulse => Unit::find_as(symbol, Dimension::Time),
         "ms" => Unit::find_as(symbol, Dimension::Time),
-        // Of acceleration in the definitions, and of mass here.
+        // An acceleration in the definitions, but a mass in this crate.
         "g" => None,
         symbol => Unit::find(symbol),
     };

@@ -1,4 +1,4 @@
-//! The messages of one kind from one sender.
+//! Messages of one kind from one sender.
 
 use std::collections::HashMap;
 
@@ -20,10 +20,10 @@ pub(super) struct Table {
     instances: Instances,
 }
 
-/// Which of several instruments or names each message is of.
+/// Instance of each message.
 #[derive(Default)]
 struct Instances {
-    /// In the order of their first messages, by the bytes of their field.
+    /// Instances in the order of their first messages, by the bytes of their field.
     known: HashMap<Vec<u8>, usize>,
     labels: Vec<String>,
     of_row: Vec<usize>,
@@ -36,7 +36,7 @@ impl Table {
         Self { message, sender, received_s, stamps, values, instances: Instances::default() }
     }
 
-    /// Takes a message in; `payload` holds every field.
+    /// Adds a message; `payload` holds every field.
     pub(super) fn push(&mut self, received_s: f64, stamp: Stamp, payload: &[u8]) {
         self.received_s.push(received_s);
         self.stamps.push(stamp);
@@ -54,8 +54,8 @@ impl Table {
         }
     }
 
-    /// Makes channels of the messages. `clock` is the sender's if its stamps count; `apart` tells
-    /// it from others that send this message. Returns how many stamps could not be used.
+    /// Makes channels of the messages. `clock` is the sender's if its stamps are used; `apart`
+    /// distinguishes it from other senders of this message. Returns the number of unusable stamps.
     pub(super) fn into_groups(
         mut self,
         clock: Option<&Clock>,
@@ -102,7 +102,7 @@ impl Table {
         (pairs.map(time).collect(), unusable)
     }
 
-    /// Some of the messages, or all, whose values are not needed again.
+    /// Returns some of the messages, or all, taking their values.
     fn group(&mut self, name: String, time_s: Vec<f64>, rows: Option<&[usize]>) -> Group {
         let mut columns = Vec::new();
         let mut place = 0;
@@ -131,7 +131,7 @@ impl Table {
     }
 }
 
-/// The fields that are numbers.
+/// Iterates over the numeric fields.
 fn numbers(message: &'static Message) -> impl Iterator<Item = &'static Field> {
     message.fields.iter().filter(|field| field.why_no_channel.is_none())
 }

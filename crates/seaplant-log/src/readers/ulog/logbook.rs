@@ -1,4 +1,4 @@
-//! All that a ULog file told so far.
+//! State accumulated from the messages of a ULog file.
 
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
@@ -8,42 +8,43 @@ use crate::assemble::Assembly;
 use crate::limits::MOST_COLUMNS;
 use crate::readers::number::Kind;
 
-/// What a message of synchronisation holds.
+/// Content of a synchronisation message.
 const SYNC: [u8; 8] = [0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 
-/// What messages told.
+/// Information from the messages so far.
 #[derive(Default)]
 pub(super) struct Logbook {
     definitions: HashMap<String, Definition>,
-    /// The layout of each definition that was subscribed to; `None` of one that has none. It is
-    /// made once, for a few bytes subscribe and a layout may have thousands of fields.
+    /// Layout of each definition that was subscribed to; `None` for one without layout. It is built
+    /// once, because a few bytes subscribe and a layout may have thousands of fields.
     layouts: HashMap<String, Option<Rc<Layout>>>,
     topics: Vec<Topic>,
-    /// The fields of all topics.
+    /// Total number of fields of all topics.
     fields: usize,
     places: HashMap<(String, u8), usize>,
-    /// Which topic each number stands for now.
+    /// Current topic of each number.
     numbers: HashMap<u16, usize>,
     settings: BTreeMap<String, f64>,
-    /// Where later parts of the file start.
+    /// Positions of later parts of the file.
     parts: Vec<u64>,
-    /// The latest time, s.
+    /// Latest time, s.
     pub(super) latest_s: Option<f64>,
-    /// When the autopilot started, s since 1970, by satellite.
+    /// Time of the autopilot's start by satellite, s since 1970.
     start_s: Option<f64>,
 }
 
-/// Satellite time counts from 1970 in microseconds; before 2010 there is no such log.
+/// Smallest plausible satellite time, in microseconds since 1970: there are no such logs before
+/// 2010.
 const LEAST_UTC_US: f64 = 1.26e15;
 
 impl Logbook {
-    /// Whether a message may be what its letter says.
+    /// Returns whether a message is plausible for its letter.
     pub(super) fn may_be(&self, letter: u8, body: &[u8]) -> bool {
         let topic = || self.topics.get(*self.numbers.get(&u16_of(body)?)?);
         match letter {
             b'D' => match topic() {
                 Some(topic) => topic.layout.fits(body.len() - 2),
-                // Of a topic that is not read, nothing tells.
+                // The size of a topic that is not read is unknown.
                 None => body.len() > 2,
             },
             b'S' => body.len() >= SYNC.len() && body.starts_with(&SYNC),
@@ -55,9 +56,9 @@ impl Logbook {
         }
     }
 
-    /// Takes a message in.
+    /// Adds a message.
     pub(super) fn enter(&mut self, letter: u8, body: &[u8]) {
-        // Of a message that tells nothing nothing is kept.
+        // An invalid message is ignored.
         let _ = match letter {
             b'B' => self.note_parts(body),
             b'F' => self.define(body),
@@ -69,12 +70,12 @@ impl Logbook {
         };
     }
 
-    /// Where the next part of the file starts that a logger appended.
+    /// Returns the position of the next part that a logger appended.
     pub(super) fn next_part(&self, at: u64) -> Option<u64> {
         self.parts.iter().copied().filter(|part| *part > at).min()
     }
 
-    /// s since 1970.
+    /// Returns the time of the autopilot's start, s since 1970.
     pub(super) fn start_s(&self) -> Option<f64> {
         self.start_s
     }
@@ -136,12 +137,12 @@ impl Logbook {
             return known.clone();
         }
         self.definitions.get(name)?;
-        let layout = Layout::of(name, &self.definitions).map(Rc::new);
+        let layout = Layout::new(name, &self.definitions).map(Rc::new);
         self.layouts.insert(name.to_owned(), layout.clone());
         layout
     }
 
-    /// Whether topics have more fields than a log may have channels; those from there on are not
+    /// Returns whether topics have more fields than a log may have channels; later topics are not
     /// read.
     pub(super) fn has_too_many_fields(&self) -> bool {
         self.fields > MOST_COLUMNS

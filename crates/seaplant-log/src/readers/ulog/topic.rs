@@ -9,7 +9,7 @@ use crate::quaternion;
 use crate::readers::number::Kind;
 use crate::unit::Unit;
 
-/// A topic's text: `name:type field;type[3] field;…`.
+/// Definition of a topic: `name:type field;type[3] field;…`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Definition {
     pub(super) name: String,
@@ -24,17 +24,17 @@ struct Declared {
     name: String,
 }
 
-/// More numbers in a record than this are none of a sensor.
+/// Maximum number of numbers in a record of a sensor.
 const MOST_FIELDS: usize = 2048;
-/// Topics in topics, at most.
+/// Maximum nesting depth of topics.
 const DEEPEST: usize = 8;
-/// Elements of a record, at most: numbers, texts, and topics within it, which may be empty.
+/// Maximum number of elements of a record: numbers, texts, and nested topics, which may be empty.
 const MOST_ELEMENTS: usize = 4 * MOST_FIELDS;
-/// Bytes of the name of a topic or a field, at most: those of uORB are identifiers.
+/// Maximum length of the name of a topic or a field in bytes: those of uORB are identifiers.
 const LONGEST_NAME: usize = 255;
 
 impl Definition {
-    /// What an `F` message says.
+    /// Parses an `F` message.
     pub(super) fn read(body: &[u8]) -> Option<Self> {
         let (name, rest) = std::str::from_utf8(body).ok()?.split_once(':')?;
         let fields = rest.split(';').map(str::trim).filter(|field| !field.is_empty());
@@ -67,22 +67,23 @@ struct Field {
     kind: Kind,
 }
 
-/// Where everything stands in a record.
+/// Positions of fields in a record.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Layout {
     fields: Vec<Field>,
     time: Option<usize>,
     texts: Vec<String>,
-    /// How many elements were looked at.
+    /// Number of elements visited.
     elements: usize,
-    /// Bytes of a record, and those of it that must be there: padding at its end may be left out.
+    /// Length of a record in bytes, and its minimum length: padding at its end may be omitted.
     size: usize,
     least: usize,
 }
 
 impl Layout {
-    /// `None` of a definition that names what is not defined, or is no record's.
-    pub(super) fn of(name: &str, known: &HashMap<String, Definition>) -> Option<Self> {
+    /// Builds the layout of a topic; `None` for a definition that refers to an undefined one or is
+    /// no record's.
+    pub(super) fn new(name: &str, known: &HashMap<String, Definition>) -> Option<Self> {
         let mut layout = Self::default();
         layout.add(name, "", known, 0)?;
         layout.time?;
@@ -144,12 +145,12 @@ impl Layout {
         Some(())
     }
 
-    /// How many numbers a record has.
+    /// Returns the number of numbers in a record.
     pub(super) fn fields(&self) -> usize {
         self.fields.len()
     }
 
-    /// Whether a record may have so many bytes.
+    /// Returns whether a record may have this length.
     pub(super) fn fits(&self, bytes: usize) -> bool {
         (self.least..=self.size).contains(&bytes)
     }
@@ -177,7 +178,7 @@ pub(super) struct Topic {
     pub(super) instance: u8,
     pub(super) layout: Rc<Layout>,
     time_s: Vec<f64>,
-    /// For each number of a record.
+    /// Values of each number of a record.
     values: Vec<Vec<f64>>,
 }
 
@@ -187,7 +188,7 @@ impl Topic {
         Self { name, instance, layout, time_s: Vec::new(), values }
     }
 
-    /// Keeps a record; its time, s.
+    /// Stores a record and returns its time, s.
     pub(super) fn push(&mut self, record: &[u8]) -> f64 {
         for (field, values) in self.layout.fields.iter().zip(&mut self.values) {
             values.push(field.kind.value(record.get(field.at..).unwrap_or_default()));
@@ -198,18 +199,18 @@ impl Topic {
         time_s
     }
 
-    /// Whether there is one.
+    /// Returns whether there are records.
     pub(super) fn has_records(&self) -> bool {
         !self.time_s.is_empty()
     }
 
-    /// What a field held last.
+    /// Returns the last value of a field.
     pub(super) fn last(&self, name: &str) -> Option<f64> {
         let field = self.layout.fields.iter().position(|field| field.name == name)?;
         self.values[field].last().copied()
     }
 
-    /// Makes channels of the records; `apart` if the topic has other instances.
+    /// Makes channels of the records; `apart` is true if the topic has other instances.
     pub(super) fn into_group(mut self, apart: bool, assembly: &mut Assembly) {
         if self.time_s.is_empty() {
             return;
@@ -233,7 +234,7 @@ impl Topic {
         assembly.group(Group { name, time_s: self.time_s, columns, of: None });
     }
 
-    /// Roll, pitch and yaw of a quaternion `q` of w, x, y and z.
+    /// Computes roll, pitch and yaw of a quaternion `q` of w, x, y and z.
     fn angles(&self, name: &str) -> Vec<Column> {
         let place = |k: usize| {
             let wanted = format!("q[{k}]");
@@ -274,7 +275,7 @@ mod tests {
             "inner:float a;char[2] b;",
             "outer:uint64_t timestamp;inner[2] parts;uint8_t[3] c;uint8_t[4] _padding0;",
         ]);
-        let layout = Layout::of("outer", &known).expect("a layout");
+        let layout = Layout::new("outer", &known).expect("a layout");
         let places: Vec<(&str, usize)> =
             layout.fields.iter().map(|field| (field.name.as_str(), field.at)).collect();
         assert_eq!(places[..3], [("timestamp", 0), ("parts[0].a", 8), ("parts[1].a", 14)]);
@@ -284,13 +285,13 @@ mod tests {
 
     #[test]
     fn topics_that_hold_themselves_or_too_much_are_none() {
-        assert!(Layout::of("a", &known(&["a:uint64_t timestamp;a again;"])).is_none());
-        assert!(Layout::of("a", &known(&["a:uint64_t timestamp;float[9000] x;"])).is_none());
-        assert!(Layout::of("a", &known(&["a:float x;"])).is_none());
+        assert!(Layout::new("a", &known(&["a:uint64_t timestamp;a again;"])).is_none());
+        assert!(Layout::new("a", &known(&["a:uint64_t timestamp;float[9000] x;"])).is_none());
+        assert!(Layout::new("a", &known(&["a:float x;"])).is_none());
         let empty = known(&["e:", "a:uint64_t timestamp;e[4000000000] x;"]);
-        assert!(Layout::of("a", &empty).is_none());
+        assert!(Layout::new("a", &empty).is_none());
         let long = format!("a:uint64_t timestamp;float {};", "x".repeat(256));
         assert_eq!(Definition::read(long.as_bytes()), None);
-        assert!(Layout::of("a", &known(&["a:uint64_t timestamp;b x;"])).is_none());
+        assert!(Layout::new("a", &known(&["a:uint64_t timestamp;b x;"])).is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! What crosses between Rust and Python: errors, JSON, arrays, and time in which Python waits.
+//! Conversions between Rust and Python: errors, JSON, arrays; and waiting without Python's lock.
 
 use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -12,15 +12,15 @@ use seaplant_campaign::TwinError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Why something could not be done, as Python tells it apart.
+/// Failures, by Python's exception classes.
 #[derive(Debug)]
 pub enum Failure {
-    /// What was given is wrong: a `ValueError`.
+    /// Invalid input: a `ValueError`.
     Input(String),
     /// A file could not be read: an `OSError`.
     File {
         message: String,
-        /// Whether there is no such file: a `FileNotFoundError`.
+        /// True if the file does not exist: a `FileNotFoundError`.
         missing: bool,
     },
 }
@@ -116,23 +116,23 @@ impl From<Failure> for PyErr {
     }
 }
 
-/// How often the waiting thread looks for Ctrl-C.
+/// Interval at which the waiting thread checks for Ctrl-C.
 const LOOK_OUT: Duration = Duration::from_millis(50);
 
-/// Does work on a thread of its own, and waits for it without Python's lock.
+/// Runs work on a separate thread, and waits for it without Python's lock.
 ///
-/// Ctrl-C ends the wait with `KeyboardInterrupt`. Work that cannot be stopped then goes on to
-/// its end, unheard; `on_wait` is called each time that the wait is looked at, and its error
-/// ends the wait, too.
+/// Ctrl-C ends the wait with `KeyboardInterrupt`. Work that cannot be stopped then continues to its
+/// end, and its result is dropped; `on_wait` is called at each check, and its error also ends the
+/// wait.
 pub fn apart_watched<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
     mut on_wait: impl FnMut(Python<'_>) -> PyResult<()>,
 ) -> PyResult<T> {
     let (done, wait) = channel();
-    // The receiver is gone once the wait was given up; then nobody wants the answer.
+    // The receiver is dropped if the wait was given up; then the result is not needed.
     let worker = thread::spawn(move || _ = done.send(work()));
-    // A receiver can be lent to other threads only in a lock of its own.
+    // Other threads can borrow a receiver only within a lock of its own.
     let wait = std::sync::Mutex::new(wait);
     let next = || match wait.lock() {
         Ok(wait) => wait.recv_timeout(LOOK_OUT),
@@ -156,7 +156,7 @@ pub fn apart_watched<T: Send + 'static>(
     }
 }
 
-/// [`apart_watched`], with nothing to do while waiting.
+/// Does the same as [`apart_watched`], with nothing to do while waiting.
 pub fn apart<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
@@ -164,18 +164,18 @@ pub fn apart<T: Send + 'static>(
     apart_watched(py, work, |_| Ok(()))
 }
 
-/// What a program says in place of a file; `name` is what messages call it.
+/// Parses JSON that a program gives in place of a file; messages call it `name`.
 pub fn parse<T: DeserializeOwned>(name: &str, json: &str) -> Result<T, Failure> {
     let value = serde_json::from_str(json)?;
     Ok(seaplant_campaign::of_json(Path::new(name), value)?)
 }
 
-/// As results have it.
+/// Formats a value as JSON, as in results.
 pub fn json(value: &impl Serialize) -> Result<String, Failure> {
     Ok(serde_json::to_string(value)?)
 }
 
-/// The numbers of an array, whatever its strides.
+/// Copies the numbers of an array, whatever its strides.
 pub fn numbers(array: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
     array.as_array().iter().copied().collect()
 }

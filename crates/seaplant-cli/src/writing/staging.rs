@@ -1,4 +1,5 @@
-//! Files that are complete and not yet in place, and what becomes of them if the program ends.
+//! Temporary folders of files that are complete and not yet in place, and their removal if the
+//! program ends.
 
 use std::fs;
 use std::io;
@@ -12,25 +13,25 @@ use tempfile::TempDir;
 use super::manifest::hash_of;
 use super::write_whole;
 
-/// A folder for what is not complete; it goes with this, or when the program is interrupted, or,
-/// if the program was killed, when the next one writes to the same place.
-pub(super) struct Hidden {
-    /// Locked as long as the program runs; let go before the folder is.
+/// A temporary folder, which is removed on drop, or when the program is interrupted, or, if the
+/// program was killed, when the next one writes to the same place.
+pub(super) struct TemporaryFolder {
+    /// Locked while the program runs; released before the folder.
     _lock: fs::File,
     folder: TempDir,
-    /// Whether it stays for the next run to clear.
+    /// True if it is left for the next run to clear.
     kept: bool,
 }
 
-/// Names of what is not complete begin so.
-const ASIDE: &str = ".seaplant-";
+/// Prefix of the names of temporary folders.
+const PREFIX: &str = ".seaplant-";
 
-/// The file in such a folder that says whether its program runs.
+/// Lock file in such a folder that shows whether its program runs.
 const LOCK: &str = "lock";
 
-/// What is not complete, and the folders that were made for it, the innermost last.
+/// A temporary folder, and the folders that were made for it, the innermost last.
 struct Unfinished {
-    aside: PathBuf,
+    staging: PathBuf,
     made: Vec<PathBuf>,
 }
 
@@ -40,21 +41,21 @@ fn unfinished() -> MutexGuard<'static, Vec<Unfinished>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// As long as this is held, an interrupt waits.
+/// Defers interrupts until the returned guard is dropped.
 pub(super) fn placing() -> impl Sized {
     unfinished()
 }
 
-impl Hidden {
-    /// In a folder, of which `made` were made for it.
+impl TemporaryFolder {
+    /// Creates one in a folder; `made` were made for it.
     pub(super) fn in_folder(folder: &Path, made: &[PathBuf]) -> io::Result<Self> {
         let mut unfinished = unfinished();
-        let aside = tempfile::Builder::new().prefix(ASIDE).tempdir_in(folder)?;
-        let lock = fs::File::create(aside.path().join(LOCK))?;
-        // Where files cannot be locked, age alone tells what is left over.
+        let staging = tempfile::Builder::new().prefix(PREFIX).tempdir_in(folder)?;
+        let lock = fs::File::create(staging.path().join(LOCK))?;
+        // Where files cannot be locked, only age identifies leftovers.
         let _ = lock.try_lock();
-        unfinished.push(Unfinished { aside: aside.path().to_owned(), made: made.to_owned() });
-        Ok(Self { _lock: lock, folder: aside, kept: false })
+        unfinished.push(Unfinished { staging: staging.path().to_owned(), made: made.to_owned() });
+        Ok(Self { _lock: lock, folder: staging, kept: false })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -62,20 +63,20 @@ impl Hidden {
     }
 }
 
-impl Drop for Hidden {
+impl Drop for TemporaryFolder {
     fn drop(&mut self) {
-        // An interrupt waits until the folder is gone.
+        // An interrupt waits until the folder is removed.
         let mut unfinished = unfinished();
         if self.kept {
             self.folder.disable_cleanup(true);
         } else {
             let _ = fs::remove_dir_all(self.folder.path());
         }
-        unfinished.retain(|of| of.aside != self.folder.path());
+        unfinished.retain(|of| of.staging != self.folder.path());
     }
 }
 
-/// A hidden folder whose program was killed. Its lock is held, so that no other run clears it.
+/// A temporary folder whose program was killed. Its lock is held, so that no other run clears it.
 pub(super) struct Leftover {
     folder: PathBuf,
     _lock: Option<fs::File>,
@@ -86,34 +87,34 @@ impl Leftover {
         &self.folder
     }
 
-    /// Removes it. It may be another's; what cannot be removed does no harm.
+    /// Removes it. Failure does no harm, as it may be another user's.
     pub(super) fn remove(self) {
         let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
-/// What runs that were killed left in a folder.
+/// Finds temporary folders that killed runs left in a folder.
 pub(super) fn leftovers(folder: &Path) -> impl Iterator<Item = Leftover> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.filter_map(|entry| {
-        let is_ours = entry.file_name().to_string_lossy().starts_with(ASIDE);
+        let is_ours = entry.file_name().to_string_lossy().starts_with(PREFIX);
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
         if is_ours && is_folder { left_over(entry.path()) } else { None }
     })
 }
 
-/// A hidden folder, if the program that made it is gone.
+/// Returns a temporary folder, if the program that made it has ended.
 fn left_over(folder: PathBuf) -> Option<Leftover> {
     let lock = folder.join(LOCK);
     match lock.symlink_metadata() {
-        // A pipe or a link is not ours, and opening a pipe would never end.
+        // A pipe or a link is not ours, and opening a pipe would never return.
         Ok(data) if !data.is_file() => None,
         Ok(_) => {
             let lock = fs::File::options().write(true).open(lock).ok()?;
             lock.try_lock().ok()?;
             Some(Leftover { folder, _lock: Some(lock) })
         }
-        // One that was made a moment ago has no lock yet.
+        // A folder that was just made has no lock yet.
         Err(_) if age(&folder).is_some_and(|age| age > YOUNG) => {
             Some(Leftover { folder, _lock: None })
         }
@@ -121,26 +122,26 @@ fn left_over(folder: PathBuf) -> Option<Leftover> {
     }
 }
 
-/// No program takes so long from a folder to its first file.
+/// Time in which any program makes the first file of its folder.
 const YOUNG: Duration = Duration::from_secs(60);
 
 fn age(path: &Path) -> Option<Duration> {
     fs::metadata(path).ok()?.modified().ok()?.elapsed().ok()
 }
 
-/// Ends the program at Ctrl-C, or when it is asked to end, with nothing half-written left: what is
-/// being put in place is first put there, the rest is removed.
+/// Handles Ctrl-C and requests to end: completes moves in progress, removes temporary folders, and
+/// ends the program.
 pub fn leave_nothing_behind() {
-    /// Of a program that an interrupt ended, as shells know it.
+    /// Exit code of an interrupted program, by the convention of shells.
     const INTERRUPTED: i32 = 130;
-    /// What is written meanwhile keeps a folder from being removed, but not for long.
+    /// Files written meanwhile prevent the removal of a folder, but not for long.
     const TRIES: usize = 1000;
     let end = || {
-        // Held to the end: nothing new is begun.
+        // Held to the end, so that nothing new begins.
         let all = unfinished();
-        for Unfinished { aside, made } in all.iter() {
+        for Unfinished { staging, made } in all.iter() {
             for _ in 0..TRIES {
-                if fs::remove_dir_all(aside).is_ok() || !aside.exists() {
+                if fs::remove_dir_all(staging).is_ok() || !staging.exists() {
                     break;
                 }
                 std::thread::sleep(Duration::from_millis(1));
@@ -150,27 +151,27 @@ pub fn leave_nothing_behind() {
         }
         std::process::exit(INTERRUPTED);
     };
-    // A browser drops the whole folder with the page.
+    // A file server may remove the folder concurrently.
     #[cfg(target_family = "wasm")]
     let _ = end;
-    // Without the handler the system ends the program, as it would any other.
+    // Without the handler the system ends the program, as any other.
     #[cfg(not(target_family = "wasm"))]
     let _ = ctrlc::set_handler(end);
 }
 
 /// Files that are complete and not yet in place.
-pub struct Aside {
-    hidden: Hidden,
-    /// Where each goes, relative to the folder, and its hash.
+pub struct StagedFiles {
+    folder: TemporaryFolder,
+    /// Target path of each, relative to the folder, and its hash.
     files: Vec<(String, String)>,
 }
 
-impl Aside {
-    pub(super) fn new(hidden: Hidden) -> Self {
-        Self { hidden, files: Vec::new() }
+impl StagedFiles {
+    pub(super) fn new(folder: TemporaryFolder) -> Self {
+        Self { folder, files: Vec::new() }
     }
 
-    /// Writes a file that will go to a path relative to the folder.
+    /// Writes a file whose target path is relative to the folder.
     pub fn write(
         &mut self,
         path: &str,
@@ -183,26 +184,26 @@ impl Aside {
     }
 
     pub(super) fn path(&self) -> &Path {
-        self.hidden.path()
+        self.folder.path()
     }
 
-    /// Where the files go, in the order in which they were written.
+    /// Iterates over the target paths, in the order of writing.
     pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
         self.files.iter().map(|(path, _)| path.as_str())
     }
 
-    /// Each path with its hash.
+    /// Returns each path with its hash.
     pub(super) fn hashes(&self) -> &[(String, String)] {
         &self.files
     }
 
-    /// Leaves the folder to the next run, which puts back what is in it.
+    /// Leaves the folder to the next run, which restores its files.
     pub(super) fn keep(&mut self) {
-        self.hidden.kept = true;
+        self.folder.kept = true;
     }
 
-    /// The place of a file within the folder, by its number.
-    pub(super) fn new_file(aside: &Path, k: usize) -> PathBuf {
-        aside.join(format!("{k}.new"))
+    /// Returns the path of a file within the temporary folder, by its number.
+    pub(super) fn new_file(staging: &Path, k: usize) -> PathBuf {
+        staging.join(format!("{k}.new"))
     }
 }

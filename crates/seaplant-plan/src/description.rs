@@ -1,4 +1,4 @@
-//! Numbers and manoeuvres in words.
+//! Formats numbers and manoeuvres.
 
 use std::collections::BTreeMap;
 
@@ -6,8 +6,8 @@ use seaplant::{Dof, spoken};
 
 use crate::manoeuvre::{Kind, Manoeuvre};
 
-/// One line for the deck: `surge, 6 min: multisine of 20 s, −0.6 to 0.7 m/s`.
-pub(crate) fn of_manoeuvre(
+/// Formats one line for the deck: `surge, 6 min: multisine of 20 s, −0.6 to 0.7 m/s`.
+pub(crate) fn manoeuvre(
     manoeuvre: &Manoeuvre,
     minutes: f64,
     velocity: &BTreeMap<Dof, [f64; 2]>,
