@@ -43,7 +43,8 @@ function work(program, { files, commands, collect }, tell) {
     try {
       result = system.run(program);
     } catch (error) {
-      result = { code: 134, printed: "", said: `${error.said ?? ""}\n${error.message}`, broken: true };
+      const said = `${error.said ?? ""}\n${error.message}`;
+      result = { code: 134, printed: "", said, broken: true, reading: system.reading };
     }
     results.push(result);
   }
@@ -59,9 +60,8 @@ function work(program, { files, commands, collect }, tell) {
 self.onmessage = async ({ data }) => {
   try {
     if (data.program) {
-      loaded = compiled(data.program);
-      await loaded;
-      self.postMessage({ ready: true });
+      loaded = typeof data.program === "string" ? compiled(data.program) : data.program;
+      self.postMessage({ ready: await loaded });
       return;
     }
     // What is asked for meanwhile waits for the program.
