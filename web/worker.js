@@ -3,12 +3,11 @@
 
 let loaded;
 
-// The program from its text within the page: base64 of gzip.
-async function compiled(text) {
+// The program from its text within the page: base64 of LZMA.
+function compiled(text) {
   const letters = atob(text);
   const packed = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
-  const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return WebAssembly.compile(await new Response(unpacked).arrayBuffer());
+  return WebAssembly.compile(unpacked(packed));
 }
 
 function laid(files) {

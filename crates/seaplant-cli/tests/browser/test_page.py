@@ -35,7 +35,7 @@ TOLERANCE = 1e-9
 # What a fit in the page may take at most, ms.
 PATIENCE = 600_000
 # What a server sends at most, by gzip.
-MOST_SENT = 6_000_000
+MOST_SENT = 5_000_000
 
 
 def run(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
