@@ -115,7 +115,7 @@ function reason({ said, broken, reading }) {
   }
   const which = reading ? `${reading}: ` : "";
   if (/memory allocation of|out of memory/i.test(said)) {
-    return `${which}this needs more memory than a browser gives a page (4 GB). Cut the log, choose fewer logs at once, or use the program.\n${text}`;
+    return `${which}this needs more memory than a browser gives a page (4 GB). Cut the log, choose fewer logs at once, or use the program.`;
   }
   return broken ? `${which}the program gave up: the file is damaged in a way that it does not expect. Remove it, and go on with the others.\n${text}` : text;
 }
@@ -206,7 +206,7 @@ function inside(path) {
 }
 
 async function add(list) {
-  const ticked = list.length <= MOST_TICKED;
+  const ticked = list.filter(([path]) => !path.endsWith(".toml")).length <= MOST_TICKED;
   for (const [path, file] of list) {
     const name = inside(path);
     const last = name.split("/").at(-1).toLowerCase();

@@ -430,8 +430,8 @@ def test_a_tab_that_is_closed_loses_nothing_that_was_written(browser: Browser, d
 def test_a_log_of_two_gigabytes_has_an_answer(browser: Browser, tmp_path: Path) -> None:
     """A line that does not end within what a browser gives a page; and the page goes on."""
     log = tmp_path / "huge.csv"
-    rows = "".join(f"{k / 10},{k % 7}\n" for k in range(1000))
-    log.write_text(f"time [s],u [m/s]\n{rows}")
+    rows = "".join(f"{k / 10:.1f},{k % 7 / 10:.4f},{k % 50:.2f}\n" for k in range(20_000))
+    log.write_text(f"time [s],surge [m/s],thrust [N]\n{rows}")
     with log.open("r+b") as file:
         file.truncate(2_000_000_000)
     with User(browser, PAGE.as_uri()) as page:
