@@ -24,11 +24,13 @@ const program = {
     this.worker = new Worker(address);
     this.worker.onmessage = ({ data }) => this.hear(data);
     this.worker.onerror = (event) => this.fail(event.message || "the program could not be started");
-    this.worker.postMessage({ program: byId("program").textContent });
+    // Compiled once: after a stop the next worker gets the module as it is.
+    this.worker.postMessage({ program: this.module ?? byId("program").textContent });
   },
 
   hear({ ready, id, progress, done, failed }) {
     if (ready) {
+      this.module = ready;
       // After a stop, what it says stays.
       if (!this.wasReady) say("Ready.");
       this.wasReady = true;
@@ -68,8 +70,26 @@ class Stopped extends Error {}
 
 // --- What is said.
 
+// Shows a text and has it read aloud.
 function say(text) {
   byId("message").textContent = text;
+  announce(text);
+}
+
+let announced = 0;
+
+function announce(text) {
+  announced = performance.now();
+  byId("announced").textContent = text;
+}
+
+// Progress is read aloud no more often than this, ms.
+const ANNOUNCED_EVERY = 15000;
+
+// Shows how far a job is; reads it aloud now and then.
+function progressed(text) {
+  byId("message").textContent = text;
+  if (performance.now() - announced > ANNOUNCED_EVERY) announce(text);
 }
 
 function complain(text) {
@@ -85,7 +105,7 @@ function spoken(seconds) {
 }
 
 // What the program says of an error, without the words that shells need.
-function reason({ said, broken }) {
+function reason({ said, broken, reading }) {
   const lines = said.split("\n").filter((line) => line && !line.startsWith('{"axes"'));
   let text = lines.join("\n");
   try {
@@ -93,10 +113,11 @@ function reason({ said, broken }) {
   } catch {
     text = text.replace(/^error: /, "");
   }
-  if (/memory allocation of|out of memory/i.test(text)) {
-    return `The log needs more memory than a page may use. Cut it, or use the program.\n${text}`;
+  const which = reading ? `${reading}: ` : "";
+  if (/memory allocation of|out of memory/i.test(said)) {
+    return `${which}this needs more memory than a browser gives a page (4 GB). Cut the log, choose fewer logs at once, or use the program.`;
   }
-  return broken ? `The program gave up: a file is damaged in a way that it does not expect.\n${text}` : text;
+  return broken ? `${which}the program gave up: the file is damaged in a way that it does not expect. Remove it, and go on with the others.\n${text}` : text;
 }
 
 let busy = false;
@@ -119,7 +140,7 @@ async function watched(what, job) {
   let until = null;
   const tick = setInterval(() => {
     const left = until === null ? "" : `, about ${spoken(Math.max(1, until - seconds()))} left`;
-    say(`${what}: ${detail}${spoken(seconds())} so far${left}`);
+    progressed(`${what}: ${detail}${spoken(seconds())} so far${left}`);
   }, 1000);
   const watch = ({ read, total, fit, command, number, of }) => {
     if (total) {
@@ -130,7 +151,7 @@ async function watched(what, job) {
       detail = `fit ${fit.done + 1} of ${fit.of}, ${fit.axes.join(", ")} by ${fit.method}, `;
       // The estimate counts on a processor that runs the program itself; later fits correct it.
       until = seconds() + Math.sqrt(Math.max(fit.left_s[0], 1) * Math.max(fit.left_s[1], 1));
-      say(`${what}: ${detail}about ${spoken(until - seconds())} left`);
+      progressed(`${what}: ${detail}about ${spoken(until - seconds())} left`);
     } else if (of > 1) {
       bar.value = (number - 1) / of;
       detail = `${command} ${number} of ${of}, `;
@@ -185,7 +206,7 @@ function inside(path) {
 }
 
 async function add(list) {
-  const ticked = list.length <= MOST_TICKED;
+  const ticked = list.filter(([path]) => !path.endsWith(".toml")).length <= MOST_TICKED;
   for (const [path, file] of list) {
     const name = inside(path);
     const last = name.split("/").at(-1).toLowerCase();
@@ -342,10 +363,14 @@ function showMarks() {
       element("td", {}, choice(`Axis of trial ${k + 1}`, AXES, mark.dof, set("dof"))),
       element("td", {}, choice(`Role of trial ${k + 1}`, ROLES, mark.role, set("role"))));
   });
-  byId("marks").replaceChildren(...rows);
+  const heads = ["Trial", "From and to", "Axis", "Role"];
+  byId("marks").replaceChildren(
+    element("thead", {}, element("tr", {}, ...heads.map((head) => element("th", { scope: "col" }, head)))),
+    element("tbody", {}, ...rows));
 }
 
 function useMarks() {
+  if (looked.length === 0) return complain("Choose the logs again first: the marks are on them, and a browser does not keep them.");
   const trials = marks.map((mark, k) => ({ ...mark, name: `trial ${k + 1}`, logs: looked }));
   byId("campaign").value = withTrials(byId("campaign").value, trials);
   remember();

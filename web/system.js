@@ -458,6 +458,7 @@ class System {
           if (!(node instanceof Bytes)) return node.kind === FOLDER ? IS_FOLDER : NOT_PERMITTED;
           node.resize(0);
         }
+        if (node instanceof Disk) this.reading = node.file.name;
         const entry = { node, at: 0, append: (mode & 1) === 1 };
         this.view().setUint32(opened, add(entry), true);
         return OK;

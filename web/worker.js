@@ -3,12 +3,11 @@
 
 let loaded;
 
-// The program from its text within the page: base64 of gzip.
-async function compiled(text) {
+// The program from its text within the page: base64 of LZMA.
+function compiled(text) {
   const letters = atob(text);
   const packed = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
-  const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return WebAssembly.compile(await new Response(unpacked).arrayBuffer());
+  return WebAssembly.compile(unpacked(packed));
 }
 
 function laid(files) {
@@ -43,7 +42,8 @@ function work(program, { files, commands, collect }, tell) {
     try {
       result = system.run(program);
     } catch (error) {
-      result = { code: 134, printed: "", said: `${error.said ?? ""}\n${error.message}`, broken: true };
+      const said = `${error.said ?? ""}\n${error.message}`;
+      result = { code: 134, printed: "", said, broken: true, reading: system.reading };
     }
     results.push(result);
   }
@@ -59,9 +59,8 @@ function work(program, { files, commands, collect }, tell) {
 self.onmessage = async ({ data }) => {
   try {
     if (data.program) {
-      loaded = compiled(data.program);
-      await loaded;
-      self.postMessage({ ready: true });
+      loaded = typeof data.program === "string" ? compiled(data.program) : data.program;
+      self.postMessage({ ready: await loaded });
       return;
     }
     // What is asked for meanwhile waits for the program.

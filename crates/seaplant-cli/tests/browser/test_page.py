@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import io
 import json
 import os
@@ -13,16 +14,18 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 CRATES = Path(__file__).parents[3]
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR") or CRATES.parent / "target").absolute()
-PROGRAM = TARGET / "debug" / "seaplant"
+PROGRAM = Path(os.environ.get("SEAPLANT_PROGRAM") or TARGET / "debug" / "seaplant")
 PAGE = Path(os.environ.get("SEAPLANT_PAGE") or TARGET / "web").absolute() / "index.html"
 SHOTS = TARGET / "browser"
 
@@ -31,6 +34,8 @@ SHOTS = TARGET / "browser"
 TOLERANCE = 1e-9
 # What a fit in the page may take at most, ms.
 PATIENCE = 600_000
+# What a server sends at most, by gzip.
+MOST_SENT = 5_000_000
 
 
 def run(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
@@ -85,6 +90,22 @@ class User:
             assert self.complaints == []
             asked = [url for url in self.requests if not url.startswith(("blob:", "about:"))]
             assert asked == [self.address]
+
+
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
+
+
+def assert_usable(page: Page) -> None:
+    """No rule of accessibility is broken, and nothing is wider than the window."""
+    checked = Axe().run(page, options={"runOnly": RULES, "iframes": False})
+    broken = [
+        f"{rule['id']}: {rule['help']}: {node['html']}"
+        for rule in checked.response["violations"]
+        for node in rule["nodes"]
+    ]
+    assert not broken, "\n".join(broken)
+    overflow = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+    assert overflow <= 0, "the page is wider than the window"
 
 
 def settled(page: Page, what: str) -> None:
@@ -173,6 +194,7 @@ def test_the_demo_gives_the_programs_numbers(browser: Browser, served: str, demo
     with User(browser, served, viewport={"width": 1366, "height": 768}) as page:
         SHOTS.mkdir(parents=True, exist_ok=True)
         page.screenshot(path=SHOTS / "page-start.png")
+        assert_usable(page)
         page.get_by_role("button", name="Run the demo").click()
         settled(page, "Demo")
         assert_same(page, demo / "results.json")
@@ -182,6 +204,7 @@ def test_the_demo_gives_the_programs_numbers(browser: Browser, served: str, demo
         charts.first.scroll_into_view_if_needed()
         expect(charts.first).to_have_class(re.compile("live"))
         page.screenshot(path=SHOTS / "page-report.png")
+        assert_usable(page)
         exports = zipfile.ZipFile(io.BytesIO(downloaded(page, "Download the exports")))
         assert exports.testzip() is None
         formats = {name.split("/")[1] for name in exports.namelist()}
@@ -289,6 +312,7 @@ def test_a_log_becomes_trials_and_a_vehicle(browser: Browser, demo: Path) -> Non
         chart.locator("figure.chart").first.scroll_into_view_if_needed()
         chart.get_by_role("button", name="Mark").first.click()
         page.get_by_label("Axis of trial 1").select_option("yaw")
+        assert_usable(page)
         page.get_by_label("Vehicle", exact=True).select_option("preset:bluerov2")
         # By the keyboard: the chart above is in a process of its own and takes clicks beside it
         # while the page scrolls.
@@ -311,8 +335,47 @@ def test_a_log_becomes_trials_and_a_vehicle(browser: Browser, demo: Path) -> Non
         SHOTS.mkdir(parents=True, exist_ok=True)
         page.screenshot(path=SHOTS / "page-390.png", full_page=True)
         assert page.evaluate("JSON.parse(localStorage.getItem('seaplant')).vehicle") == written
-        overflow = page.evaluate("document.documentElement.scrollWidth - innerWidth")
-        assert overflow <= 0, "the page is wider than the window"
+        assert_usable(page)
+
+
+def focus_order(page: Page, most: int) -> list[str]:
+    """What the tab key leads to, by name, until it leaves the page."""
+    name = """() => {
+        const at = document.activeElement;
+        if (at === document.body || at.tagName === "IFRAME") return at.tagName;
+        const { outlineStyle } = getComputedStyle(at);
+        return `${at.id || at.dataset.save || at.textContent}${outlineStyle === "none" ? " unseen" : ""}`;
+    }"""
+    order: list[str] = []
+    for _ in range(most):
+        page.keyboard.press("Tab")
+        order.append(page.evaluate(name))
+        if order[-1] == "BODY":
+            break
+    return order
+
+
+def test_every_control_is_reached_by_the_keyboard(browser: Browser, tmp_path: Path) -> None:
+    rows = "\n".join(f"{k / 10},{k % 7},{k % 5}" for k in range(400))
+    (tmp_path / "log.csv").write_text(f"time [s],u [m/s],thrust [N]\n{rows}\n")
+    with User(browser, PAGE.as_uri()) as page:
+        page.locator("#files").set_input_files(tmp_path / "log.csv")
+        settled(page, "Reading the logs")
+        page.evaluate("document.activeElement.blur(); scrollTo(0, 0)")
+        order = focus_order(page, 60)
+        visible = "[...document.querySelectorAll('button, input, select, textarea, [tabindex=\"0\"]')]"
+        wanted = page.evaluate(f"{visible}.filter((e) => e.checkVisibility() && !e.disabled).length")
+        # The link that skips is one more, and the end of the page another.
+        assert order[0] == "Skip to the logs" and order[-1] == "BODY"
+        assert len(order) >= wanted, order
+        assert not [name for name in order if "unseen" in name]
+        steps = ["demo", "files", "folder", "look", "filter", "draw", "preset", "propose"]
+        steps += ["vehicle", "campaign", "identify"]
+        assert [name for name in order if name in steps and order.count(name) == 1] == [
+            name for name in steps if order.count(name) == 1
+        ]
+        # Progress is read aloud where it begins and ends, and not every second.
+        expect(page.get_by_role("status").first).to_have_text(re.compile("^Reading the logs: done"))
 
 
 def test_a_fit_can_be_stopped_and_the_page_goes_on(browser: Browser) -> None:
@@ -331,6 +394,68 @@ def test_a_fit_can_be_stopped_and_the_page_goes_on(browser: Browser) -> None:
         # The page offers every format that there is.
         formats = re.search(r"possible values: (.+?)\]", refused["results"][0]["said"]).group(1)
         assert page.evaluate("FORMATS") == formats.split(", ")
+
+
+def test_a_tab_that_is_closed_loses_nothing_that_was_written(browser: Browser, demo: Path) -> None:
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(PAGE.as_uri())
+    page.locator("#files").set_input_files(
+        [*sorted((demo / "logs" / "yaw-1").glob("*.csv")), demo / "vehicle.toml"]
+    )
+    settled(page, "Reading the logs")
+    page.evaluate(
+        """() => {
+            marks = [{ dof: "yaw", role: "fit", from: 10, to: 400 }];
+            showMarks();
+            useMarks();
+        }"""
+    )
+    written = page.get_by_label("campaign.toml").input_value()
+    assert "to_s = 400" in written
+    page.get_by_role("button", name="Identify").press("Enter")
+    expect(page.get_by_role("button", name="Stop")).to_be_visible()
+    page.close(run_before_unload=False)
+    again = context.new_page()
+    again.goto(PAGE.as_uri())
+    expect(again.get_by_label("campaign.toml")).to_have_value(written)
+    expect(again.get_by_label("vehicle.toml")).to_have_value((demo / "vehicle.toml").read_text())
+    expect(again.get_by_label("Axis of trial 1")).to_have_value("yaw")
+    # Marks without the logs that they are on are kept, and said to lack them.
+    again.get_by_role("button", name="Write them into").press("Enter")
+    expect(again.get_by_role("alert")).to_contain_text("Choose the logs again")
+    context.close()
+
+
+def test_a_log_of_two_gigabytes_has_an_answer(browser: Browser, tmp_path: Path) -> None:
+    """A line that does not end within what a browser gives a page; and the page goes on."""
+    log = tmp_path / "huge.csv"
+    rows = "".join(f"{k / 10:.1f},{k % 7 / 10:.4f},{k % 50:.2f}\n" for k in range(20_000))
+    log.write_text(f"time [s],surge [m/s],thrust [N]\n{rows}")
+    with log.open("r+b") as file:
+        file.truncate(2_000_000_000)
+    with User(browser, PAGE.as_uri()) as page:
+        page.get_by_label("vehicle.toml").fill("name = 'kept'\n")
+        page.locator("#files").set_input_files(log)
+        message = page.locator("#message")
+        expect(message).to_have_text(re.compile(": (done|failed)"), timeout=PATIENCE)
+        said = page.get_by_role("alert").inner_text()
+        assert "huge.csv" in said and "more memory than a browser gives" in said, said
+        assert page.get_by_label("vehicle.toml").input_value() == "name = 'kept'\n"
+        result = page.evaluate("program.run({ files: [], commands: [['--version']] })")
+        assert result["results"][0]["printed"].startswith("seaplant")
+
+
+def test_the_page_is_small_and_soon_there(browser: Browser, served: str) -> None:
+    sent = len(gzip.compress(PAGE.read_bytes(), compresslevel=6))
+    assert sent <= MOST_SENT, f"a server sends {sent} bytes"
+    context = browser.new_context()
+    page = context.new_page()
+    start = time.monotonic()
+    page.goto(served, wait_until="commit")
+    page.get_by_role("button", name="Run the demo").wait_for()
+    print(f"sent {sent} bytes; first view in {time.monotonic() - start:.2f} s")
+    context.close()
 
 
 VEHICLE = """name = 'sub' # mine
