@@ -55,6 +55,9 @@ pub struct Actuator {
     pub log_change_within: f64,
     /// The same of the last trial over the first.
     pub log_change_between: f64,
+    /// Logarithm of the scale of all thrust: what acts over what curves and logs say. Only known forces
+    /// reveal it.
+    pub log_scale: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
     pub full_speed: f64,
 }
@@ -125,12 +128,23 @@ impl Actuator {
     /// Where the reverse-thrust ratio stands among them.
     pub(super) const REVERSE: usize = 2;
 
+    /// Where the scale of all thrust stands among them.
+    pub(super) const SCALE: usize = 7;
+
     /// Between what they stay.
-    pub(super) const LIMITS: [(f64, f64); Self::COUNT] =
-        [(0.0, 3.0), (-0.5, 3.0), (-1.5, 1.5), (-2.5, 2.5), (-1.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)];
+    pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [
+        (0.0, 3.0),
+        (-0.5, 3.0),
+        (-1.5, 1.5),
+        (-2.5, 2.5),
+        (-1.0, 1.0),
+        (-1.5, 1.5),
+        (-1.5, 1.5),
+        (-2.5, 2.5),
+    ];
 
     /// Their standard deviations before anything is measured.
-    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3];
+    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3, 1.0];
 
     /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
     /// delay once in 500; what contradicts the log or the curve of a thruster has to be seen as clearly
@@ -140,18 +154,22 @@ impl Actuator {
             Self::DELAY if value < 0.0 && value > -LEAST_EARLY_S => f64::INFINITY,
             Self::DELAY if value < 0.0 => ADMITTED,
             Self::LAG | Self::DELAY => LATE_SHOWS,
+            // Known forces are there to reveal it, even where it is 1.
+            Self::SCALE => 0.0,
             _ => ADMITTED,
         }
     }
 
     /// Which of its numbers are fitted: of a wrench that nobody knows the thrusters of, not how these
     /// push; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
-    /// it looks like all of them stronger; of one trial, no change from trial to trial.
+    /// it looks like all of them stronger; of one trial, no change from trial to trial; without a known
+    /// force, no scale.
     pub(super) fn fitted(records: &[&CoupledRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
         let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let push = records.iter().any(|record| !record.thrusters.is_empty());
         let reverse = push && !is_reverse_in_proportion(records, axes);
-        [lag, lag, reverse, push, push, lag, lag && records.len() > 1]
+        let scale = lag && records.iter().any(|record| !record.known.is_empty());
+        [lag, lag, reverse, push, push, lag, lag && records.len() > 1, scale]
     }
 
     /// What is fitted of it, in the order of its fields.
@@ -164,6 +182,7 @@ impl Actuator {
             self.beyond_square,
             self.log_change_within,
             self.log_change_between,
+            self.log_scale,
         ]
     }
 
@@ -183,7 +202,7 @@ impl Actuator {
     /// The same with such numbers.
     pub(super) const fn with(&self, numbers: [f64; Self::COUNT]) -> Self {
         let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, ..] = numbers;
-        let [.., log_change_within, log_change_between] = numbers;
+        let [.., log_change_within, log_change_between, log_scale] = numbers;
         Self {
             lag_s,
             delay_s,
@@ -192,6 +211,7 @@ impl Actuator {
             beyond_square,
             log_change_within,
             log_change_between,
+            log_scale,
             full_speed: self.full_speed,
         }
     }
@@ -269,12 +289,15 @@ impl Actuator {
         pushes
     }
 
-    /// Changes a force by how far it is through its trial and through all trials, from −½ to ½.
+    /// Scales a force, and changes it by how far it is through its trial and through all trials, from −½
+    /// to ½.
     fn change(&self, push: &mut HeldForce, [within, between]: [f64; 2]) {
-        let ratio = (self.log_change_within * within + self.log_change_between * between).exp();
+        let change = self.log_change_within * within + self.log_change_between * between;
+        let ratio = (self.log_scale + change).exp();
         push.force *= ratio;
         push.by.iter_mut().for_each(|by| *by *= ratio);
-        let [.., by_within, by_between] = &mut push.by;
+        let [.., by_within, by_between, by_scale] = &mut push.by;
+        *by_scale = push.force;
         *by_within = push.force * within;
         *by_between = push.force * between;
     }
@@ -543,7 +566,7 @@ mod tests {
     #[test]
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
-        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0]);
+        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0]);
         let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18));
         let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
         let (_, integral) = by_small_steps(actuator, 0.9, thrust);
@@ -573,10 +596,10 @@ mod tests {
         for logged in [of_wrench(0), of_thruster()] {
             // With another exponent, how long a propeller reverses within a slice is held.
             let some = [
-                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.01, 0.2, 0.0, 0.0, -0.2, 0.1], 1e-3),
-                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.2, -0.1], 0.1),
-                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.2, 0.0, 0.0, -0.2, 0.1, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.2, -0.1, 0.0], 0.1),
+                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
             ];
             for (base, near) in some {
                 let pushes = |k: usize, step: f64| {
@@ -599,7 +622,7 @@ mod tests {
 
     #[test]
     fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
-        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1]);
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0]);
         let slices = slices(0.05, 40);
         let (logged, changed) = [Actuator::default(), actuator]
             .map(|actuator| actuator.pushes(&of_wrench(0), &slices))
@@ -627,7 +650,8 @@ mod tests {
     fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
         let record =
             CoupledRecord { thrusters: vec![thruster()], ..CoupledRecord::empty("a", 2.0) };
-        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0]).signals(&record).expect("finite");
+        let signals =
+            of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).signals(&record).expect("finite");
         let [speed, thrust] = [Signal::PropellerSpeed("a".into()), Signal::Thrust("a".into())]
             .map(|signal| signals[&signal].values().to_vec());
         assert!(speed.iter().zip(&thrust).all(|(n, t)| n * t >= 0.0));
@@ -648,10 +672,10 @@ mod tests {
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
         let some = [
-            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0],
-            [0.2, 0.1, -0.3, 0.5, -0.2, -0.2, 0.0],
-            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.2, 0.1, -0.3, 0.5, -0.2, -0.2, 0.0, 0.0],
+            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         ];
         for numbers in some {
             let actuator = of(numbers);

@@ -55,6 +55,7 @@ const ACTUATOR_NAMES: [&str; Actuator::COUNT] = [
     "thrust_exponent",
     "thrust_change_within",
     "thrust_change_between",
+    "log_thrust_scale",
 ];
 
 impl Information {

@@ -421,6 +421,7 @@ impl<'a> Standing<'a> {
             beyond_square: exponent.map_or(0.0, |exponent| exponent.value - 2.0),
             log_change_within: number("thrust_change_within").ln_1p(),
             log_change_between: number("thrust_change_between").ln_1p(),
+            log_scale: ratio("thrust_scale").ln(),
             full_speed: ratio("full_speed"),
         };
         let report = VelocityReport {
@@ -456,6 +457,7 @@ impl<'a> Standing<'a> {
             current,
             signals: self.actuator.signals(record)?,
             wind: None,
+            known: record.known.clone(),
         })
     }
 }
