@@ -206,7 +206,7 @@ impl KnownEntry {
                 "is missing; the mass of a weight moves with the vehicle, as its weight in water does not say"
                     .to_owned(),
             )),
-            (Some(weight), _, 0) if weight == 0.0 => {
+            (Some(0.0), _, 0) => {
                 Err(("weight_n", "is 0, which pulls at nothing; weigh it in water".to_owned()))
             }
             (Some(weight), Some(mass), 0) if weight > mass * GRAVITY => Err((
