@@ -14,6 +14,7 @@ use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{
     BollardPullEntry, CampaignFile, ChannelEntry, ChannelMap, LogEntry, TrialEntry,
 };
+use crate::known_file::check_known;
 use crate::missing_code::STOPPED_US;
 use crate::plant_file::{axes_of_plans, check_plans, plans};
 use crate::recording::{SourcedTrial, read_trial, trial_of};
@@ -238,6 +239,7 @@ pub fn read_logs(campaign: &Path, logs: &[PathBuf], axes: &[Dof]) -> Result<Tria
         offset_s: BTreeMap::new(),
         sheet: None,
         channels: BTreeMap::new(),
+        known: Vec::new(),
     };
     let channels = channel_map(campaign, all_channels(&file, &entry), &vehicle)?;
     Ok(read_trial(campaign, logs, &file, &entry, &channels, &vehicle, &plant_axes)?.trial)
@@ -379,7 +381,8 @@ fn check_trials(path: &Path, trials: &[TrialEntry], has_plant: bool) -> Result<(
     Ok(())
 }
 
-/// Turns plants of one axis into `dof` of the trials that name no axis of their own.
+/// Turns plants of one axis into `dof` of the trials that name no axis of their own, unless a trial has
+/// known forces, which only a `[[plant]]` uses.
 ///
 /// # Errors
 /// As [`plans`]; [`Error::Value`] if a plant has no trial, since each names other axes.
@@ -389,6 +392,9 @@ fn with_axes_alone(
     vehicle: &Vehicle,
 ) -> Result<CampaignFile, Error> {
     plans(path, &file.plant)?;
+    if file.trial.iter().any(|trial| !trial.known.is_empty()) {
+        return Ok(file);
+    }
     let alone: Vec<Dof> = file.plant.iter().filter_map(|plant| plant.only_axis(vehicle)).collect();
     file.plant.retain(|plant| plant.only_axis(vehicle).is_none());
     for trial in file.trial.iter_mut().filter(|trial| trial.dof.is_empty()) {
@@ -434,6 +440,7 @@ fn check_trial(path: &Path, trial: &TrialEntry, has_plant: bool) -> Result<(), E
         );
     }
     check_window(path, trial)?;
+    check_known(path, trial)?;
     let mut twice: Vec<Dof> = trial.dof.clone();
     twice.sort();
     twice.dedup();

@@ -12,6 +12,7 @@ use seaplant_log::{Dimension, Stamp, Unit};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchColumns;
+use crate::known_file::KnownEntry;
 use crate::plant_file::PlantEntry;
 
 /// The content of a campaign.toml.
@@ -208,6 +209,9 @@ pub struct TrialEntry {
     /// Columns with other names in this trial.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub channels: BTreeMap<String, ChannelEntry>,
+    /// Forces that are known: weights hung on, lines with a scale. They fix the scale of thrust.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub known: Vec<KnownEntry>,
 }
 
 /// The offset of a clock.

@@ -62,6 +62,17 @@ fn find(text: &str, key: &str) -> Option<Range<usize>> {
     let mut table = Some(document.get_ref());
     let mut value: Option<&Spanned<DeValue<'_>>> = None;
     for step in steps(key) {
+        // Into a list by number; of the only element without one.
+        let list = value.and_then(|value| value.get_ref().as_array());
+        if let (Some(list), Step::Key(name)) = (list, &step) {
+            let number = name.parse::<usize>().ok();
+            let Some(element) = list.get(number.unwrap_or(1).saturating_sub(1)) else { break };
+            (table, value) = (element.get_ref().as_table(), Some(element));
+            place = Some(element.span());
+            if number.is_some() {
+                continue;
+            }
+        }
         let next = match step {
             Step::Key(key) => table.and_then(|table| table.get_key_value(key)),
             Step::Named(name) => {

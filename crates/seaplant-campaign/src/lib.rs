@@ -13,6 +13,7 @@ mod doubts;
 mod error;
 mod excerpt;
 mod inspect;
+mod known_file;
 mod missing_code;
 mod monte_carlo;
 mod pattern;
@@ -44,6 +45,7 @@ pub use inspect::{
     ChannelSummary, InspectedEpoch, InspectedFile, InspectedOffset, Inspection, inspect,
     inspect_survey,
 };
+pub use known_file::{KnownEntry, KnownKindEntry};
 pub use monte_carlo::{
     MonteCarloTable, WholeMonteCarloTable, monte_carlo, monte_carlo_of_several_axes,
 };

@@ -15,6 +15,7 @@ use crate::campaign_file::{
 };
 use crate::clocks::{self, Alignment};
 use crate::doubts::{check_time_units, doubts};
+use crate::known_file::known_forces;
 use crate::missing_code::{stop_without_pulse, without_codes};
 use crate::units::dimension_of;
 
@@ -66,6 +67,8 @@ pub(crate) fn trial_of(
         .iter()
         .filter_map(|channel| channel.time_s().first().copied())
         .fold(f64::INFINITY, f64::min);
+    let lasts = log.channels().iter().filter_map(|channel| channel.time_s().last().copied());
+    let last_s = lasts.fold(f64::NEG_INFINITY, f64::max) - start_s;
     let mut inputs = Vec::new();
     for source in log.sources() {
         let (path, sha256) = (source.path.display().to_string(), source.sha256.clone());
@@ -89,6 +92,7 @@ pub(crate) fn trial_of(
         to_s: entry.to_s,
         segments_s: entry.segments_s.clone(),
         coupled: plant_axes.to_vec(),
+        known: known_forces(path, entry, vehicle, last_s)?,
     };
     let trial = Trial::using_up(setup, recording, vehicle).map_err(Error::model(path))?;
     Ok(SourcedTrial { trial: trial.with_caveats(caveats), inputs, offsets, start_s })

@@ -12,6 +12,7 @@ use crate::bench::BenchColumns;
 use crate::campaign_file::{
     BollardPullEntry, CampaignFile, ChannelEntry, FitEntry, LogEntry, TrialEntry,
 };
+use crate::known_file::KnownEntry;
 use crate::plant_file::{PlantEntry, RigidBodyEntry};
 use crate::vehicle_file::{
     AttitudeEntry, CurveEntry, DvlEntry, ImuEntry, PositionEntry, QuadraticEntry, SensorEntries,
@@ -95,6 +96,7 @@ fn trial_entry(trial: &TwinTrial, logs: Vec<PathBuf>) -> TrialEntry {
         offset_s: BTreeMap::new(),
         sheet: None,
         channels: BTreeMap::new(),
+        known: trial.known.iter().map(KnownEntry::of).collect(),
     }
 }
 

@@ -70,7 +70,13 @@ pub fn rehearse(
                 recording.insert(Quantity::DvlVelocity(axis), velocity);
             }
         }
-        trials.push(TwinTrial { name: manoeuvre.name.clone(), role, dofs: Vec::new(), recording });
+        trials.push(TwinTrial {
+            name: manoeuvre.name.clone(),
+            role,
+            dofs: Vec::new(),
+            recording,
+            known: Vec::new(),
+        });
     }
     let currents = trials.iter().map(|trial| (trial.name.clone(), request.current_m_s)).collect();
     Ok(TwinCampaign {

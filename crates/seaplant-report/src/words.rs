@@ -56,6 +56,7 @@ pub(crate) fn caveat(code: CaveatCode) -> String {
         CaveatCode::ScoredOnFit => "Scored on its own trial",
         CaveatCode::SteadyUnsteadyDisagree => "Steady and unsteady drag disagree",
         CaveatCode::ThrustScale => "Scale of thrust not observable",
+        CaveatCode::ThrustScaleKnown => "Scale of thrust fixed",
         CaveatCode::PresetGeometry => "Thrusters not measured",
         CaveatCode::TwoLevelThrust => "Thrust at two levels only",
         _ => "",

@@ -137,6 +137,8 @@ pub enum CaveatCode {
     MoreThanNoise,
     /// Thrust scale cannot be seen in motion.
     ThrustScale,
+    /// Known forces fix the scale of thrust.
+    ThrustScaleKnown,
     /// Thrusters that sit where a preset has them.
     PresetGeometry,
     /// The clock of a file was moved by what its data tell.

@@ -32,7 +32,8 @@ use crate::estimate::{
 use crate::exchange::{Draws, PlantModel};
 use crate::judge::score_plant;
 use crate::results::{
-    AccumulatedPlant, Consequence, Failure, Identification, Results, SteadyResult, SubsetResult,
+    AccumulatedPlant, Consequence, CoupledPlant, Failure, Identification, Results, SteadyResult,
+    SubsetResult,
 };
 use crate::trial::ThrustError;
 use crate::{
@@ -155,10 +156,23 @@ pub fn identify_watched(
     });
     nomoto::identify(vehicle, trials, options, &mut found.results);
     mistaken::name(vehicle, trials, &mut found.results);
-    let scale = thrust_scale(vehicle, &found.results);
-    found.results.caveats.push(scale);
+    if !is_scale_told(&found.results) {
+        let scale = thrust_scale(vehicle, &found.results);
+        found.results.caveats.push(scale);
+    }
     found.results.consequences = consequences(&found.results);
     found
+}
+
+/// Returns true if known forces determine the scale of thrust of all plants.
+fn is_scale_told(results: &Results) -> bool {
+    let is_told = |plant: &CoupledPlant| {
+        let scale = plant.nuisances.get("thrust_scale");
+        scale.is_some_and(|x| 0.5 * (x.high95 - x.low95) <= coupled::WIDEST_SCALE * x.value)
+    };
+    results.plants.is_empty()
+        && !results.coupled.is_empty()
+        && results.coupled.values().all(is_told)
 }
 
 /// Two digits of a number, towards zero: a force that was within the trials.

@@ -3,6 +3,7 @@
 mod attitude;
 mod flow;
 mod held;
+mod known;
 mod products;
 mod rate;
 mod simulate;
@@ -14,6 +15,8 @@ use nalgebra::{Vector3, Vector6};
 pub use attitude::down_body;
 pub(crate) use attitude::{body_from_world, interpolated as interpolated_attitude};
 pub(crate) use flow::{Decay, Flow, HeldForce, PUSHED_BY, Slice, advance, with_down};
+pub use known::{KnownForce, KnownKind};
+pub(crate) use known::{Load, acting as known_at, changes as known_changes};
 pub(crate) use products::{
     apply, subtract_outer, subtract_outers, times, times_sparse_transposed, times_transposed,
 };

@@ -23,6 +23,7 @@ pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
 pub use coupled::{CoupledRecord, CoupledThruster, ThrusterFault};
 
+use crate::motion::KnownForce;
 pub(crate) use crate::navigation::Beside;
 use crate::navigation::{Navigated, Recording, navigate_along};
 use crate::series::Cutter;
@@ -92,6 +93,8 @@ pub struct TrialSetup {
     pub segments_s: Vec<[f64; 2]>,
     /// The axes of each plant of several axes that the trial may serve; empty if there is none.
     pub coupled: Vec<Vec<Dof>>,
+    /// Forces that are known: weights hung on, lines with a scale.
+    pub known: Vec<KnownForce>,
 }
 
 /// One stretch of one log for one vehicle.

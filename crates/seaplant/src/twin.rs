@@ -31,8 +31,9 @@ pub use spec::{
 };
 pub use strength::DisturbanceStrength;
 pub use truth::{TrueNuisances, TrueParameters, TrueSteady, TrueVehicle, Truth};
-pub use whole::{Driving, WholeTwinSpec, make_whole};
+pub use whole::{Driving, TwinWeight, WholeTwinSpec, make_whole};
 
+use crate::motion::KnownForce;
 use crate::navigation::Recording;
 use crate::random::normal;
 use crate::{CoupledPlan, Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
@@ -80,6 +81,8 @@ pub struct TwinTrial {
     pub dofs: Vec<Dof>,
     /// What thrusters and instruments logged, in SI units and radians.
     pub recording: Recording,
+    /// Weights that hung on the vehicle.
+    pub known: Vec<KnownForce>,
 }
 
 impl TwinTrial {
@@ -100,6 +103,7 @@ impl TwinTrial {
             role: self.role,
             dofs: self.dofs.clone(),
             coupled: campaign.coupled.iter().map(|plan| plan.axes.clone()).collect(),
+            known: self.known.clone(),
             ..TrialSetup::default()
         };
         Trial::new(setup, &self.recording, &campaign.vehicle)
@@ -224,7 +228,7 @@ impl Plan {
         let recording = record(&observer, &path)?;
         let current = water.current.iter().sum::<f64>() / self.ticks() as f64;
         let Self { name, role, dof, .. } = self;
-        Ok((TwinTrial { name, role, dofs: vec![dof], recording }, current))
+        Ok((TwinTrial { name, role, dofs: vec![dof], recording, known: Vec::new() }, current))
     }
 
     fn pilot(&self, spec: &TwinSpec, streams: &Streams<'_>) -> Pilot {

@@ -123,6 +123,7 @@ fn r2(plant: &Plant, record: &CoupledRecord, current: [f64; 2]) -> [f64; 6] {
         current,
         signals: record.signals.clone(),
         wind: None,
+        known: Vec::new(),
     };
     let start = Vector6::from_fn(|k, _| velocity(Dof::ALL[k]).values()[0]);
     let times = velocity(Dof::Surge).time_s();

@@ -194,6 +194,7 @@ CaveatCode: TypeAlias = Literal[
     "residuals-not-white",
     "more-than-noise",
     "thrust-scale",
+    "thrust-scale-known",
     "preset-geometry",
     "clock-offset",
     "instrument-elsewhere",

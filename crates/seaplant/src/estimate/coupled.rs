@@ -8,6 +8,7 @@ mod fit;
 mod free;
 mod gains;
 mod information;
+mod known;
 mod plan;
 mod report;
 mod schedule;
@@ -481,6 +482,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
         let covariance = is_coloured.then(of_blocks).flatten();
         let covariance = covariance.unwrap_or_else(|| inverse(&optimum.information));
+        let covariance = problem.with_known_uncertainty(&optimum, covariance);
         let noise_covariance = inverse(&optimum.noise_information);
         let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
         let q = p + Actuator::COUNT;
@@ -492,7 +494,11 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let currents = problem.trials.iter().enumerate().map(current);
         let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance;
         let mut inflation = inflation(&optimum.information, p);
-        let scaled = Scaled::of(&plant, (&of_plant, &thrust_covariance))?;
+        // Known forces tell the scale of thrust, whatever the mean of the gains.
+        let scaled = match problem.fits[Actuator::SCALE] {
+            true => None,
+            false => Scaled::of(&plant, (&of_plant, &thrust_covariance))?,
+        };
         let Scaled { plant, covariance: of_plant, thrust_covariance, scale } =
             scaled.unwrap_or(Scaled { plant, covariance: of_plant, thrust_covariance, scale: 1.0 });
         inflation.resize(plant.coefficients().len(), 1.0);

@@ -67,10 +67,23 @@ impl PlantModel {
         }
         let rigid_body = results.rigid_body.as_ref().map(RigidBodyResult::body).transpose()?;
         let mut thrusters = thrusters(results, &mut notes)?;
+        let scale = results.coupled.values().find_map(|plant| plant.nuisances.get("thrust_scale"));
+        if let Some(scale) = scale {
+            for own in &mut thrusters {
+                own.curve = scaled(&own.name, &own.curve, [scale.value; 2])?;
+            }
+            notes.push(format!(
+                "thrusters: their curves are those of the vehicle file times {:.4}, as known forces show; a wrench that is logged or commanded is to be scaled alike",
+                scale.value
+            ));
+        }
+        // Gains are parts of the thrust of the vehicle file.
+        let scale = scale.map_or(1.0, |scale| scale.value);
         for plant in results.coupled.values() {
             for (name, gain) in plant.thruster_gains() {
+                let both = [gain.forward, gain.reverse].map(|gain| 1.0 + (gain - 1.0) / scale);
                 for own in thrusters.iter_mut().filter(|own| own.name == name) {
-                    own.curve = scaled(&name, &own.curve, [gain.forward, gain.reverse])?;
+                    own.curve = scaled(&name, &own.curve, both)?;
                 }
                 notes.push(format!(
                     "thruster {name}: its curve is that of the vehicle file times {:.4} ahead and {:.4} in reverse, as the trials show",

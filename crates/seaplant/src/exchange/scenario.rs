@@ -111,7 +111,7 @@ impl PlantModel {
         let signals = self.signals(&scenario.drive)?;
         let wind = scenario.drive.wind.clone();
         let current = scenario.current;
-        Ok((Inputs { force, velocity, attitude, current, signals, wind }, start))
+        Ok((Inputs { force, velocity, attitude, current, signals, wind, known: Vec::new() }, start))
     }
 
     fn notes_of(

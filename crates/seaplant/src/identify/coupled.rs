@@ -6,6 +6,7 @@ mod known;
 mod online;
 mod prime;
 mod rivals;
+mod scale;
 mod score;
 mod steady;
 mod thrusters;
@@ -13,6 +14,7 @@ mod trials;
 mod under_way;
 mod verdict;
 
+pub(super) use scale::WIDEST_SCALE;
 pub use score::{compare_coupled, score_coupled, score_table};
 
 use std::collections::BTreeMap;
@@ -150,7 +152,16 @@ fn plant(
     let of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
-    let scale = known::scale(&fit, &records.fit, vehicle);
+    let scale = known::scale(&fit, &records.fit, vehicle).map(|caveat| match scale::scale(&fit) {
+        None => caveat,
+        Some((by_forces, _)) => Caveat {
+            message: format!(
+                "known forces and the stated mass contradict each other: with thrust {by_forces:.3} times its curve, as known forces have it, {}",
+                caveat.message
+            ),
+            ..caveat
+        },
+    });
     let worse = plant.hold_out.iter().flat_map(trials::worse_trials).collect::<Vec<_>>();
     plant.caveats.splice(0..0, below.into_iter().chain(disputed).chain(scale).chain(worse));
     let online = online::plants(&fit, &records, vehicle, options);
@@ -497,6 +508,7 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
     let Actuator { log_change_within, log_change_between, log_change_loaded, .. } = actuator;
     let changes = [log_change_within, log_change_between, log_change_loaded];
     let [within, between, loaded] = changes.map(f64::exp_m1);
+    let scale = actuator.log_scale.exp();
     let numbers = [
         (lag, actuator.lag_s, 1.0, "s"),
         ("delay", actuator.delay_s, 1.0, "s"),
@@ -507,6 +519,7 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         ("thrust_change_within", within, 1.0 + within, "1"),
         ("thrust_change_between", between, 1.0 + between, "1"),
         ("thrust_change_loaded", loaded, 1.0 + loaded, "1"),
+        ("thrust_scale", scale, scale, "1"),
     ];
     for ((name, value, slope, unit), std) in numbers.into_iter().zip(fit.actuator_std) {
         if let Some(std) = std {

@@ -18,6 +18,8 @@ pub(crate) struct Slice {
     pub(crate) others: [Vector6<f64>; 3],
     /// What the plant's effects read, at the same instants; empty if it has none.
     pub(crate) signals: [Vec<f64>; 3],
+    /// Which of the known forces act, by their number in the plant; none where none does.
+    pub(crate) load: Option<usize>,
 }
 
 /// The force over a slice.
@@ -30,8 +32,8 @@ pub(crate) struct HeldForce {
 }
 
 /// How many numbers of the actuators a force depends on: two of lag, delay, reverse-thrust ratio,
-/// exponent, slew time, two of slow changes and one of load.
-pub(crate) const PUSHED_BY: usize = 9;
+/// exponent, slew time, two of slow changes, one of load, and the scale of all.
+pub(crate) const PUSHED_BY: usize = 10;
 
 /// How each axis's disturbance fades: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]
@@ -146,6 +148,7 @@ fn step<const N: usize, const M: usize>(
     lefts: &[SVector<f64, N>; 3],
     flow: &mut Flow<N, M>,
 ) {
+    let plant = plant.under(slice.load);
     let h = slice.length_s;
     let force = plant.on_axes(&push.force);
     let at = |motion: &SVector<f64, M>, instant: usize| {
@@ -296,6 +299,7 @@ mod tests {
             down_body: [0.0, 0.5, 1.0].map(|part| down_body(0.1, pitch(k, part))),
             others: [Vector6::new(0.0, 0.1, 0.0, 0.2, 0.0, 0.3); 3],
             signals: [const { Vec::new() }; 3],
+            load: None,
         };
         (0..SLICES).map(of).collect()
     }

@@ -1,8 +1,8 @@
 //! ν̇ of a plant and its derivatives, made ready for many evaluations.
 
-use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-use super::{apply, times};
+use super::{Load, apply, times};
 use crate::plant::{Basis, Instant, Plant, Product, Structure, kirchhoff, kirchhoff_slope};
 use crate::{Dof, Error};
 
@@ -31,6 +31,15 @@ impl Forces {
         };
         forces.set(plant.structure().terms(), plant.coefficients());
         forces
+    }
+
+    /// Adds known forces: a mass and a weight like those of the plant, and a force that is constant
+    /// in body axes.
+    fn add(&mut self, load: &Load) {
+        self.mass += load.mass;
+        self.weight_excess += load.weight_n;
+        self.lever += load.lever;
+        self.constant -= load.wrench;
     }
 
     /// Takes other coefficients of the same terms; nothing is allocated the second time.
@@ -120,15 +129,25 @@ impl Whole {
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.
     pub(crate) fn new(plant: &Plant) -> Result<Self, Error> {
+        Self::under(plant, None)
+    }
+
+    /// The same under known forces.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn under(plant: &Plant, load: Option<&Load>) -> Result<Self, Error> {
         let axes = plant.axes();
-        let of_axes = plant.mass_matrix().try_inverse().ok_or_else(|| singular(plant))?;
+        let mut forces = Forces::of(plant);
+        load.iter().for_each(|load| forces.add(load));
+        let of_axes = inverse_under(plant, load)?;
         let mut inverse = Matrix6::zeros();
         for (i, on) in axes.iter().enumerate() {
             for (j, of) in axes.iter().enumerate() {
                 inverse[(on.index(), of.index())] = of_axes[(i, j)];
             }
         }
-        Ok(Self { inverse, forces: Forces::of(plant) })
+        Ok(Self { inverse, forces })
     }
 
     /// ν̇_r = M⁻¹ (τ − n), shape (6,).
@@ -163,6 +182,17 @@ impl Whole {
     }
 }
 
+/// M⁻¹ of a plant with the mass of known forces, shape (axes, axes).
+fn inverse_under(plant: &Plant, load: Option<&Load>) -> Result<DMatrix<f64>, Error> {
+    let (mut mass, axes) = (plant.mass_matrix(), plant.axes());
+    if let Some(load) = load {
+        mass += DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
+            load.mass[(axes[i].index(), axes[j].index())]
+        });
+    }
+    mass.try_inverse().ok_or_else(|| singular(plant))
+}
+
 fn singular(plant: &Plant) -> Error {
     let reason = "its mass matrix is singular".to_owned();
     Error::Plant { axes: plant.structure().name(), reason }
@@ -175,22 +205,45 @@ pub(crate) struct Prepared<const N: usize> {
     inverse: SMatrix<f64, N, N>,
     terms: Vec<Basis>,
     forces: Forces,
+    /// The same under known forces, by their number in slices.
+    loaded: Vec<Self>,
 }
 
 impl<const N: usize> Prepared<N> {
     /// # Errors
     /// [`Error::Plant`] if the plant has more than N axes or M cannot be inverted.
     pub(crate) fn new(plant: &Plant) -> Result<Self, Error> {
+        Self::with_load(plant, None)
+    }
+
+    /// The same, ready for slices under any of some known forces.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn with_loads(plant: &Plant, loads: &[Load]) -> Result<Self, Error> {
+        let of = |load: &Load| Self::with_load(plant, Some(load));
+        let loaded = loads.iter().map(of).collect::<Result<_, Error>>()?;
+        Ok(Self { loaded, ..Self::new(plant)? })
+    }
+
+    /// The plant under the known forces of a slice.
+    pub(crate) fn under(&self, load: Option<usize>) -> &Self {
+        load.and_then(|load| self.loaded.get(load)).unwrap_or(self)
+    }
+
+    fn with_load(plant: &Plant, load: Option<&Load>) -> Result<Self, Error> {
         let n = plant.axes().len();
         if n > N {
             let reason = format!("has more than {N} axes");
             return Err(Error::Plant { axes: plant.structure().name(), reason });
         }
         let axes = std::array::from_fn(|i| plant.axes().get(i).map(|dof| dof.index()));
-        let of_axes = plant.mass_matrix().try_inverse().ok_or_else(|| singular(plant))?;
+        let of_axes = inverse_under(plant, load)?;
         let inverse = SMatrix::from_fn(|i, j| if i < n && j < n { of_axes[(i, j)] } else { 0.0 });
         let terms = plant.structure().terms().to_vec();
-        Ok(Self { axes, inverse, terms, forces: Forces::of(plant) })
+        let mut forces = Forces::of(plant);
+        load.iter().for_each(|load| forces.add(load));
+        Ok(Self { axes, inverse, terms, forces, loaded: Vec::new() })
     }
 
     /// Takes other coefficients of the same terms, without allocating; false, and nothing

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3, Vector6};
 
 use super::held::held_turn;
-use super::{Whole, body_from_world, interpolated_attitude};
+use super::{KnownForce, Load, Whole, body_from_world, interpolated_attitude, known_changes};
 use crate::plant::{Plant, Signal};
 use crate::quantity::WindFrame;
+use crate::series::ROUNDING_S;
 use crate::{Dof, Error, Timed};
 
 /// What drives a plant, and what is known of axes that it does not have.
@@ -28,6 +29,8 @@ pub struct Inputs {
     pub signals: BTreeMap<Signal, Timed>,
     /// The wind; in place of air among `signals`, where the vehicle's own heading is to turn it.
     pub wind: Option<Wind>,
+    /// Weights hung on the vehicle and lines with a scale, in the time of the other inputs.
+    pub known: Vec<KnownForce>,
 }
 
 /// Wind as it is logged or forecast.
@@ -119,6 +122,8 @@ pub fn simulate(
 /// A simulation.
 struct Run<'a> {
     plant: Whole,
+    /// From when on it is another under known forces, s; none where none acts.
+    loaded: Vec<(f64, Option<Whole>)>,
     /// What its effects read, in their order.
     signals: Vec<(&'a Signal, &'a Timed)>,
     first: Dof,
@@ -186,7 +191,23 @@ impl<'a> Run<'a> {
         let turns = std::array::from_fn(|k| {
             has[3 + k] || inputs.velocity[3 + k].is_some() || changes(&inputs.attitude[k])
         });
-        Ok(Self { plant: Whole::new(plant)?, signals, first, inputs, current, has, turns })
+        let under = |from_s: f64| {
+            // Loads change at the ends of steps only.
+            let load = Load::at(&inputs.known, from_s + ROUNDING_S);
+            let loaded = load.map(|load| Whole::under(plant, Some(&load))).transpose()?;
+            Ok((from_s, loaded))
+        };
+        let loaded = known_changes(&inputs.known).into_iter().map(under);
+        let loaded = loaded.collect::<Result<_, Error>>()?;
+        let plant = Whole::new(plant)?;
+        Ok(Self { plant, loaded, signals, first, inputs, current, has, turns })
+    }
+
+    /// The plant with what hangs on it at an instant.
+    fn plant_at(&self, t: f64) -> &Whole {
+        let begun = self.loaded.partition_point(|(from_s, _)| *from_s <= t);
+        let last = begun.checked_sub(1).and_then(|k| self.loaded[k].1.as_ref());
+        last.unwrap_or(&self.plant)
     }
 
     /// Attitude at an instant, from where the plant turns it on.
@@ -239,6 +260,8 @@ impl<'a> Run<'a> {
         let held = held.map(|(_, series)| *series);
         let changes = self.inputs.force.iter().flatten().chain(held).filter_map(change);
         let until = changes.fold(until, f64::min);
+        let of_loads = self.loaded.iter().map(|(from_s, _)| *from_s);
+        let until = of_loads.filter(|from_s| *from_s > now + 1e-9).fold(until, f64::min);
         let steps = ((until - now) / STEP_S).ceil().max(1.0);
         (until - now) / steps
     }
@@ -284,7 +307,7 @@ impl<'a> Run<'a> {
         let water = self.on_own(self.water(at.turned, t));
         let through_ground = (six + water).fixed_rows::<3>(0).into_owned();
         Moved {
-            relative: self.plant.rate(&six, &down, force, &signals),
+            relative: self.plant_at(drive_at).rate(&six, &down, force, &signals),
             turned: self.turning(at.turned, &six, t),
             position: to_body.tr_mul(&through_ground),
         }

@@ -11,7 +11,7 @@ use super::gained::{between, gained};
 use super::signals::signals;
 use super::slopes::{fresh, of_fixes, slope};
 use super::{Role, TrialSetup, saturations};
-use crate::motion::smoothed_attitude;
+use crate::motion::{KnownForce, KnownKind, smoothed_attitude};
 use crate::navigation::{MeanAcceleration, Motion, Navigated, Recording, navigate};
 use crate::plant::Signal;
 use crate::series::{ROUNDING_S, union};
@@ -96,6 +96,8 @@ pub struct CoupledRecord {
     pub inclination_spread: [Option<Timed>; 2],
     /// What effects read: angles, drives, air.
     pub signals: BTreeMap<Signal, Timed>,
+    /// Forces that are known.
+    pub known: Vec<KnownForce>,
     /// The time in which all of it is known, s.
     pub window_s: (f64, f64),
     /// What gives reason to doubt it.
@@ -126,6 +128,7 @@ impl CoupledRecord {
             inclination: [const { None }; 2],
             inclination_spread: [const { None }; 2],
             signals: BTreeMap::new(),
+            known: Vec::new(),
             window_s: (0.0, last_s),
             caveats: Vec::new(),
         }
@@ -279,9 +282,11 @@ impl CoupledRecord {
             inclination,
             inclination_spread,
             signals,
+            known: setup.known.clone(),
             window_s: (0.0, 0.0),
             caveats,
         };
+        record.check_known(axes)?;
         record.window_s = record.common_window(setup, axes)?;
         record.check_length(axes)?;
         Ok(record)
@@ -294,6 +299,21 @@ impl CoupledRecord {
         let is_of_attitude = matches!(dof, Dof::Roll | Dof::Pitch);
         let is_made = self.by_slope[axis] || self.by_acceleration.get(axis).is_some_and(|by| *by);
         self.velocity[axis].is_some() && (is_of_attitude || !is_made)
+    }
+
+    /// Refuses a weight that only an attitude which was not logged could have act.
+    fn check_known(&self, axes: &[Dof]) -> Result<(), Error> {
+        let is_weight = |known: &KnownForce| matches!(known.kind, KnownKind::Weight { .. });
+        let acts_level = axes.iter().any(|dof| matches!(dof, Dof::Heave | Dof::Roll | Dof::Pitch));
+        let is_tilted = self.attitude[..2].iter().any(Option::is_some);
+        match self.known.iter().any(is_weight) && !acts_level && !is_tilted {
+            false => Ok(()),
+            true => Err(Error::MissingChannel {
+                trial: self.trial.clone(),
+                what: format!("roll and pitch, by which a known weight acts on {}", names(axes)),
+                advice: "map attitude.roll and attitude.pitch, add heave to the axes, or give a line in place of the weight".to_owned(),
+            }),
+        }
     }
 
     /// Whether an axis is pushed at all.

@@ -7,7 +7,7 @@ mod spec;
 
 use std::collections::BTreeMap;
 
-pub use spec::{Driving, WholeTwinSpec};
+pub use spec::{Driving, TwinWeight, WholeTwinSpec};
 
 use super::instruments::{Misreading, Observer, record};
 use super::random::Streams;
@@ -167,12 +167,14 @@ impl WholePlan {
         let vehicle = rig.true_vehicle()?;
         let noise = InstrumentNoise::of(rig.shared.noise).with_gyro(rig.shared.noise);
         let driver = (pilot, thrusters, Misreading::of(&streams, noise, &vehicle.sensors));
-        let whole = Whole::moved(rig, driver, &disturbed, &currents, &streams)?;
+        let known = rig.spec.known_forces(self.role, self.duration_s);
+        let whole = Whole::moved(rig, driver, (&disturbed, &known), &currents, &streams)?;
         whole.check_submerged(&rig.shared, &self.name)?;
         let observer = Observer { spec: &rig.shared, vehicle: &vehicle, streams: &streams, noise };
         let recording = record(&observer, &whole)?;
         let Self { name, role, .. } = self;
-        Ok((TwinTrial { name, role, dofs: Vec::new(), recording }, currents.mean()))
+        let dofs = Vec::new();
+        Ok((TwinTrial { name, role, dofs, recording, known }, currents.mean()))
     }
 }
 

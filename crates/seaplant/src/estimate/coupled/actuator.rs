@@ -71,6 +71,9 @@ pub struct Actuator {
     pub log_change_between: f64,
     /// Logarithm of thrust while all thrusters push at full speed over what their curves say.
     pub log_change_loaded: f64,
+    /// Logarithm of the scale of all thrust: what acts over what curves and logs say. Only known forces
+    /// reveal it.
+    pub log_scale: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
     pub full_speed: f64,
 }
@@ -145,6 +148,8 @@ impl Actuator {
     /// Where the ratio of lags stands among them, and the slew time.
     pub(super) const LAG_RATIO: usize = 3;
     pub(super) const SLEW: usize = 5;
+    /// Where the scale of all thrust stands among them.
+    pub(super) const SCALE: usize = 9;
 
     /// Between what they stay.
     pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [
@@ -157,10 +162,12 @@ impl Actuator {
         (-1.5, 1.5),
         (-1.5, 1.5),
         (-1.5, 0.5),
+        (-2.5, 2.5),
     ];
 
     /// Their standard deviations before anything is measured.
-    pub(super) const PRIOR_STD: [f64; Self::COUNT] = [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3];
+    pub(super) const PRIOR_STD: [f64; Self::COUNT] =
+        [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3, 1.0];
 
     /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
     /// delay once in 500; what contradicts the log or the curve of a thruster has to be seen as clearly
@@ -170,6 +177,8 @@ impl Actuator {
             Self::DELAY if value < 0.0 && value > -LEAST_EARLY_S => f64::INFINITY,
             Self::DELAY if value < 0.0 => ADMITTED,
             Self::LAG | Self::DELAY => LATE_SHOWS,
+            // Known forces are there to reveal it, even where it is 1.
+            Self::SCALE => 0.0,
             _ => ADMITTED,
         }
     }
@@ -177,13 +186,15 @@ impl Actuator {
     /// Which of its numbers are fitted: of a wrench that nobody knows the thrusters of, not how these
     /// push; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
     /// it looks like all of them stronger; of one trial, no change from trial to trial; of one thruster, no
-    /// load of others. A slew time has no slope where it is zero: a fit with one begins elsewhere.
+    /// load of others. Without a known force no scale is fitted. A slew time has no slope where it is zero: a fit with one begins elsewhere.
     pub(super) fn fitted(records: &[&CoupledRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
         let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let push = records.iter().any(|record| !record.thrusters.is_empty());
         let reverse = push && !is_reverse_in_proportion(records, axes);
         let several = records.iter().any(|record| record.thrusters.len() > 1);
-        [lag, lag, reverse, push, push, false, lag, lag && records.len() > 1, several]
+        let scale = lag && records.iter().any(|record| !record.known.is_empty());
+        let between = lag && records.len() > 1;
+        [lag, lag, reverse, push, push, false, lag, between, several, scale]
     }
 
     /// What is fitted of it, in the order of its fields.
@@ -198,6 +209,7 @@ impl Actuator {
             self.log_change_within,
             self.log_change_between,
             self.log_change_loaded,
+            self.log_scale,
         ]
     }
 
@@ -225,7 +237,7 @@ impl Actuator {
     /// The same with such numbers.
     pub(super) const fn with(&self, numbers: [f64; Self::COUNT]) -> Self {
         let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, slew_s, ..] = numbers;
-        let [.., log_change_within, log_change_between, log_change_loaded] = numbers;
+        let [.., log_change_within, log_change_between, log_change_loaded, log_scale] = numbers;
         Self {
             lag_s,
             delay_s,
@@ -236,6 +248,7 @@ impl Actuator {
             log_change_within,
             log_change_between,
             log_change_loaded,
+            log_scale,
             full_speed: self.full_speed,
         }
     }
@@ -322,14 +335,15 @@ impl Actuator {
         pushes
     }
 
-    /// Changes a force by how far it is through its trial and through all trials, from −½ to ½, and by the
+    /// Scales a force, and changes it by how far it is through its trial and through all trials, from −½ to ½, and by the
     /// load of all thrusters.
     fn change(&self, push: &mut HeldForce, [within, between]: [f64; 2], load: f64) {
         let slow = self.log_change_within * within + self.log_change_between * between;
-        let ratio = (slow + self.log_change_loaded * load).exp();
+        let ratio = (self.log_scale + slow + self.log_change_loaded * load).exp();
         push.force *= ratio;
         push.by.iter_mut().for_each(|by| *by *= ratio);
-        let [.., by_within, by_between, by_load] = &mut push.by;
+        let [.., by_within, by_between, by_load, by_scale] = &mut push.by;
+        *by_scale = push.force;
         *by_within = push.force * within;
         *by_between = push.force * between;
         *by_load = push.force * load;
@@ -636,7 +650,7 @@ mod tests {
     #[test]
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
-        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18));
         let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
         let (_, integral) = by_small_steps(actuator, 0.9, thrust);
@@ -666,12 +680,12 @@ mod tests {
         for logged in [of_wrench(0), of_thruster(), of_two_thrusters()] {
             // With another exponent, how long a propeller reverses within a slice is held.
             let some = [
-                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0], 1e-3),
-                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.2, -0.1, 0.0], 0.1),
-                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.2, -0.1, 0.0, 0.0], 0.1),
+                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
             ];
             for (base, near) in some {
                 let pushes = |k: usize, step: f64| {
@@ -695,7 +709,7 @@ mod tests {
 
     #[test]
     fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
-        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0]);
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0]);
         let slices = slices(0.05, 40);
         let (logged, changed) = [Actuator::default(), actuator]
             .map(|actuator| actuator.pushes(&of_wrench(0), &slices))
@@ -709,7 +723,7 @@ mod tests {
 
     #[test]
     fn thrust_under_the_load_of_all_thrusters_is_less_by_its_share() {
-        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3]);
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0]);
         let slices = slices(0.1, 12);
         let (logged, changed) = [Actuator::default(), actuator]
             .map(|actuator| actuator.pushes(&of_two_thrusters(), &slices))
@@ -744,8 +758,9 @@ mod tests {
     fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
         let record =
             CoupledRecord { thrusters: vec![thruster()], ..CoupledRecord::empty("a", 2.0) };
-        let signals =
-            of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).signals(&record).expect("finite");
+        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+            .signals(&record)
+            .expect("finite");
         let [speed, thrust] = [Signal::PropellerSpeed("a".into()), Signal::Thrust("a".into())]
             .map(|signal| signals[&signal].values().to_vec());
         assert!(speed.iter().zip(&thrust).all(|(n, t)| n * t >= 0.0));
@@ -766,11 +781,11 @@ mod tests {
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
         let some = [
-            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, -0.2, 0.0, 0.0],
-            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0],
+            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, -0.2, 0.0, 0.0, 0.0],
+            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0],
         ];
         for numbers in some {
             let actuator = of(numbers);

@@ -4,8 +4,8 @@ mod accelerations;
 
 use nalgebra::{DMatrix, DVector, Vector6};
 
-use crate::motion::{down_body, interpolated_attitude};
-use crate::plant::{Instant, Physical, Structure};
+use crate::motion::{Load, down_body, interpolated_attitude};
+use crate::plant::{Instant, Physical, Structure, kirchhoff};
 use crate::signal::rms;
 use crate::{CoupledRecord, Dof, Error, Grid};
 
@@ -162,6 +162,21 @@ struct Sampled {
     signals: Vec<Vec<f64>>,
 }
 
+/// What known forces push with at an instant, less what their mass takes; accelerations are central
+/// differences, as the mass changes within windows.
+fn of_load(
+    load: &Load,
+    velocity: &[Vector6<f64>],
+    (k, period_s): (usize, f64),
+    down: &nalgebra::Vector3<f64>,
+) -> Vector6<f64> {
+    let (before, after) = (k.saturating_sub(1), (k + 1).min(velocity.len() - 1));
+    let span_s = (after - before).max(1) as f64 * period_s;
+    let acceleration = (velocity[after] - velocity[before]) / span_s;
+    let now = &velocity[k];
+    load.wrench(down) - load.mass * acceleration - kirchhoff(&(load.mass * now), now)
+}
+
 /// Grids are no finer and no coarser, s.
 const PERIOD_S: std::ops::RangeInclusive<f64> = 0.02..=1.0;
 
@@ -186,11 +201,19 @@ impl Sampled {
                 interpolated_attitude(pitch.as_ref(), t),
             )
         };
+        let velocity = columns(&record.velocity, false);
+        let down: Vec<nalgebra::Vector3<f64>> = grid.times().map(down).collect();
+        let mut force: Vec<Vector6<f64>> = columns(&record.force, true);
+        for (k, t) in grid.times().enumerate() {
+            if let Some(load) = Load::at(&record.known, t) {
+                force[k] += of_load(&load, &velocity, (k, grid.period_s), &down[k]);
+            }
+        }
         Self {
             grid,
-            velocity: columns(&record.velocity, false),
-            force: columns(&record.force, true),
-            down: grid.times().map(down).collect(),
+            velocity,
+            force,
+            down,
             signals: grid.times().map(|t| record.signals_at(structure.signals(), t)).collect(),
         }
     }

@@ -6,10 +6,10 @@ use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 
 use super::actuator::Actuator;
 use super::filter::{Gain, Innovation, InstrumentNoise, Layout, Noise, Pass, Slope};
-use super::schedule::{Attitude, PIECES_PART, Schedule};
+use super::schedule::{Attitude, PIECES_PART, Schedule, known_together};
 use super::uncertainty::inverse;
 use crate::estimate::descend::Parabola;
-use crate::motion::{HeldForce, Prepared};
+use crate::motion::{HeldForce, KnownForce, Load, Prepared};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
 use crate::{CoupledRecord, Dof, Error, ThrustUncertainty, Timed, parallel};
@@ -45,6 +45,10 @@ pub(super) struct Problem {
     pub(super) has_thrusters: bool,
     /// How well the strength of the thrusters is known: the least of them.
     pub(super) thrust_uncertainty: ThrustUncertainty,
+    /// Known forces that act together, by the number that slices have …
+    pub(super) known: Arc<[Vec<KnownForce>]>,
+    /// … and their sums.
+    pub(super) loads: Arc<[Load]>,
     /// What differences of the samples of each axis show of their noise, m/s or rad/s.
     pub(super) sample_noise: Vec<f64>,
     /// Whether the velocity of an axis is the slope of positions in any trial, in SNAME order.
@@ -238,6 +242,7 @@ impl Problem {
         let inclinations = records.iter().flat_map(|record| record.inclination.iter().flatten());
         let pieces = Schedule::pieces(records, structure, attitude);
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
+        let known: Arc<[Vec<KnownForce>]> = known_together(records).into();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
         Self {
             structure: structure.clone(),
@@ -251,6 +256,8 @@ impl Problem {
             fits: Actuator::fitted(records, axes),
             has_thrusters,
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
+            loads: known.iter().map(|acting| Load::of(acting)).collect(),
+            known,
             sample_noise: axes.iter().map(|dof| noise(dof.index())).collect(),
             by_slope: std::array::from_fn(|k| records.iter().any(|record| record.by_slope[k])),
             may_be_late: std::array::from_fn(|k| {
@@ -300,6 +307,8 @@ impl Problem {
             fits: self.fits,
             has_thrusters: self.has_thrusters,
             thrust_uncertainty: self.thrust_uncertainty,
+            known: Arc::clone(&self.known),
+            loads: Arc::clone(&self.loads),
             sample_noise: self.sample_noise.clone(),
             by_slope: self.by_slope,
             may_be_late: self.may_be_late,
@@ -324,7 +333,7 @@ impl Problem {
     }
 
     pub(super) fn prepared<const N: usize>(&self, free: &DVector<f64>) -> Option<Prepared<N>> {
-        Prepared::new(&self.plant(free).ok()?).ok()
+        Prepared::with_loads(&self.plant(free).ok()?, &self.loads).ok()
     }
 
     /// Runs one pass over every schedule, each in its own thread; results come in their order.
@@ -438,7 +447,7 @@ impl Problem {
             sum.information.column_mut(place).fill(0.0);
         }
         let of_terms = self.prior_coefficients(point).into_iter();
-        let of_others = prior_numbers(point).enumerate().map(|(k, x)| (terms + k, x));
+        let of_others = self.prior_numbers(point).enumerate().map(|(k, x)| (terms + k, x));
         for (k, (x, std)) in of_terms.chain(of_others) {
             sum.gradient[k] += x / (std * std);
             sum.information[(k, k)] += 1.0 / (std * std);
@@ -462,7 +471,22 @@ impl Problem {
     fn prior<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> f64 {
         let of_terms = self.prior_coefficients(point).into_iter().map(|(_, number)| number);
         let half_square = |(x, std): (f64, f64)| 0.5 * (x / std).powi(2);
-        of_terms.chain(prior_numbers(point)).map(half_square).sum()
+        of_terms.chain(self.prior_numbers(point)).map(half_square).sum()
+    }
+
+    /// The numbers of the actuator and the currents, with the standard deviation that each has before
+    /// anything is measured.
+    fn prior_numbers<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+    ) -> impl Iterator<Item = (f64, f64)> {
+        let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
+        let mut std = Actuator::PRIOR_STD;
+        let ThrustUncertainty { forward, reverse } = self.thrust_uncertainty;
+        if forward.max(reverse) > 0.0 {
+            std[Actuator::SCALE] = forward.max(reverse);
+        }
+        point.actuator.numbers().into_iter().zip(std).chain(currents)
     }
 
     /// Coefficients of which something is known before, by their places: each with its value and the
@@ -503,7 +527,7 @@ impl Problem {
         &self,
         point: &Point<N, M>,
     ) -> Result<Vec<Vec<Innovation>>, Error> {
-        let plant = Prepared::new(&self.plant(&point.free)?)?;
+        let plant = Prepared::with_loads(&self.plant(&point.free)?, &self.loads)?;
         Ok(self.each(point, &plant, |_, pass| pass.innovations().1))
     }
 
@@ -798,15 +822,6 @@ fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
         *x = x.clamp(*low, *high);
     }
     numbers
-}
-
-/// The numbers of the actuator and the currents, with the standard deviation that each has before
-/// anything is measured.
-fn prior_numbers<const N: usize, const M: usize>(
-    point: &Point<N, M>,
-) -> impl Iterator<Item = (f64, f64)> {
-    let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
-    point.actuator.numbers().into_iter().zip(Actuator::PRIOR_STD).chain(currents)
 }
 
 /// Returns true if some trial measures the velocity of a translation over ground, or its position.

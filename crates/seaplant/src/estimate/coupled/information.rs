@@ -57,6 +57,7 @@ const ACTUATOR_NAMES: [&str; Actuator::COUNT] = [
     "thrust_change_within",
     "thrust_change_between",
     "thrust_change_loaded",
+    "log_thrust_scale",
 ];
 
 impl Information {

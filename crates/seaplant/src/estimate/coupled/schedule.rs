@@ -7,7 +7,10 @@ use nalgebra::{Matrix3x2, Vector3, Vector6};
 
 use super::actuator::LoggedThrust;
 use super::filter::{InstrumentNoise, Layout, MOST_NAVIGATION, Reading};
-use crate::motion::{Slice, body_from_world, down_body, interpolated_attitude};
+use crate::motion::{
+    KnownForce, Load, Slice, body_from_world, down_body, interpolated_attitude, known_at,
+    known_changes,
+};
 use crate::navigation::MeanAcceleration;
 use crate::plant::{Signal, Structure};
 use crate::series::{ROUNDING_S, median, union};
@@ -115,9 +118,10 @@ impl Schedule {
         structure: &Structure,
         attitude: Attitude,
     ) -> Arc<[Self]> {
+        let loads = &loads(records);
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let thrust = LoggedThrust::of(record, place(trial, records.len()));
-            Self::stretches(trial, record, &thrust, record.window_s, (structure, attitude))
+            Self::stretches(trial, record, &thrust, record.window_s, (structure, attitude, loads))
         };
         records.iter().enumerate().flat_map(of).collect()
     }
@@ -129,6 +133,7 @@ impl Schedule {
         structure: &Structure,
         attitude: Attitude,
     ) -> Arc<[Self]> {
+        let loads = &loads(records);
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let (from, to) = record.window_s;
             let thrust = LoggedThrust::of(record, place(trial, records.len()));
@@ -137,7 +142,7 @@ impl Schedule {
                 let middle = from + (k as f64 + 0.5) * spacing;
                 let half = 0.5 * PIECES_PART * spacing;
                 let window = (middle - half, middle + half);
-                Self::stretches(trial, record, &thrust, window, (structure, attitude))
+                Self::stretches(trial, record, &thrust, window, (structure, attitude, loads))
             };
             (0..PIECES).flat_map(piece).collect::<Vec<_>>()
         };
@@ -154,7 +159,7 @@ impl Schedule {
         record: &CoupledRecord,
         thrust: &Arc<LoggedThrust>,
         (from, to): (f64, f64),
-        how: (&Structure, Attitude),
+        how: (&Structure, Attitude, &[Load]),
     ) -> Vec<Self> {
         let of = |window| Self::of(trial, record, thrust, window, how);
         let Some(whole) = of((from, to)) else { return Vec::new() };
@@ -176,7 +181,7 @@ impl Schedule {
         record: &CoupledRecord,
         thrust: &Arc<LoggedThrust>,
         (from, to): (f64, f64),
-        (structure, attitude): (&Structure, Attitude),
+        (structure, attitude, loads): (&Structure, Attitude, &[Load]),
     ) -> Option<Self> {
         let axes = structure.axes();
         let driven = Driven::of(record, axes, (from, to));
@@ -203,7 +208,8 @@ impl Schedule {
         let drives = record.signals.iter().filter(|(signal, _)| signal.is_held());
         let drives = drives.filter(|(signal, _)| structure.signals().contains(signal));
         let held = record.force.iter().flatten().chain(drives.map(|(_, series)| series));
-        let changes = union(held.map(Timed::time_s));
+        let hung = known_changes(&record.known);
+        let changes = union(held.map(Timed::time_s).chain([hung.as_slice()]));
         let mut before = *times.first()?;
         let mut schedule = Self {
             trial,
@@ -223,7 +229,7 @@ impl Schedule {
         let mut water_before = water(record, before);
         for &time_s in &times {
             let first = schedule.slices.len();
-            schedule.slice(record, structure, &changes, before, time_s);
+            schedule.slice(record, (structure, loads), &changes, before, time_s);
             let mut stop = Stop {
                 time_s,
                 slices: first..schedule.slices.len(),
@@ -280,7 +286,7 @@ impl Schedule {
     fn slice(
         &mut self,
         record: &CoupledRecord,
-        structure: &Structure,
+        (structure, loads): (&Structure, &[Load]),
         changes: &[f64],
         from: f64,
         to: f64,
@@ -292,11 +298,35 @@ impl Schedule {
             let count = ((until - at) / LONGEST_SLICE_S - 1e-9).ceil().max(1.0);
             let h = (until - at) / count;
             for k in 0..count as usize {
-                self.slices.push(slice(record, structure, at + k as f64 * h, h));
+                let mut slice = slice(record, structure, at + k as f64 * h, h);
+                let load = Load::at(&record.known, slice.from_s + 0.5 * h);
+                slice.load = load.and_then(|load| loads.iter().position(|own| *own == load));
+                self.slices.push(slice);
             }
             at = until;
         }
     }
+}
+
+/// The known forces that act together at any time in some trials; those of equal sums once.
+pub(super) fn known_together(records: &[&CoupledRecord]) -> Vec<Vec<KnownForce>> {
+    let (mut loads, mut together): (Vec<Load>, Vec<Vec<KnownForce>>) = Default::default();
+    for record in records {
+        for pair in known_changes(&record.known).windows(2) {
+            let acting = known_at(&record.known, 0.5 * (pair[0] + pair[1]));
+            let load = Load::of(&acting);
+            if !acting.is_empty() && !loads.contains(&load) {
+                loads.push(load);
+                together.push(acting);
+            }
+        }
+    }
+    together
+}
+
+/// Their sums.
+fn loads(records: &[&CoupledRecord]) -> Vec<Load> {
+    known_together(records).iter().map(|acting| Load::of(acting)).collect()
 }
 
 /// Measurements of navigation states in a window.
@@ -458,6 +488,7 @@ fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Sl
         down_body: instants.map(down),
         others: instants.map(others),
         signals: instants.map(signals),
+        load: None,
     }
 }
 

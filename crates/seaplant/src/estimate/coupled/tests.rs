@@ -1,4 +1,5 @@
 mod blocks;
+mod known;
 mod thrusters;
 
 use nalgebra::{Vector3, Vector6};

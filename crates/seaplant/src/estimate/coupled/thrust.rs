@@ -46,9 +46,10 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
                 1.0 / left.max(f64::MIN_POSITIVE)
             }
         };
+        let is_told = problem.fits[Actuator::SCALE];
         // Anywhere between right and as far off as that.
         let evenly = off_by.map(|greatest| greatest / 3_f64.sqrt());
-        let ways = both_ways(of_curves, ratio_variance)
+        let ways = ways(of_curves, ratio_variance, is_told)
             .into_iter()
             .chain(evenly.map(|part| Off { forward: part, reverse: part }));
         let moves = covariance * &all;
@@ -70,6 +71,20 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         }
         Ok(sum)
     }
+}
+
+/// How thrust is off: both ways, or where known forces tell the scale of all, in reverse beside forward.
+fn ways(stated: ThrustUncertainty, ratio_variance: f64, is_scale_told: bool) -> [Off; 2] {
+    if !is_scale_told {
+        return both_ways(stated, ratio_variance);
+    }
+    let of_ratio = stated.forward.powi(2) + stated.reverse.powi(2);
+    let left = match ratio_variance {
+        variance if variance.is_finite() => of_ratio * variance / (of_ratio + variance),
+        _ => of_ratio,
+    };
+    let sure = Off { forward: 0.0, reverse: 0.0 };
+    [Off { reverse: left.max(0.0).sqrt(), ..sure }, sure]
 }
 
 /// How both ways are off, in two independent ways: if motion tells their ratio, they are off together.

@@ -1,6 +1,6 @@
 //! Reasons to doubt a plant of several axes.
 
-use super::{Records, correlation, known, thrusters, under_way};
+use super::{Records, correlation, known, scale, thrusters, under_way};
 use crate::caveat::{estimated, spoken};
 use crate::estimate::{Actuator, CoupledFit, NEGLIGIBLE_POWER, damping_power};
 use crate::judge::{NOT_WHITE, PREDICTS};
@@ -46,11 +46,12 @@ pub(super) fn doubts(
     all.extend(scores(&plant.fit, plant.hold_out.as_ref()));
     all.extend(not_white(fit));
     all.extend(unsure_thrust(fit));
+    all.extend(scale::doubts(fit, records));
     all.extend(another_power(fit));
     all.extend(loaded_thrust(fit));
     all.extend(early_thrust(fit));
     all.extend(thrusters::doubts(plant));
-    let [.., within_std, between_std, _] = fit.actuator_std;
+    let [.., within_std, between_std, _, _] = fit.actuator_std;
     all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
     all.extend(late(fit));
     all.extend(measured_elsewhere(fit));
@@ -140,7 +141,7 @@ fn another_power(fit: &CoupledFit) -> Option<Caveat> {
 /// Says that thrust falls while other thrusters push, so that its scale depends on the load at which curves
 /// are right.
 fn loaded_thrust(fit: &CoupledFit) -> Option<Caveat> {
-    let [.., std] = fit.actuator_std;
+    let [.., std, _] = fit.actuator_std;
     let change = 100.0 * fit.actuator.log_change_loaded.exp_m1();
     std.filter(|_| change.abs() > LOADED_PERCENT).map(|_| {
         let message = format!(

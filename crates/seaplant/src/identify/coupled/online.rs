@@ -67,8 +67,16 @@ fn plant(
 /// A method that works sample by sample is fed velocities.
 ///
 /// # Errors
-/// [`Error::MissingChannel`] where acceleration alone tells one.
+/// [`Error::MissingChannel`] where acceleration alone tells one; [`Error::Plant`] of a trial with known
+/// forces.
 fn check_velocity(record: &CoupledRecord) -> Result<(), Error> {
+    if !record.known.is_empty() {
+        let reason = format!(
+            "methods that work sample by sample do not know of [[trial.known]], which trial `{}` has; leave these methods out, or use a trial without",
+            record.trial
+        );
+        return Err(Error::Plant { axes: "this".to_owned(), reason });
+    }
     match record.by_acceleration.contains(&true) {
         false => Ok(()),
         true => Err(Error::MissingChannel {

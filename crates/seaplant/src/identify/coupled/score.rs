@@ -423,6 +423,7 @@ impl<'a> Standing<'a> {
             slew_s: number("slew"),
             log_change_between: number("thrust_change_between").ln_1p(),
             log_change_loaded: number("thrust_change_loaded").ln_1p(),
+            log_scale: ratio("thrust_scale").ln(),
             full_speed: ratio("full_speed"),
         };
         let report = VelocityReport {
@@ -458,6 +459,7 @@ impl<'a> Standing<'a> {
             current,
             signals: self.actuator.signals(record)?,
             wind: None,
+            known: record.known.clone(),
         })
     }
 }

@@ -7,7 +7,7 @@ use rand::RngExt;
 
 use super::pilot::{Seen, WholePilot};
 use super::rig::{Rig, Thrusters};
-use crate::motion::{Inputs, Moving};
+use crate::motion::{Inputs, KnownForce, Moving};
 use crate::twin::instruments::{Misreading, Path};
 use crate::twin::motion::STEP_S;
 use crate::twin::random::{Streams, ornstein_uhlenbeck};
@@ -97,12 +97,13 @@ impl Whole {
     pub(super) fn moved(
         rig: &Rig<'_>,
         (pilot, mut thrusters, mut misreading): (WholePilot<'_>, Thrusters<'_>, Misreading),
-        disturbed: &Disturbed,
+        (disturbed, known): (&Disturbed, &[KnownForce]),
         currents: &Currents,
         streams: &Streams<'_>,
     ) -> Result<Self, Error> {
         let heading = streams.of("start heading").random_range(0.0..TAU);
-        let mut inputs = Inputs { current: currents.0[0], ..Inputs::default() };
+        let known = known.to_vec();
+        let mut inputs = Inputs { current: currents.0[0], known, ..Inputs::default() };
         inputs.attitude[2] = Some(Timed::new("heading", vec![0.0], vec![heading])?);
         let mut moving = Moving::at_rest(&rig.plant, &inputs)?;
         let mut whole = Self {
@@ -118,6 +119,7 @@ impl Whole {
             for step in 0..STEPS_PER_TICK {
                 let t = tick_time(tick) + step as f64 * STEP_S;
                 let force = thrusters.turn(t, STEP_S, moving.through_water())
+                    * rig.spec.thrust_scale
                     + disturbed.push(tick, t + 0.5 * STEP_S);
                 let sinking = whole.sinking(whole.velocity.len() - 1);
                 moving.advance(&force, STEP_S)?;

@@ -5,9 +5,10 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::motion::{KnownForce, KnownKind};
 use crate::twin::validate::{above_zero, not_negative, refused};
 use crate::twin::{Disturbance, DisturbanceStrength, NoiseLevel, TwinSpec};
-use crate::{Dof, Error, axes_by_name, schema_of_axes};
+use crate::{Dof, Error, Role, axes_by_name, schema_of_axes};
 
 /// What the twin of a whole vehicle is and does; every field but the vehicle has a default.
 ///
@@ -56,8 +57,32 @@ pub struct WholeTwinSpec {
     /// Amplitude of the swell, and standard deviation of the narrow-band swell, likewise; in place
     /// of `strength.swell_n` and `strength.swell_std_n`.
     pub swell_part: f64,
+    /// What thrusters give over what the vehicle file says of them.
+    pub thrust_scale: f64,
+    /// A weight that is hung on and taken off in the trials that are fitted.
+    pub weight: Option<TwinWeight>,
     /// How strong each disturbance is, if it is on.
     pub strength: DisturbanceStrength,
+}
+
+/// A weight that is hung on a twin and taken off.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TwinWeight {
+    /// Its weight in water, N.
+    pub weight_n: f64,
+    /// Its mass, kg.
+    pub mass_kg: f64,
+    /// Where it hangs, from the origin: forward, starboard, down, m.
+    #[serde(default)]
+    pub position_m: [f64; 3],
+    /// How many times it is hung on in each trial: for the second half of as many equal parts.
+    #[serde(default = "once")]
+    pub times: u32,
+}
+
+const fn once() -> u32 {
+    1
 }
 
 /// What moves in the trials that are fitted.
@@ -93,6 +118,8 @@ impl Default for WholeTwinSpec {
             max_rpm: None,
             tether_part: 0.05,
             swell_part: 0.05,
+            thrust_scale: 1.0,
+            weight: None,
             strength: DisturbanceStrength::default(),
         }
     }
@@ -105,7 +132,13 @@ impl WholeTwinSpec {
     /// The part that the twin of one axis understands, and thrusters of a law.
     pub(super) fn shared(&self) -> Result<TwinSpec, Error> {
         self.refuse_forces()?;
-        [("speed_m_s", self.speed_m_s), ("rate_rad_s", self.rate_rad_s)]
+        if let Some(weight) = &self.weight {
+            above_zero("weight.weight_n", weight.weight_n)?;
+            above_zero("weight.mass_kg", weight.mass_kg)?;
+            above_zero("weight.times", f64::from(weight.times))?;
+        }
+        let scale = ("thrust_scale", self.thrust_scale);
+        [("speed_m_s", self.speed_m_s), ("rate_rad_s", self.rate_rad_s), scale]
             .iter()
             .try_for_each(|(name, value)| above_zero(name, *value))?;
         [("tether_part", self.tether_part), ("swell_part", self.swell_part)]
@@ -127,6 +160,21 @@ impl WholeTwinSpec {
         };
         spec.validate()?;
         Ok(spec)
+    }
+
+    /// The weight of a trial, as often as it hangs.
+    pub(super) fn known_forces(&self, role: Role, duration_s: f64) -> Vec<KnownForce> {
+        let Some(weight) = self.weight.filter(|_| role == Role::Fit) else { return Vec::new() };
+        let TwinWeight { weight_n, mass_kg, position_m, times } = weight;
+        let part_s = duration_s / f64::from(times);
+        let of = |k: u32| KnownForce {
+            kind: KnownKind::Weight { weight_n, mass_kg },
+            position_m,
+            std_n: 0.0,
+            from_s: (f64::from(k) + 0.5) * part_s,
+            to_s: (f64::from(k) + 1.0) * part_s,
+        };
+        (0..times).map(of).collect()
     }
 
     /// Newtons that suit Jason 2 do not suit every vehicle.
