@@ -1,4 +1,4 @@
-//! Axes as files and flags write them: one by name, several as a list or by the name of a set.
+//! Axes in files and flags: one by its name, several as a list or by the name of a set.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer};
 
 use crate::{Dof, Error};
 
-/// Sets of axes that have a name.
+/// Named sets of axes.
 const SETS: [(&str, &[Dof]); 3] =
     [("six", &Dof::ALL), ("planar", &Dof::PLANAR), ("vertical", &Dof::VERTICAL)];
 
@@ -20,11 +20,11 @@ pub(crate) fn listed(axes: &[Dof]) -> String {
     if first.is_empty() { last.to_string() } else { format!("{} and {last}", first.join(", ")) }
 }
 
-/// Reads axes, which a file states as a list, or by the name of a common set: `six`, `planar`
-/// (surge, sway, yaw) or `vertical` (surge, heave, pitch).
+/// Deserialises axes from a list of names or from the name of a set: `six`, `planar` (surge, sway,
+/// yaw) or `vertical` (surge, heave, pitch).
 ///
 /// # Errors
-/// Of what is neither, and of a name that no axis has.
+/// An error of the format for a value that is neither, and for an unknown name.
 ///
 /// # Example
 /// ```
@@ -62,7 +62,7 @@ pub fn axes_by_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Do
     }
 }
 
-/// The schema of what [`axes_by_name`] reads.
+/// Returns the schema of the values that [`axes_by_name`] reads.
 pub fn schema_of_axes(generator: &mut SchemaGenerator) -> Schema {
     let listed = generator.subschema_for::<Vec<Dof>>();
     json_schema!({ "anyOf": [{ "enum": SETS.map(|(name, _)| name) }, listed] })

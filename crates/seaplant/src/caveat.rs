@@ -150,7 +150,7 @@ pub enum CaveatCode {
 }
 
 impl CaveatCode {
-    /// Its name as words: "wrong sign".
+    /// Returns the code as words: "wrong sign".
     pub fn words(self) -> String {
         let mut words = String::new();
         for letter in format!("{self:?}").chars() {
@@ -175,23 +175,23 @@ pub struct Caveat {
 }
 
 impl Caveat {
-    /// Worth knowing.
+    /// Creates a caveat that is information only.
     pub fn note(code: CaveatCode, message: impl Into<String>) -> Self {
         Self { code, severity: Severity::Note, message: message.into() }
     }
 
-    /// The numbers may be off by more than their intervals say.
+    /// Creates a caveat for numbers that may be wrong by more than their intervals.
     pub fn warning(code: CaveatCode, message: impl Into<String>) -> Self {
         Self { code, severity: Severity::Warning, message: message.into() }
     }
 
-    /// Do not use the numbers.
+    /// Creates a caveat for numbers that must not be used.
     pub fn severe(code: CaveatCode, message: impl Into<String>) -> Self {
         Self { code, severity: Severity::Severe, message: message.into() }
     }
 }
 
-/// A number in a sentence: three significant digits, or all before the point.
+/// Formats a number for a sentence: three significant digits, or all digits before the point.
 pub fn spoken(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
@@ -203,8 +203,8 @@ pub fn spoken(x: f64) -> String {
     format!("{x:.decimals$}")
 }
 
-/// An estimate and its standard deviation in a sentence, to the digits that the deviation leaves:
-/// two of its own decide, as in the report's tables.
+/// Formats an estimate and its standard deviation for a sentence, as the report's tables do: the
+/// standard deviation's second significant digit is the last of both.
 pub(crate) fn estimated(value: f64, std: f64) -> String {
     if !(std > 0.0 && std.is_finite() && value.abs().max(std) < 1e7) {
         return format!("{} ± {}", spoken(value), spoken(std));
@@ -221,7 +221,7 @@ mod tests {
     use super::{CaveatCode, estimated, spoken};
 
     #[test]
-    fn a_code_is_read_as_words() {
+    fn formats_a_code_as_words() {
         assert_eq!(CaveatCode::MassBelowDryMass.words(), "mass below dry mass");
     }
 
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_spoken_to_three_digits() {
+    fn formats_numbers_to_three_digits() {
         let spoken: Vec<String> =
             [12970.2, 0.27544, -250.04, 7.5, 1e-6, -4.34e18].map(spoken).into();
         assert_eq!(spoken, ["12970", "0.275", "-250", "7.50", "0.00000100", "-4.34e18"]);

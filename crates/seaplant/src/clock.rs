@@ -1,7 +1,7 @@
-//! By how much the clock of one recording is off that of another.
+//! The offset between the clocks of two recordings.
 //!
-//! Two files of one trial tell of one motion: a gyro and a compass turn together, a DVL goes
-//! where thrusters push. The offset of their clocks is the one at which the one file explains the
+//! Two files of one trial record one motion: a gyro and a compass turn together, a DVL measures the
+//! response to the thrusters. The offset of their clocks is that at which one file explains the
 //! other best.
 
 mod correlate;
@@ -56,37 +56,38 @@ pub struct OffsetPair {
     pub refused: Option<String>,
 }
 
-/// Force is logged when it is commanded and acts when propellers have followed: by so much the
-/// offset from thrust may be off, s.
+/// Thrust is logged when commanded and acts once the propellers have responded: uncertainty of an
+/// offset from thrust, s.
 const THRUST_LAG_S: f64 = 0.3;
 
-/// Pairs that differ by more than this many standard errors, and seconds, tell of different
-/// motions.
+/// Pairs whose offsets differ by more than this many standard errors, and seconds, measure
+/// different motions.
 const CONTRADICTION_STD: f64 = 5.0;
 const CONTRADICTION_S: f64 = 1.0;
 
-/// By how much the clock of `other` is behind that of `reference`.
+/// Estimates the offset of the clock of `other` relative to that of `reference`.
 ///
-/// Of all that both tell of (turning, body velocity, velocity north and east, speed), each pair
-/// is searched over every offset at which half of the shorter record is shared. The offset is
-/// that of the greatest likelihood of `y(t) = g x(t + δ) + e(t)`, with residuals that remember
-/// eight instants, refined to a small part of a sample. A pair is refused if chance would do as
-/// well, or if another offset has more than 0.7 of the evidence: of a sinusoid every period is as
-/// good. Estimates are weighted by their variances. Only where no pair of motions will do, force
-/// is held against the acceleration that it makes, by `v̇ = α τ + β v|v| + μ v + ν`; the lag of
-/// thrusters cannot be told from an offset then, and 0.3 s is added to the standard error.
+/// For each motion that both recorded (rates of rotation, body velocity, velocity north and east,
+/// speed), every offset at which the records share half of the shorter one is searched. The
+/// estimate maximises the likelihood of `y(t) = g x(t + δ) + e(t)`, with residuals e that are an
+/// autoregression of order eight, and is refined to a small fraction of a sample. A pair is
+/// rejected if its likelihood gain is within chance, or if another offset has more than 0.7 of it:
+/// for a sinusoid every period is as good. Estimates are weighted by their variances. Only where no
+/// pair of motions succeeds, force is compared with the acceleration that it causes, by `v̇ = α τ +
+/// β v|v| + μ v + ν`; thruster lag cannot be distinguished from an offset then, and 0.3 s is added
+/// to the standard error.
 ///
 /// # Errors
-/// [`Error::ClockOffset`] if no pair tells the offset, or pairs contradict each other.
+/// [`Error::ClockOffset`] if no pair determines the offset, or pairs contradict each other.
 ///
 /// # Source
-/// \[Cochrane1949\] for residuals that remember; \[Padfield2012\] for correlation in the
+/// \[Cochrane1949\] for autoregressive residuals; \[Padfield2012\] for correlation in the
 /// presence of gaps; \[Newey1987\] for the standard error.
 ///
 /// # Example
 /// ```
 /// use seaplant::{Quantity, Recording, Timed, Vehicle, estimate_offset};
-/// // A wandering turn, told by a gyro, and by a compass whose clock is 2.5 s behind.
+/// // An irregular turn, measured by a gyro, and by a compass whose clock is 2.5 s behind.
 /// let turn = |t: f64| (0.4 * t + 3.0 * (0.05 * t).sin()).sin() + 0.5 * (0.011 * t * t).cos();
 /// let time: Vec<f64> = (0..2400).map(|k| 0.1 * f64::from(k)).collect();
 /// let late: Vec<f64> = time.iter().map(|t| t - 2.5).collect();
@@ -114,8 +115,7 @@ pub fn estimate_offset(
     let there = motions(&other, &vehicle.sensors);
     let mut pairs: Vec<OffsetPair> = Vec::new();
     for (what, one) in &here {
-        if let Some(another) = there.get(what).filter(|_| !is_told_by_others(*what, &here, &there))
-        {
+        if let Some(another) = there.get(what).filter(|_| !is_redundant(*what, &here, &there)) {
             pairs.push(compare(one, another, Problem::agreement(one, another)));
         }
     }
@@ -129,43 +129,39 @@ pub fn estimate_offset(
         for (dof, force) in forces(&other, vehicle) {
             if let Some(velocity) = here.get(&What::Along(dof)) {
                 let problem = Problem::propulsion(&force, velocity);
-                pairs.push(with_lag(compare(&force, velocity, problem).turned()));
+                pairs.push(with_lag(compare(&force, velocity, problem).swapped()));
             }
         }
     }
     combine(pairs)
 }
 
-/// A recording without outliers and without series that are nearly all gap.
+/// Returns a recording without outliers and without series that are mostly gap.
 fn usable(recording: &Recording) -> Recording {
     let whole = recording.iter().filter(|(_, series)| !is_mostly_gap(series));
     without_outliers(whole.map(|(what, series)| (what.clone(), series.clone())).collect())
 }
 
 impl OffsetPair {
-    /// The same with the clock of the other kept.
-    fn turned(self) -> Self {
+    /// Exchanges the roles of the two clocks.
+    fn swapped(self) -> Self {
         let offset_s = self.offset_s.map(|offset_s| -offset_s);
         Self { reference: self.other, other: self.reference, offset_s, ..self }
     }
 
-    /// The same, not to be believed.
+    /// Marks the pair as rejected.
     fn refused(self, why: impl Into<String>) -> Self {
         Self { refused: Some(why.into()), ..self }
     }
 
-    /// Its offset and variance, if it has them.
+    /// Returns its offset and variance, if present.
     fn estimate(&self) -> Option<(f64, f64)> {
         Some((self.offset_s?, self.std_s?.powi(2)))
     }
 }
 
-/// Speed says nothing that velocity along two axes does not.
-fn is_told_by_others(
-    what: What,
-    here: &BTreeMap<What, Named>,
-    there: &BTreeMap<What, Named>,
-) -> bool {
+/// Returns whether velocities along two axes make this motion redundant.
+fn is_redundant(what: What, here: &BTreeMap<What, Named>, there: &BTreeMap<What, Named>) -> bool {
     let both = |what: What| here.contains_key(&what) && there.contains_key(&what);
     let body = both(What::Along(Dof::Surge)) && both(What::Along(Dof::Sway));
     match what {
@@ -175,7 +171,7 @@ fn is_told_by_others(
     }
 }
 
-/// The offset of the response from the driver, or why there is none.
+/// Estimates the offset of the response from the driver, or states why not.
 fn compare(driver: &Named, response: &Named, problem: Result<Problem, Error>) -> OffsetPair {
     let (reference, other) = (driver.name.clone(), response.name.clone());
     let pair = OffsetPair { reference, other, ..OffsetPair::default() };
@@ -190,22 +186,22 @@ fn with_lag(pair: OffsetPair) -> OffsetPair {
     OffsetPair { std_s, of_thrust: true, ..pair }
 }
 
-/// The mean of what pairs say, each by its variance; where they differ by more than that
-/// allows, its standard error grows with their scatter.
+/// Averages the pairs' offsets, weighted by inverse variances; where they scatter more than
+/// expected, the standard error grows accordingly.
 fn combine(mut pairs: Vec<OffsetPair>) -> Result<ClockOffset, Error> {
-    // What came nearest to telling the offset first.
+    // The pairs closest to an acceptable offset come first.
     pairs.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
     let known: Vec<(f64, f64)> = pairs.iter().filter_map(OffsetPair::estimate).collect();
     let weight: f64 = known.iter().map(|(_, variance)| variance.recip()).sum();
     if known.is_empty() {
-        return Err(Error::ClockOffset { found: in_words(&pairs), pairs: pairs.len() });
+        return Err(Error::ClockOffset { found: formatted(&pairs), pairs: pairs.len() });
     }
     let differ = |(a, b): (&(f64, f64), &(f64, f64))| {
         let apart = (a.0 - b.0).abs();
         apart > CONTRADICTION_S && apart > CONTRADICTION_STD * (a.1 + b.1).sqrt()
     };
     if known.iter().any(|a| known.iter().any(|b| differ((a, b)))) {
-        let found = format!("pairs contradict each other: {}", in_words(&pairs));
+        let found = format!("pairs contradict each other: {}", formatted(&pairs));
         return Err(Error::ClockOffset { found, pairs: pairs.len() });
     }
     let offset_s =
@@ -215,14 +211,14 @@ fn combine(mut pairs: Vec<OffsetPair>) -> Result<ClockOffset, Error> {
     Ok(ClockOffset { offset_s, std_s: (scatter.max(1.0) / weight).sqrt(), pairs })
 }
 
-/// How much a pair tells: its correlation, believed offsets before others.
+/// Returns a rank of a pair: its correlation, accepted offsets before others.
 fn evidence(pair: &OffsetPair) -> f64 {
     let believed = if pair.offset_s.is_some() { 1.0 } else { 0.0 };
     believed + pair.correlation.unwrap_or(0.0).abs()
 }
 
-/// What pairs were compared, and what came of it.
-fn in_words(pairs: &[OffsetPair]) -> String {
+/// Formats the compared pairs and their outcome.
+fn formatted(pairs: &[OffsetPair]) -> String {
     if pairs.is_empty() {
         return "the files have no quantity in common to compare: neither rates, velocities nor positions in both, nor thrust in one and velocity in the other".to_owned();
     }
@@ -236,7 +232,7 @@ fn in_words(pairs: &[OffsetPair]) -> String {
         };
         format!("{} and {}: {said}", pair.reference, pair.other)
     };
-    /// More fill a screen and say no more.
+    /// More would fill a screen without more information.
     const MOST: usize = 3;
     let mut said: Vec<String> = pairs.iter().map(one).take(MOST).collect();
     match pairs.len().saturating_sub(MOST) {

@@ -38,19 +38,19 @@ pub enum Dof {
 /// The units in which the quantities of one degree of freedom are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Units {
-    /// Of displacement.
+    /// Unit of displacement.
     pub position: &'static str,
-    /// Of velocity.
+    /// Unit of velocity.
     pub velocity: &'static str,
-    /// Of acceleration.
+    /// Unit of acceleration.
     pub acceleration: &'static str,
-    /// Of force or moment.
+    /// Unit of force or moment.
     pub force: &'static str,
-    /// Of mass or moment of inertia, added mass included.
+    /// Unit of mass or moment of inertia, added mass included.
     pub mass: &'static str,
-    /// Of quadratic drag.
+    /// Unit of quadratic drag.
     pub quadratic_drag: &'static str,
-    /// Of linear drag.
+    /// Unit of linear drag.
     pub linear_drag: &'static str,
 }
 
@@ -79,23 +79,23 @@ impl Dof {
     pub const ALL: [Self; 6] =
         [Self::Surge, Self::Sway, Self::Heave, Self::Roll, Self::Pitch, Self::Yaw];
 
-    /// Those in which a surface vehicle moves.
+    /// The axes of a surface vessel.
     pub const PLANAR: [Self; 3] = [Self::Surge, Self::Sway, Self::Yaw];
 
-    /// Those in which a vehicle dives and climbs on a straight course.
+    /// The axes of motion in the vertical plane.
     pub const VERTICAL: [Self; 3] = [Self::Surge, Self::Heave, Self::Pitch];
 
-    /// The place of this degree of freedom in ν = [u v w p q r] and τ = [X Y Z K M N].
+    /// Returns the index of this degree of freedom in ν = [u v w p q r] and τ = [X Y Z K M N].
     pub const fn index(self) -> usize {
         self as usize
     }
 
-    /// Whether this is a rotation: its mass is an inertia, its force a moment.
+    /// Returns whether this is a rotation: its mass is an inertia, its force a moment.
     pub const fn is_rotation(self) -> bool {
         matches!(self, Self::Roll | Self::Pitch | Self::Yaw)
     }
 
-    /// The name in lower case, as files and flags write it.
+    /// Returns the name in lower case, as in files and flags.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Surge => "surge",
@@ -107,7 +107,7 @@ impl Dof {
         }
     }
 
-    /// The units of this degree of freedom's quantities.
+    /// Returns the units of this degree of freedom's quantities.
     pub const fn units(self) -> Units {
         if self.is_rotation() { ROTARY } else { LINEAR }
     }

@@ -1,62 +1,62 @@
 use crate::Dof;
 
-/// Why the mathematics could not be done; each message ends in what to do about it.
+/// An error of the mathematics; each message ends in advice.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A name that is none of the six degrees of freedom.
+    /// A name that matches none of the six degrees of freedom.
     #[error("unknown degree of freedom `{found}`; expected surge, sway, heave, roll, pitch or yaw")]
     UnknownDof {
-        /// What was written.
+        /// The text given.
         found: String,
     },
-    /// A name that is none of the terms of the model.
+    /// A name that matches none of the terms of the model.
     #[error("unknown term `{found}`; expected force, quadratic, linear or bias")]
     UnknownTerm {
-        /// What was written.
+        /// The text given.
         found: String,
     },
-    /// A term of a coupled plant that cannot be read.
+    /// A term of a coupled plant that cannot be parsed.
     #[error("the term \"{text}\" {reason} (at character {at})")]
     PlantTerm {
-        /// What was written.
+        /// The text given.
         text: String,
-        /// Where it is wrong, in characters from 1.
+        /// Position of the error, in characters from 1.
         at: usize,
-        /// What is wrong, and what to do.
+        /// The cause and the remedy.
         reason: String,
     },
-    /// A coupled plant that cannot be.
+    /// An inconsistent coupled plant.
     #[error("the plant of {axes}: {reason}")]
     Plant {
         /// Its axes.
         axes: String,
-        /// What is wrong, and what to do.
+        /// The cause and the remedy.
         reason: String,
     },
-    /// A table of a plant that cannot be read.
+    /// An invalid table of a plant.
     #[error("{key} {reason}")]
     PlantTable {
-        /// Which key of it.
+        /// The offending key.
         key: String,
-        /// What is wrong, and what to do.
+        /// The cause and the remedy.
         reason: String,
     },
-    /// A number of results that contradicts another, or that no estimate has.
+    /// A number in a results file that contradicts another, or that no estimate can have.
     #[error("{key} {reason}; identify again, or restore the results as they were written")]
     ResultsNumber {
-        /// Which number: `plants.surge.parameters.mass`.
+        /// The number's key: `plants.surge.parameters.mass`.
         key: String,
-        /// What is wrong.
+        /// The cause.
         reason: String,
     },
-    /// A rigid body that cannot be.
+    /// A physically impossible rigid body.
     #[error("the rigid body {reason}")]
     RigidBody {
-        /// What is wrong, and what to do.
+        /// The cause and the remedy.
         reason: String,
     },
-    /// A choice of terms that is no plant model.
+    /// A choice of terms that makes no plant model.
     #[error(
         "the terms [{found}] do not make a plant model; keep `force` and at least one of quadratic and linear"
     )]
@@ -64,26 +64,26 @@ pub enum Error {
         /// The chosen terms.
         found: String,
     },
-    /// A name that is none of the methods.
+    /// A name that matches none of the methods.
     #[error("unknown method `{found}`; expected {known}")]
     UnknownMethod {
-        /// What was written.
+        /// The text given.
         found: String,
-        /// What there is.
+        /// The names of all methods.
         known: String,
     },
-    /// A name that is no quantity.
+    /// A name that matches no quantity.
     #[error("unknown quantity `{found}`; {advice}")]
     UnknownQuantity {
-        /// What was written.
+        /// The text given.
         found: String,
-        /// The near ones, or all.
+        /// The most similar names, or all.
         advice: String,
     },
-    /// Series that must have equal length do not.
+    /// Series whose lengths differ though they must be equal.
     #[error("{name} has {found} values for {expected} times; give one for each")]
     Length {
-        /// Whose.
+        /// Name of the series.
         name: String,
         /// Values given.
         found: usize,
@@ -93,7 +93,7 @@ pub enum Error {
     /// Too few samples for an operation.
     #[error("{name} has {found} samples and needs at least {needed}; use a longer stretch of log")]
     TooShort {
-        /// Whose.
+        /// Name of the series.
         name: String,
         /// Samples given.
         found: usize,
@@ -103,253 +103,253 @@ pub enum Error {
     /// A number that is NaN or infinite.
     #[error("{name} is not finite at sample {index}; drop such samples first")]
     NotFinite {
-        /// Whose.
+        /// Name of the series.
         name: String,
-        /// Which sample, from 0.
+        /// Index of the sample, from 0.
         index: usize,
     },
-    /// Time that stands still or runs backwards.
+    /// Times that do not increase strictly.
     #[error(
         "time of {name} goes from {from_s} s to {to_s} s at sample {index}; sort the samples and drop repeated ones"
     )]
     TimeOrder {
-        /// Whose.
+        /// Name of the series.
         name: String,
-        /// Which sample, from 0.
+        /// Index of the sample, from 0.
         index: usize,
-        /// The time before, s.
+        /// The time of the sample before, s.
         from_s: f64,
-        /// The time there, s.
+        /// The time of the sample, s.
         to_s: f64,
     },
-    /// A setting that is outside of its range.
+    /// A setting outside its range.
     #[error("{name} is {found}; it must be {expected}")]
     Setting {
-        /// Which setting, by the names of the fields that lead to it.
+        /// Name of the setting, as a path of fields.
         name: String,
-        /// What it is.
+        /// The value given.
         found: String,
-        /// What it must be.
+        /// The values allowed.
         expected: String,
     },
-    /// A filter that cannot be made.
+    /// A filter that cannot be designed.
     #[error(
         "a low-pass of order {order} at {cutoff_hz} Hz cannot be made for samples at {sample_hz} Hz; use an order from 1 to {highest} and a cut-off between 0 and half the sampling rate"
     )]
     Cutoff {
-        /// The cut-off asked for, Hz.
+        /// The requested cut-off, Hz.
         cutoff_hz: f64,
         /// The sampling rate, Hz.
         sample_hz: f64,
-        /// The order asked for.
+        /// The requested order.
         order: usize,
-        /// The highest order on offer.
+        /// The highest order supported.
         highest: usize,
     },
-    /// A limit of Huber's loss that is none.
+    /// An invalid threshold of Huber's loss.
     #[error(
         "the threshold of Huber's loss is {found} standard deviations; use a number above 0, such as 1.345"
     )]
     HuberLimit {
-        /// What was asked for.
+        /// The requested threshold, in standard deviations.
         found: f64,
     },
-    /// A bootstrap that says nothing.
+    /// Bootstrap settings that give no interval.
     #[error(
         "a bootstrap of {resamples} resamples in blocks of {block_s} s gives no interval; use 100 to 1000000 resamples and blocks of 1 s or longer"
     )]
     Bootstrap {
-        /// How many were asked for.
+        /// The requested number of resamples.
         resamples: usize,
-        /// Their length, s.
+        /// The length of a block, s.
         block_s: f64,
     },
-    /// Too few draws for a covariance.
+    /// Too few converged draws for a covariance.
     #[error(
         "{found} draws of a bootstrap converged, and a covariance needs {needed}; use more draws, or the sandwich estimate"
     )]
     FewDraws {
-        /// How many there are.
+        /// The number of converged draws.
         found: usize,
-        /// How many it takes.
+        /// The number needed.
         needed: usize,
     },
-    /// A thruster that cannot be.
+    /// An invalid thruster.
     #[error("thruster `{name}`: {reason}")]
     Thruster {
-        /// Which.
+        /// Name of the thruster.
         name: String,
-        /// Why.
+        /// The cause and the remedy.
         reason: String,
     },
-    /// A rudder or fin that cannot be.
+    /// An invalid rudder or fin.
     #[error("{what} `{name}`: {reason}")]
     Fin {
-        /// What it is.
+        /// The type of surface: rudder or fin.
         what: &'static str,
-        /// Which.
+        /// Name of the surface.
         name: String,
-        /// Why.
+        /// The cause and the remedy.
         reason: String,
     },
-    /// A thrust table that cannot be used.
+    /// An invalid thrust table.
     #[error("a thrust table {reason}; check its columns and units")]
     ThrustTable {
-        /// Why.
+        /// The cause.
         reason: String,
     },
-    /// Bollard-pull points that do not determine a curve.
+    /// Bollard-pull points that do not determine a thrust curve.
     #[error("the bollard-pull points {reason}; {advice}")]
     BollardPull {
-        /// Why.
+        /// The cause.
         reason: String,
-        /// What to do.
+        /// The remedy.
         advice: String,
     },
-    /// A trial lacks a channel that its degree of freedom needs.
+    /// A trial without a channel that its degree of freedom needs.
     #[error("trial `{trial}` has no {what}; {advice}")]
     MissingChannel {
-        /// Which trial.
+        /// Name of the trial.
         trial: String,
-        /// What it lacks.
+        /// The missing channel.
         what: String,
-        /// What would do.
+        /// The channels that would do instead.
         advice: String,
     },
-    /// Channels that share no time.
+    /// Channels that do not overlap in time.
     #[error(
         "trial `{trial}`: {first} and {second} do not overlap; check the clocks of the files (offset_s), the time units, and from_s and to_s"
     )]
     NoOverlap {
-        /// Which trial.
+        /// Name of the trial.
         trial: String,
-        /// One channel, with its span.
+        /// One channel, with its time span.
         first: String,
-        /// Another, with its span.
+        /// Another, with its time span.
         second: String,
     },
-    /// Records of one trial that do not tell how far their clocks are apart.
+    /// Records of one trial that do not determine the offset between their clocks.
     #[error(
         "cannot estimate the clock offset ({found}); set it in seconds, or log irregular yaw manoeuvres"
     )]
     ClockOffset {
-        /// What was compared, and what came of it.
+        /// The signals compared and the outcome.
         found: String,
-        /// How many pairs of signals could be compared.
+        /// The number of pairs of signals that could be compared.
         pairs: usize,
     },
-    /// A fit that did not reach an optimum.
+    /// A fit that did not converge.
     #[error(
         "the {dof} fit did not converge after {iterations} steps; drop a term or a nuisance, or use a trial with more variation of thrust and speed"
     )]
     NotConverged {
-        /// Which degree of freedom.
+        /// The degree of freedom.
         dof: Dof,
-        /// After how many iterations it was given up.
+        /// The number of iterations after which the fit stopped.
         iterations: usize,
     },
-    /// A method without a trial to work on.
+    /// A method without a trial to fit.
     #[error("no trial to fit {dof} with; give one with role = \"fit\" and dof = [\"{dof}\"]")]
     NoTrial {
-        /// For which degree of freedom.
+        /// The degree of freedom.
         dof: Dof,
     },
-    /// A fit of no record.
+    /// A fit without a record.
     #[error("there is no record to fit; give one or more of the same degree of freedom")]
     NoRecord,
-    /// Records of several axes for a fit of one.
+    /// Records of several axes given to a fit of one.
     #[error(
         "the records to fit {dof} with hold one of {other}, of trial `{trial}`; fit each degree of freedom by its own records, or several of them as one plant of these axes"
     )]
     OtherAxis {
-        /// Which degree of freedom the first record is of.
+        /// The degree of freedom of the first record.
         dof: Dof,
-        /// Which another is of.
+        /// The degree of freedom of the other record.
         other: Dof,
-        /// The trial of that one.
+        /// The trial of the other record.
         trial: String,
     },
-    /// Trials that do not tell the parameters apart.
+    /// Trials that do not determine all requested parameters.
     #[error(
         "the {dof} trial excites {rank} of the {needed} requested terms: thrust or speed is constant, or zero, or one follows the other; drop a term or use a trial with more variation of thrust and speed"
     )]
     NotExciting {
-        /// Which degree of freedom.
+        /// The degree of freedom.
         dof: Dof,
-        /// How many terms can be told apart.
+        /// The number of terms that the trials determine.
         rank: usize,
-        /// How many were requested.
+        /// The number of requested terms.
         needed: usize,
     },
-    /// An accelerometer whose readings are not specific force in m/s² along the body's axes.
+    /// Accelerometer readings that are not specific force in m/s² along the body's axes.
     #[error("trial `{trial}`: {reason}")]
     Accelerometer {
-        /// Which trial.
+        /// Name of the trial.
         trial: String,
-        /// What it reads, what was expected, and what to do.
+        /// The readings, those expected, and the remedy.
         reason: String,
     },
-    /// A method that needs velocity, of a log that has acceleration only.
+    /// A method that needs velocity, applied to a log that has acceleration only.
     #[error(
         "neither velocity nor position was measured, only acceleration; use the filter error method, which takes acceleration by itself"
     )]
     NoVelocity,
-    /// Numbers whose products a double cannot hold.
+    /// Numbers whose products overflow a double.
     #[error(
         "the {dof} trial holds numbers so large that their squares are not finite; check the units of thrust and motion, and drop faulty samples"
     )]
     TooLarge {
-        /// For which degree of freedom.
+        /// The degree of freedom.
         dof: Dof,
     },
-    /// A simulation that left all bounds.
+    /// A diverging simulation.
     #[error(
         "the simulated {dof} velocity diverges after {after_s:.1} s; the plant is unstable at this thrust"
     )]
     Diverged {
-        /// Which degree of freedom.
+        /// The degree of freedom.
         dof: Dof,
-        /// When, s from the start.
+        /// The time of divergence, s from the start.
         after_s: f64,
     },
-    /// No stretch is steady.
+    /// A trial without a steady stretch.
     #[error(
         "no steady stretch in trial `{trial}`: {reason}; give them as segments_s = [[from, to]]"
     )]
     NotSteady {
-        /// Which trial.
+        /// Name of the trial.
         trial: String,
-        /// What was looked for.
+        /// The criteria of steadiness and the cause.
         reason: String,
     },
-    /// A shard of a record that cannot be reduced, or put together with others.
+    /// A shard of a record that cannot be reduced or merged with others.
     #[error("the shard of `{record}` {reason}")]
     Shard {
-        /// Which record.
+        /// Name of the record.
         record: String,
-        /// Why, and what to do.
+        /// The cause and the remedy.
         reason: String,
     },
-    /// An identification that came to nothing.
+    /// An identification without any plant.
     #[error("no plant could be identified:{reasons}")]
     NothingFound {
-        /// Why, method by method, a line each.
+        /// The cause for each method, one line each.
         reasons: String,
     },
-    /// A plant that results do not hold.
+    /// A plant that the results do not include.
     #[error("the results hold {found}")]
     NoPlant {
-        /// What they lack, and what they have.
+        /// The missing plant and those present.
         found: String,
     },
-    /// A twin that cannot be made.
+    /// An invalid specification of the twin.
     #[error("the twin's {name} is {found}; it must be {expected}")]
     TwinSpec {
-        /// Which setting.
+        /// Name of the setting.
         name: String,
-        /// What it is.
+        /// The value given.
         found: String,
-        /// What it must be.
+        /// The values allowed.
         expected: String,
     },
 }
@@ -360,7 +360,7 @@ impl Error {
         Self::Setting { name, found, expected }
     }
 
-    /// The same error of a setting that lies within another.
+    /// Prefixes the name of a [`Error::Setting`] with that of the setting which contains it.
     pub(crate) fn within(self, outer: &str) -> Self {
         match self {
             Self::Setting { name, found, expected } => {

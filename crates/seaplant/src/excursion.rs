@@ -1,22 +1,22 @@
-//! How far a vehicle goes before it turns.
+//! The amplitude of a vehicle's motion relative to its size.
 
 use crate::signal::amplitude_spectrum;
 use crate::{AxisRecord, Dof, Error, Role, Vehicle};
 
-/// The usual motion of one record.
+/// The typical excursion of one record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Excursion {
-    /// The way from one turn to the next but one, m or rad: V T of an oscillation, or
-    /// all the way of a steady run.
+    /// Distance per oscillation, m or rad: V T of the dominant oscillation, or the distance
+    /// travelled in a steady run.
     pub(crate) stroke: f64,
-    /// The stroke over the size of the hull across it: the Keulegan–Carpenter number.
+    /// The Keulegan–Carpenter number: the stroke over the size of the hull across it.
     pub(crate) keulegan_carpenter: Option<f64>,
 }
 
 impl Excursion {
-    /// `KC = V T / D`: V is the amplitude of a sinusoid with the velocity's root mean
-    /// square, T the period at which velocity is greatest, and D the square root of the area
-    /// that the hull turns towards the water.
+    /// Computes `KC = V T / D`: V is the amplitude of a sinusoid with the velocity's root mean
+    /// square, T the dominant period of velocity, and D the square root of the projected area of
+    /// the hull.
     ///
     /// # Errors
     /// [`Error::TooShort`] for a record without a stretch.
@@ -47,7 +47,7 @@ impl Excursion {
     }
 }
 
-/// The size of the hull across a translation, m.
+/// Returns the size of the hull across a translation, m.
 fn size_across(vehicle: &Vehicle, dof: Dof) -> Option<f64> {
     vehicle.frontal_area_m2(dof).map(f64::sqrt)
 }
@@ -59,7 +59,7 @@ mod tests {
     use crate::navigation::Motion;
 
     #[test]
-    fn a_sine_of_half_a_metre_has_the_number_of_its_textbook() {
+    fn a_sine_of_half_a_metre_has_the_textbook_keulegan_carpenter_number() {
         // z = A sin ωt has V T = 2π A, so that KC = 2π A / D.
         let (amplitude, omega) = (0.5, 0.3925);
         let time_s: Vec<f64> = (0..4800).map(|k| 0.1 * f64::from(k)).collect();
@@ -81,7 +81,7 @@ mod tests {
             Excursion::of(&axis, Role::Fit, &vehicle).expect("long enough").expect("moving");
         let expected = 2.0 * std::f64::consts::PI * amplitude / (3.4_f64 * 2.2).sqrt();
         let kc = found.keulegan_carpenter.expect("the size is known");
-        // The period is read off a spectrum with bins of 1/960 Hz.
+        // The period is that of a bin of the spectrum, 1/960 Hz wide.
         assert!((kc / expected - 1.0).abs() < 0.02, "{kc} {expected}");
         let steady = Excursion::of(&axis, Role::Steady, &vehicle).expect("as before");
         // Mean |cos| is 2/π.

@@ -1,7 +1,7 @@
-//! From instrument readings to the velocity and position of the vehicle's origin.
+//! Conversion of instrument readings to velocity and position of the vehicle's origin.
 //!
 //! Frames: north-east-down in the world, forward-starboard-down on the body.
-//! An attitude turns body vectors into world ones: `R = R_z(heading) R_y(pitch) R_x(roll)`.
+//! An attitude rotates body vectors to the world: `R = R_z(heading) R_y(pitch) R_x(roll)`.
 
 mod acceleration;
 mod attitude;
@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 
 pub use acceleration::MeanAcceleration;
 pub(crate) use acceleration::MeanOver;
-use acceleration::{Around, Felt, LONGEST_MEAN_S};
+use acceleration::{Accelerometer, Around, LONGEST_MEAN_S};
 use attitude::AttitudeRecord;
 pub(crate) use attitude::unwrap;
 pub use beside::Beside;
@@ -30,88 +30,87 @@ use crate::quantity::{Axis, World};
 use crate::series::Reader;
 use crate::{Caveat, CaveatCode, Dof, Error, Gap, Quantity, Sensors, Timed};
 
-/// What one trial's instruments and thrusters said, in SI units and radians.
+/// The measurements and thruster inputs of one trial, in SI units and radians.
 pub type Recording = BTreeMap<Quantity, Timed>;
 
-/// A velocity, or the position whose derivative it is, or the acceleration that is its own.
+/// A motion as measured: as velocity, as position, or as acceleration.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Measured as velocity.
     Velocity(Timed),
     /// Measured as position; velocity is its derivative.
     Position(Timed),
-    /// Measured by an accelerometer alone, as [`MeanAcceleration::mean`]; velocity is not known.
+    /// Measured by an accelerometer alone, as [`MeanAcceleration::mean`]; velocity is unknown.
     Acceleration(Timed),
 }
 
-/// How the vehicle's origin moved, in body axes.
+/// Motion of the vehicle's origin, in body axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Navigated {
-    /// Velocity as an instrument measures it, corrected for how it sits.
+    /// Measured velocity, corrected for the position and alignment of the instrument.
     pub measured: BTreeMap<Dof, Timed>,
-    /// Velocity by way of navigated position.
+    /// Velocity from navigated position.
     pub by_position: BTreeMap<Dof, Motion>,
-    /// Acceleration along the translations that no instrument measures the velocity of: of
-    /// [`navigate`] `ν̇ + ω × v` of the origin, sample by sample.
+    /// Acceleration along the translations without a velocity measurement: from [`navigate`], `ν̇ +
+    /// ω × v` of the origin, sample by sample.
     pub acceleration: BTreeMap<Dof, MeanAcceleration>,
-    /// Positions along a degree of freedom that were measured themselves: the way along the
-    /// body's vertical axis that depth leads to (heave), roll, pitch, and the way about that axis
-    /// that heading leads to (yaw).
+    /// Measured positions along a degree of freedom: the path along the body's vertical axis from
+    /// depth (heave), roll, pitch, and the angle about that axis from heading (yaw).
     pub position: BTreeMap<Dof, Timed>,
     /// Depth of the origin, m, where it was measured.
     pub depth: Option<Timed>,
-    /// Heading as it was measured, unwrapped, rad: its slope is the yaw rate of a level vehicle only.
+    /// Measured heading, unwrapped, rad: its slope is the yaw rate of a level vehicle only.
     pub heading: Option<Timed>,
-    /// Gaps of heading in which the vehicle may have turned about: what heading says before and
-    /// after one differs by an unknown number of turns.
+    /// Gaps of heading in which the vehicle may have turned around: headings before and after
+    /// differ by an unknown number of turns.
     pub heading_cuts: Vec<Gap>,
     /// Angular velocity `[p, q, r]` of the body, rad/s, where rates or attitude were logged.
     pub rates: Option<[Timed; 3]>,
-    /// Where the instrument sits that measures a translation, from the vehicle's origin, m; of those
-    /// that sit elsewhere.
+    /// Lever arms from the vehicle's origin to the instruments that measure translations, m; of
+    /// those away from the origin.
     pub levers: BTreeMap<Dof, Vector3<f64>>,
-    /// What turning does to the velocity of a rigid body along each translation, `−(ω × v)`,
-    /// m/s²; of those whose log has turning and another velocity.
+    /// Acceleration `−(ω × v)` of a rigid body along each translation, m/s²; of those whose log has
+    /// rates and another velocity.
     pub turning: BTreeMap<Dof, Timed>,
-    /// What all axes did, those that are not wanted among them.
+    /// Motion along all axes, including those not requested.
     pub beside: Beside,
     /// World-fixed displacement `[north, east, down]` since the start, m.
     pub displacement_ned: Option<[Timed; 3]>,
-    /// What navigation had to do without.
+    /// Instruments that navigation lacked.
     pub caveats: Vec<Caveat>,
 }
 
 impl Navigated {
-    /// Where the instrument sits that measures a translation, from the origin, m; none if it sits there,
-    /// or nothing was taken from its readings as nothing measures ω.
+    /// Returns the lever arm of the instrument that measures a translation, m; none at the origin,
+    /// or where it was not corrected for lack of ω.
     pub(crate) fn lever(&self, dof: Dof) -> Option<Vector3<f64>> {
         self.levers.get(&dof).copied().filter(|_| self.rates.is_some())
     }
 
-    /// What such an instrument reads where a series is its translation of the origin.
+    /// Returns the readings of this instrument for a given translation of the origin.
     pub(crate) fn readings(&self, dof: Dof, origin: &Timed) -> Option<Timed> {
-        let mut turning = Turning::of(self.rates.as_ref(), self.lever(dof)?, dof.index());
+        let mut turning = Turning::new(self.rates.as_ref(), self.lever(dof)?, dof.index());
         let read = |(t, v): (&f64, &f64)| v + turning.at(*t);
         let read = origin.time_s().iter().zip(origin.values()).map(read).collect();
         origin.with_values("velocity", read).ok()
     }
 }
 
-/// ω × r along a body axis, m/s, at the times of the rates that are logged most often.
+/// Returns ω × r along a body axis, m/s, at the times of the rate with most samples.
 pub(crate) fn turning(rates: &[Timed; 3], lever: Vector3<f64>, axis: usize) -> Option<Timed> {
-    let mut turning = Turning::of(Some(rates), lever, axis);
+    let mut turning = Turning::new(Some(rates), lever, axis);
     let base = rates.iter().max_by_key(|rate| rate.len())?;
     let values = base.time_s().iter().map(|t| turning.at(*t)).collect();
     base.with_values("what turning adds", values).ok()
 }
 
-/// Finds how the vehicle's origin moved.
+/// Computes the motion of the vehicle's origin.
 ///
 /// `v_origin = R_bs v_dvl − ω × r_dvl`; depth of the origin = depth − (R r_depth)_z;
 /// displacement integrates R v_origin by the trapezoidal rule.
 ///
-/// Without rates ω is the derivative of the attitude; without attitude the vehicle is
-/// taken as level and still, and a caveat says so if an instrument has a lever arm.
+/// Without rates ω is the derivative of the attitude; without attitude the vehicle is assumed level
+/// and not turning, with a caveat if an instrument has a lever arm.
 ///
 /// # Errors
 /// [`Error::MissingChannel`] if a misaligned DVL lacks an axis that is needed;
@@ -120,20 +119,20 @@ pub(crate) fn turning(rates: &[Timed; 3], lever: Vector3<f64>, axis: usize) -> O
 /// # Source
 /// [Jason2, §3]; \[Kinsey2004\]: Doppler navigation in six degrees of freedom.
 pub fn navigate(trial: &str, recording: &Recording, sensors: &Sensors) -> Result<Navigated, Error> {
-    let voyage = Voyage::of(trial, recording.clone(), sensors)?;
-    let displacement_ned = voyage.track().map(|track| track.displacement()).transpose()?;
-    Ok(Navigated { displacement_ned, ..voyage.along(&Dof::ALL, OfTurning::Kept)? })
+    let navigation = Navigation::new(trial, recording.clone(), sensors)?;
+    let displacement_ned = navigation.track().map(|track| track.displacement()).transpose()?;
+    Ok(Navigated { displacement_ned, ..navigation.along(&Dof::ALL, OfTurning::Kept)? })
 }
 
-/// [`navigate`] for some degrees of freedom only, without displacement; the recording is
-/// used up, so that no reading outlives its use.
+/// Runs [`navigate`] for some degrees of freedom only, without displacement; consumes the
+/// recording, which frees the memory of each channel after its use.
 pub(crate) fn navigate_along(
     trial: &str,
     recording: Recording,
     sensors: &Sensors,
     dofs: &[Dof],
 ) -> Result<Navigated, Error> {
-    Voyage::of(trial, recording, sensors)?.along(dofs, OfTurning::Removed)
+    Navigation::new(trial, recording, sensors)?.along(dofs, OfTurning::Removed)
 }
 
 /// Treatment of −(ω × v) in accelerations, v being the measured velocity.
@@ -143,24 +142,24 @@ enum OfTurning {
     Kept,
 }
 
-/// Navigation but for what follows from the way travelled.
-struct Voyage {
+/// Navigation without the results that depend on displacement.
+struct Navigation {
     trial: String,
     attitude: AttitudeRecord,
-    /// North and east of the sensor that measures position, where there is one.
+    /// North and east of the sensor that measures position, if any.
     positioned: Option<[Timed; 2]>,
-    /// Where that sits.
+    /// Lever arm of that sensor.
     lever: Vector3<f64>,
-    /// What the accelerometer felt, where there is one.
-    felt: Felt,
+    /// The accelerometer's readings, if any.
+    accelerometer: Accelerometer,
     sensors: Sensors,
     nav: Navigated,
 }
 
-impl Voyage {
-    fn of(trial: &str, mut recording: Recording, sensors: &Sensors) -> Result<Self, Error> {
+impl Navigation {
+    fn new(trial: &str, mut recording: Recording, sensors: &Sensors) -> Result<Self, Error> {
         let caveats = gyro::remove_dead(trial, &mut recording);
-        let felt = Felt::take(&mut recording);
+        let accelerometer = Accelerometer::take(&mut recording);
         let attitude = AttitudeRecord::take(&mut recording, sensors);
         let rates = rates(&recording, &attitude)?;
         let heading_cuts = attitude.cuts.clone();
@@ -191,10 +190,10 @@ impl Voyage {
             nav.caveats.push(Caveat::warning(CaveatCode::Navigation, message));
         }
         let (trial, lever) = (trial.to_owned(), sensors.position.position_body);
-        Ok(Self { trial, attitude, positioned, lever, felt, sensors: *sensors, nav })
+        Ok(Self { trial, attitude, positioned, lever, accelerometer, sensors: *sensors, nav })
     }
 
-    /// The way travelled, as positioned or by dead reckoning; `None` if neither can be had.
+    /// Returns the displacement as positioned or by dead reckoning; `None` if neither is available.
     fn track(&self) -> Option<Track<'_>> {
         match &self.positioned {
             Some([north, east]) => Some(Track::positioned(north, east, self.lever, &self.attitude)),
@@ -202,7 +201,7 @@ impl Voyage {
         }
     }
 
-    /// Adds velocity by way of position, and keeps no more than some degrees of freedom.
+    /// Adds velocity from position, and keeps only some degrees of freedom.
     fn along(self, dofs: &[Dof], of_turning: OfTurning) -> Result<Navigated, Error> {
         let lacks = |&(_, dof): &(usize, Dof)| {
             let known = self.positioned.is_some() && dof != Dof::Heave
@@ -215,7 +214,7 @@ impl Voyage {
             let numbers: Vec<usize> = rows.iter().map(|(row, _)| *row).collect();
             velocities = track.body_velocity(&numbers)?;
         }
-        let Self { attitude, mut nav, trial, felt, sensors, .. } = self;
+        let Self { attitude, mut nav, trial, accelerometer, sensors, .. } = self;
         let found = rows.into_iter().zip(velocities);
         nav.by_position.extend(found.map(|((_, dof), v)| (dof, Motion::Velocity(v))));
         nav.depth = nav.position.get(&Dof::Heave).cloned();
@@ -236,17 +235,18 @@ impl Voyage {
                 nav.turning.insert(dof, turning);
             }
         }
-        nav.beside = Beside::of(&nav);
-        let unmeasured = |dof: &&Dof| !felt.is_empty() && !nav.measured.contains_key(dof);
-        let felt_along: Vec<Dof> = dofs.iter().filter(unmeasured).copied().collect();
-        for dof in felt_along {
+        nav.beside = Beside::new(&nav);
+        let unmeasured = |dof: &&Dof| !accelerometer.is_empty() && !nav.measured.contains_key(dof);
+        let accelerometer_axes: Vec<Dof> = dofs.iter().filter(unmeasured).copied().collect();
+        for dof in accelerometer_axes {
             let is_removed = of_turning == OfTurning::Removed;
             let turning = nav.turning.get(&dof).filter(|_| is_removed);
-            // Plants of several axes average over spans of their own.
+            // Plants of several axes choose their own averaging windows.
             let longest_s = if is_removed { LONGEST_MEAN_S } else { 0.0 };
             let around = Around { rates: nav.rates.as_ref(), turning, longest_s };
             let mut doubts = Vec::new();
-            let found = felt.along(dof, &trial, &sensors, &attitude, &around, &mut doubts)?;
+            let found =
+                accelerometer.along(dof, &trial, &sensors, &attitude, &around, &mut doubts)?;
             if let Some(found) = found {
                 doubts.extend(around.unknown_turning(&trial, dof).filter(|_| is_removed));
                 nav.acceleration.insert(dof, found);
@@ -261,7 +261,7 @@ impl Voyage {
     }
 }
 
-/// `−(ω × v)` along a translation, at the times of one of the other velocities.
+/// Returns `−(ω × v)` along a translation, at the times of one of the other velocities.
 fn turning_along(dof: Dof, nav: &Navigated) -> Option<Timed> {
     let [p, q, r] = nav.rates.as_ref()?;
     let [u, v, w] = TRANSLATIONS.map(|dof| nav.measured.get(&dof));
@@ -290,7 +290,7 @@ fn axis_of(dof: Dof) -> Axis {
 const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 const TRANSLATIONS: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Heave];
 
-/// Measured rates, and for axes without one those of the attitude.
+/// Returns measured rates, and those of the attitude for axes without.
 fn rates(recording: &Recording, attitude: &AttitudeRecord) -> Result<Option<[Timed; 3]>, Error> {
     let rotation =
         |axis| [Dof::Roll, Dof::Pitch, Dof::Yaw].into_iter().find(|dof| axis_of(*dof) == axis);
@@ -344,7 +344,7 @@ fn dvl_at_origin(
             };
             parts.push((r_bs[(row, column)], beam));
         }
-        let turning = Turning::of(nav.rates.as_ref(), lever, row);
+        let turning = Turning::new(nav.rates.as_ref(), lever, row);
         nav.measured.insert(dof, weighted_sum(&parts, turning)?);
         if lever.norm() > 0.0 {
             nav.levers.insert(dof, lever);
@@ -358,7 +358,7 @@ fn dvl_at_origin(
     Ok(())
 }
 
-/// (ω × r) along one body axis.
+/// The lever-arm velocity (ω × r) along one body axis.
 struct Turning<'a> {
     rates: Option<[Reader<'a>; 3]>,
     lever: Vector3<f64>,
@@ -366,12 +366,12 @@ struct Turning<'a> {
 }
 
 impl<'a> Turning<'a> {
-    fn of(rates: Option<&'a [Timed; 3]>, lever: Vector3<f64>, row: usize) -> Self {
+    fn new(rates: Option<&'a [Timed; 3]>, lever: Vector3<f64>, row: usize) -> Self {
         let moved = rates.filter(|_| lever.norm() > 0.0);
         Self { rates: moved.map(|rates| rates.each_ref().map(Timed::reader)), lever, row }
     }
 
-    /// At times that never decrease.
+    /// Returns it at times that never decrease.
     fn at(&mut self, t_s: f64) -> f64 {
         let Some(rates) = &mut self.rates else { return 0.0 };
         let omega = Vector3::from_iterator(rates.iter_mut().map(|rate| rate.at(t_s)));
@@ -379,7 +379,7 @@ impl<'a> Turning<'a> {
     }
 }
 
-/// Σ weight · series − turning, at the times that all have; where they share none, at the
+/// Returns Σ weight · series − turning, at the times that all share; if they share none, at the
 /// first one's times with the others interpolated.
 fn weighted_sum(parts: &[(f64, &Timed)], mut turning: Turning<'_>) -> Result<Timed, Error> {
     const NAME: &str = "DVL velocity";
@@ -429,7 +429,7 @@ fn depth_of_origin(
     let mut attitude = attitude.reader();
     let mut below = |t: f64| (attitude.at(t) * lever).z;
     let values = depth.time_s().iter().zip(depth.values()).map(|(&t, z)| z - below(t)).collect();
-    // Finite readings less a bounded lever are finite, and the times are the same.
+    // Finite readings less a bounded lever arm are finite, and the times are the same.
     let origin = depth.with_values("depth", values).unwrap_or_else(|_| depth.clone());
     nav.position.insert(Dof::Heave, origin.clone());
     nav.by_position.insert(Dof::Heave, Motion::Position(origin));
@@ -450,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dvl_ahead_of_a_turning_vehicle_sees_sway_that_is_not_there() {
+    fn a_dvl_ahead_of_a_turning_vehicle_measures_apparent_sway() {
         let sensors = Sensors {
             dvl: Sensor { position_body: Vector3::new(0.8, 0.0, 0.0), ..Default::default() },
             ..Default::default()
@@ -492,7 +492,7 @@ mod tests {
         let [p, q, r] = rates_of(&recording).expect("known");
         let inside = (30..270).map(|k| 0.1 * f64::from(k));
         for t in inside {
-            // The rate filter takes 1 % of 1 rad/s.
+            // The rate filter attenuates 1 rad/s by 1 %.
             assert!((q.at(t) - 0.2 * t.cos()).abs() < 0.01, "{t}");
             assert!((r.at(t) - 0.3 * t.cos()).abs() < 0.01 && p.at(t).abs() < 1e-12);
         }
@@ -503,7 +503,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_dvl_without_its_second_axis_is_refused() {
+    fn refuses_a_misaligned_dvl_without_its_second_axis() {
         let sensors = Sensors {
             dvl: Sensor { rotation_rad: [0.0, 0.0, 0.5], ..Default::default() },
             ..Default::default()
@@ -529,7 +529,7 @@ mod tests {
         assert!((north.values()[n - 1] - 10.0 * angle.sin()).abs() < 1e-3);
         assert!((east.values()[n - 1] - 10.0 * (1.0 - angle.cos())).abs() < 1e-3);
         assert_eq!(down.values()[n - 1], 0.0);
-        // Back in body axes, by way of position, it is surge alone.
+        // Converted back to body axes, the displacement is surge alone.
         let Motion::Velocity(surge) = &nav.by_position[&Dof::Surge] else { panic!("velocity") };
         assert!((surge.values()[n / 2] - 1.0).abs() < 1e-4);
     }

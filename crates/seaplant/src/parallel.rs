@@ -1,15 +1,15 @@
-//! Independent work on all cores, with results in order.
+//! Parallel evaluation of independent work, with results in order.
 
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Returns the result of `work` for each item, in their order: the number of threads changes no result.
+/// Returns the result of `work` for each item, in order; the number of threads changes no result.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     of_each(items.len(), |k| work(&items[k]))
 }
 
-/// Returns the result of `work` for each number below `count`, in their order.
+/// Returns the result of `work` for each number below `count`, in order.
 pub fn of_each<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let threads = thread::available_parallelism().map_or(1, NonZero::get).min(count);
     if threads < 2 {

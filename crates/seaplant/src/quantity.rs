@@ -1,20 +1,20 @@
-//! The quantities that a log's columns are mapped to.
+//! The quantities to which the columns of a log are mapped.
 
 pub(crate) mod channel;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a wind is measured against.
+/// The frame of a wind measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum WindFrame {
-    /// The moving vehicle.
+    /// Relative to the moving vehicle.
     Relative,
-    /// The ground.
+    /// Relative to the ground.
     True,
 }
 
-/// How strong a wind is, or from where it comes.
+/// A component of wind: its speed, or the direction from which it comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[expect(missing_docs, reason = "the sentence above says it")]
 pub enum WindPart {
@@ -40,7 +40,7 @@ pub enum World {
     Down,
 }
 
-/// An attitude angle: yaw, then pitch, then roll turn the world's axes into the body's.
+/// An attitude angle: yaw, then pitch, then roll rotate the world's axes to the body's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[expect(missing_docs, reason = "the sentence above says it")]
 pub enum Attitude {
@@ -49,7 +49,7 @@ pub enum Attitude {
     Heading,
 }
 
-/// The kind of unit that a quantity is written in.
+/// The dimension of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is a kind of unit by name")]
 pub enum Kind {
@@ -66,7 +66,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The unit in which Seaplant holds such a quantity.
+    /// Returns the unit in which Seaplant stores such a quantity.
     pub const fn unit(self) -> &'static str {
         match self {
             Self::AngularVelocity => "rad/s",
@@ -100,7 +100,7 @@ pub enum ThrusterInput {
 }
 
 impl ThrusterInput {
-    /// The name that channels and curves use.
+    /// Returns the name in channels and curves.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Speed => "speed",
@@ -110,7 +110,7 @@ impl ThrusterInput {
         }
     }
 
-    /// The unit in which Seaplant holds this input.
+    /// Returns the unit in which Seaplant stores this input.
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Speed => "rad/s",

@@ -1,15 +1,16 @@
-//! Draws of random numbers and processes.
+//! Random numbers and processes.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-/// A draw from the standard normal distribution.
+/// Draws from the standard normal distribution.
 pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     rng.sample(StandardNormal)
 }
 
-/// A first-order Gauss–Markov process, stationary from the start, with its correlation time in steps.
+/// Draws a first-order Gauss–Markov process, stationary from the start; `correlation` is its
+/// correlation time in steps.
 ///
 /// `f_{k+1} = a f_k + σ √(1 − a²) n_k` with a = exp(−1 / `correlation`).
 pub fn gauss_markov(mut rng: ChaCha8Rng, std: f64, correlation: f64, count: usize) -> Vec<f64> {

@@ -1,5 +1,5 @@
-//! Least squares on the columns of the plant model, with rank, conditioning and
-//! a covariance that correlated residuals do not fool.
+//! Least squares on the columns of the plant model, with rank, conditioning and a covariance that
+//! is valid for correlated residuals.
 
 mod bootstrap;
 mod residuals;
@@ -20,7 +20,7 @@ use triangle::{BLOCK_ROWS, Batch, Block, ONE, Triangle, V_DOT, WIDTH, place, wid
 use crate::terms::Term;
 use crate::{Dof, Error, LumpedParameters, Terms};
 
-/// The columns of one gapless stretch: every one has shape (n,).
+/// The columns of one stretch without gaps, each of shape (n,).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
     /// v̇, the left-hand side.
@@ -31,38 +31,38 @@ pub struct Columns {
     pub quadratic: Vec<f64>,
     /// v.
     pub linear: Vec<f64>,
-    /// Time that one row stands for, s.
+    /// Duration of one row, s.
     pub period_s: f64,
 }
 
-/// What least squares found.
+/// The result of least squares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeastSquares {
     /// The coefficients; those of terms that were not fitted are zero.
     pub lumped: LumpedParameters,
     /// Covariance of `[α, β, μ, bias]` from batch means; zero where not fitted.
     pub covariance: Matrix4<f64>,
-    /// Degrees of freedom for its t quantiles: batches less terms.
+    /// Degrees of freedom of its t quantiles: batches less terms.
     pub t_freedom: f64,
     /// Condition number of the columns, each scaled to unit length.
     pub condition: f64,
-    /// Variance inflation of each fitted term but the bias, in order.
+    /// Variance inflation factors of the fitted terms but the bias, in order.
     pub inflation: Vec<(Term, f64)>,
-    /// Rows.
+    /// The number of rows.
     pub samples: usize,
-    /// Rows that would say as much if they were independent.
+    /// The number of independent rows with the same information.
     pub effective_samples: f64,
     /// Root mean square of `v̇ − F Φ`, m/s² or rad/s².
     pub residual_rms: f64,
 }
 
-/// Columns whose smallest singular value is below this part of the largest are taken as
-/// dependent: instruments have at most five digits.
+/// Columns whose smallest singular value is below this fraction of the largest count as dependent:
+/// instruments have at most five digits.
 pub(crate) const EXCITATION_FLOOR: f64 = 1e-6;
 
-/// Residuals a batch apart are taken as independent …
+/// Length of a batch, beyond which residuals count as independent, s …
 const BATCH_S: f64 = 20.0;
-/// … but there are never fewer batches than this, nor more than that.
+/// … with at least and at most this many batches.
 pub(crate) const BATCHES: (usize, usize) = (10, 60);
 
 impl Columns {
@@ -80,9 +80,9 @@ impl Columns {
 /// Fits the lumped parameters of one degree of freedom to the columns of its stretches.
 ///
 /// Minimises `‖F Φ − v̇‖₂`; row k of `F` (n × p) holds the chosen terms of
-/// `[τ, v|v|, v, 1]`, and `Φ` (p × 1) their coefficients. Others are held at 0.
+/// `[τ, v|v|, v, 1]`, and `Φ` (p × 1) their coefficients. Others are fixed at 0.
 /// The covariance is `(FᵀF)⁻¹ S (FᵀF)⁻¹` with S from sums over batches of 20 s:
-/// filtered residuals are correlated, and the textbook formula takes them as independent.
+/// filtered residuals are correlated, and the textbook formula assumes them independent.
 ///
 /// # Errors
 /// [`Error::NotExciting`] if the columns of `F` are linearly dependent.
@@ -92,20 +92,20 @@ impl Columns {
 /// [Jason2, eq. (7)], by orthogonal reduction and singular values: normal equations
 /// square the condition number. Batch means: \[Schruben1983\].
 pub fn least_squares(dof: Dof, stretches: &[Columns], terms: Terms) -> Result<LeastSquares, Error> {
-    let mut regression = Regression::of(stretches.iter().map(Columns::duration_s).sum(), terms);
+    let mut regression = Regression::new(stretches.iter().map(Columns::duration_s).sum(), terms);
     for columns in stretches {
         regression.start_stretch(columns.period_s);
         regression.add(&columns.rows().collect::<Vec<_>>());
     }
     regression.solve(dof)
 }
-/// τ, v|v|, v and v̇ of one instant.
+/// τ, v|v|, v and v̇ at one instant.
 pub(crate) type Row = [f64; 4];
 
-/// Least squares on rows that are seen once and not kept.
+/// Sequential least squares, which does not store rows.
 ///
-/// Each batch of rows `[F v̇]` becomes the triangle R of its QR decomposition, from which
-/// rank, solution and the residuals' sums all follow: `v̇ − F Φ = Q R [−Φ; 1]`.
+/// Each batch of rows `[F v̇]` becomes the triangle R of its QR decomposition, which determines
+/// rank, solution and the sums of residuals: `v̇ − F Φ = Q R [−Φ; 1]`.
 pub(crate) struct Regression {
     terms: Terms,
     batch_s: f64,
@@ -114,33 +114,33 @@ pub(crate) struct Regression {
     block: Block,
 }
 
-/// The number of batches of stretches that last `total_s` together.
+/// Returns the number of batches in stretches of total duration `total_s`.
 pub(crate) fn batches_of(total_s: f64) -> usize {
     ((total_s / BATCH_S) as usize).clamp(BATCHES.0, BATCHES.1)
 }
 
-/// The time of one of them, s.
+/// Returns the duration of one of these batches, s.
 pub(crate) fn batch_s(total_s: f64) -> f64 {
     total_s / batches_of(total_s) as f64
 }
 
 impl Regression {
-    /// For rows of stretches that last `total_s` together.
-    pub(crate) fn of(total_s: f64, terms: Terms) -> Self {
+    /// Starts a regression on stretches of total duration `total_s`.
+    pub(crate) fn new(total_s: f64, terms: Terms) -> Self {
         Self::in_batches(batch_s(total_s), terms)
     }
 
-    /// For batches that last `batch_s` each.
+    /// Starts a regression with batches of duration `batch_s`.
     fn in_batches(batch_s: f64, terms: Terms) -> Self {
         Self { terms, batch_s, batch_rows: 1, batches: Vec::new(), block: Block::default() }
     }
 
-    /// Of rows that were reduced before.
+    /// Creates a regression from rows that are already reduced.
     pub(crate) fn of_batches(batches: Vec<Batch>, terms: Terms) -> Self {
         Self { batches, ..Self::in_batches(BATCH_S, terms) }
     }
 
-    /// No batch goes on across a gap.
+    /// Starts a stretch: no batch extends across a gap.
     pub(crate) fn start_stretch(&mut self, period_s: f64) {
         self.finish_block();
         self.batch_rows = ((self.batch_s / period_s).round() as usize).max(1);
@@ -151,8 +151,8 @@ impl Regression {
         self.add_with(rows, None);
     }
 
-    /// As [`Regression::add`], for equations that were multiplied or differenced, so that
-    /// the constant is not one; `ones` has what it is, one for each row.
+    /// Adds equations that were multiplied or differenced, so that the constant's column is `ones`
+    /// instead of 1.
     pub(crate) fn add_transformed(&mut self, rows: &[Row], ones: &[f64]) {
         self.add_with(rows, Some(ones));
     }
@@ -181,7 +181,7 @@ impl Regression {
         }
     }
 
-    /// What the rows say.
+    /// Solves for the coefficients.
     ///
     /// # Errors
     /// As [`least_squares`].
@@ -202,28 +202,28 @@ impl Regression {
             return Err(Error::NoTrial { dof });
         }
         let fitted = self.terms.fitted();
-        let whole = Triangle::of(&self.batches);
-        // Newtons (~1e3) sit beside m/s (~1e-1): unscaled, the rank test would
-        // judge our choice of units instead of the trial.
+        let whole = Triangle::merged(&self.batches);
+        // Newtons (~1e3) stand next to m/s (~1e-1): unscaled, the rank test would depend on the
+        // choice of units instead of the trial.
         let unit = |&term: &Term| 1.0 / whole.column(place(term)).norm().max(f64::MIN_POSITIVE);
         let scale = DVector::from_iterator(fitted.len(), fitted.iter().map(unit));
         Ok(Reduced { dof, terms: self.terms, fitted, whole, batches: self.batches, scale, samples })
     }
 }
 
-/// All rows, reduced.
+/// The reduced rows of all batches.
 struct Reduced {
     dof: Dof,
     terms: Terms,
     fitted: Vec<Term>,
     batches: Vec<Batch>,
     whole: Triangle,
-    /// What brings each fitted column to unit length.
+    /// Scale factors that bring each fitted column to unit length.
     scale: DVector<f64>,
     samples: usize,
 }
 
-/// The scaled columns, taken apart.
+/// A factorisation of the scaled columns.
 struct Factored {
     svd: SVD<f64, Dyn, Dyn>,
     /// (FᵀF)⁻¹.
@@ -232,20 +232,20 @@ struct Factored {
 }
 
 impl Factored {
-    /// Scaled coefficients.
+    /// Returns the scaled coefficients.
     fn solve(&self, rhs: &SVector<f64, WIDTH>) -> DVector<f64> {
         let rhs = DVector::from_column_slice(rhs.as_slice());
         self.svd.solve(&rhs, 0.0).expect("U and Vᵀ were asked for")
     }
 }
 
-/// `(FᵀF)⁻¹ S (FᵀF)⁻¹` of the scaled columns.
+/// Returns `(FᵀF)⁻¹ S (FᵀF)⁻¹` of the scaled columns.
 fn sandwich(inverse: &DMatrix<f64>, residuals: &Residuals) -> DMatrix<f64> {
     inverse * residuals.meat() * inverse
 }
 
 impl Reduced {
-    /// A fitted column of some rows, scaled.
+    /// Returns a fitted column of reduced rows, scaled.
     fn column(&self, rows: &Triangle, j: usize) -> SVector<f64, WIDTH> {
         rows.column(place(self.fitted[j])) * self.scale[j]
     }
@@ -253,7 +253,7 @@ impl Reduced {
     fn factored(&self) -> Result<Factored, Error> {
         let needed = self.fitted.len();
         let columns = DMatrix::from_fn(WIDTH, needed, |i, j| self.column(&self.whole, j)[i]);
-        // Of what is not finite the search for singular values never ends.
+        // The iteration for singular values does not terminate unless all are finite.
         if !columns.iter().all(|x| x.is_finite()) {
             return Err(Error::TooLarge { dof: self.dof });
         }
@@ -272,7 +272,7 @@ impl Reduced {
         Ok(Factored { svd, inverse, condition })
     }
 
-    /// What scaled coefficients leave of some rows, reduced like them.
+    /// Returns the residual of reduced rows for scaled coefficients, in reduced form.
     fn residual(&self, rows: &Triangle, coefficients: &DVector<f64>) -> SVector<f64, WIDTH> {
         let mut e = rows.column(V_DOT);
         for (j, coefficient) in coefficients.iter().enumerate() {
@@ -321,7 +321,7 @@ impl Reduced {
         }
     }
 
-    /// VIF_j = (FᵀF)⁻¹_jj Σ(x − x̄)², with x̄ = 0 where no bias is fitted.
+    /// Returns VIF_j = (FᵀF)⁻¹_jj Σ(x − x̄)², with x̄ = 0 where no bias is fitted.
     fn inflation(&self, inverse: &DMatrix<f64>) -> Vec<(Term, f64)> {
         let one = self.whole.column(ONE);
         let of = |j: usize| {
@@ -342,7 +342,7 @@ impl Reduced {
 mod tests {
     use super::*;
 
-    /// Two incommensurate tones, so that no two columns are alike.
+    /// Builds columns of two incommensurate tones, so that no two columns are collinear.
     fn columns(n: usize, plant: LumpedParameters) -> Columns {
         let time = |k: usize| 0.1 * k as f64;
         let tau: Vec<f64> = (0..n).map(|k| 900.0 * (0.7 * time(k)).sin()).collect();
@@ -361,7 +361,7 @@ mod tests {
         LumpedParameters { alpha: 7.71e-5, beta: -0.172, mu: -0.01, bias: 0.0197 };
 
     #[test]
-    fn finds_every_coefficient_of_exact_columns() {
+    fn recovers_every_coefficient_from_exact_columns() {
         let terms: Terms = "force,quadratic,linear,bias".parse().expect("valid");
         let fit = least_squares(Dof::Surge, &[columns(3000, PLANT)], terms).expect("exciting");
         let error = (fit.lumped.to_vector() - PLANT.to_vector()).component_div(&PLANT.to_vector());
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn several_stretches_count_as_one_fit() {
+    fn several_stretches_equal_one_fit() {
         let whole = columns(3000, PLANT);
         let part = |from: usize, to: usize| Columns {
             v_dot: whole.v_dot[from..to].to_vec(),
@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_of_any_unit_have_the_same_condition() {
+    fn the_condition_number_does_not_depend_on_units() {
         let metres = columns(2000, PLANT);
         let mut millimetres = metres.clone();
         millimetres.quadratic.iter_mut().for_each(|x| *x *= 1e6);

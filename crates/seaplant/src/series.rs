@@ -1,4 +1,4 @@
-//! Samples at their own times, and the grids they are brought to.
+//! Samples at their own times, and uniform grids.
 
 mod cutter;
 mod reader;
@@ -28,30 +28,28 @@ use crate::Error;
 pub struct Timed {
     time_s: Arc<[f64]>,
     values: Arc<[f64]>,
-    steps: Steps,
+    steps: Intervals,
 }
 
-/// The intervals between samples, s; zero for a single sample.
+/// Statistics of the intervals between samples, s; zero for a single sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Steps {
+struct Intervals {
     shortest: f64,
     median: f64,
     longest: f64,
 }
 
-/// Times that keep to a grid within this part of its step are on it: decimal time stamps
-/// are rounded.
+/// Tolerance of times on a grid, as a fraction of its period: decimal time stamps are rounded.
 const ROUNDING_PART: f64 = 1e-6;
 
-/// Times this close are of one instant, s: those that count from 1970 are rounded to a quarter
-/// of a microsecond, each.
+/// Tolerance of equal times, s: seconds since 1970 are rounded to a quarter of a microsecond.
 pub(crate) const ROUNDING_S: f64 = 1e-6;
 
-/// A signal that is held for so long has no gap, s.
+/// Longest interval that is never a gap in a held signal, s.
 const LEAST_HELD_GAP_S: f64 = 1.0;
 
-impl Steps {
-    fn of(time_s: &[f64]) -> Self {
+impl Intervals {
+    fn between(time_s: &[f64]) -> Self {
         let (mut shortest, mut longest) = (f64::INFINITY, f64::NEG_INFINITY);
         for pair in time_s.windows(2) {
             let step = pair[1] - pair[0];
@@ -80,7 +78,7 @@ pub struct Grid {
     pub start_s: f64,
     /// The interval, s.
     pub period_s: f64,
-    /// How many instants.
+    /// The number of instants.
     pub len: usize,
 }
 
@@ -94,31 +92,31 @@ pub struct Gap {
 }
 
 impl Grid {
-    /// The grid that spans `from_s` to `to_s` (both included where they fall on it).
+    /// Creates the grid from `from_s` to `to_s` (both included where they lie on it).
     pub fn spanning(from_s: f64, to_s: f64, period_s: f64) -> Self {
-        // Half a millionth of a step forgives the rounding of decimal time stamps.
+        // Half a millionth of a step absorbs the rounding of decimal time stamps.
         let len = ((to_s - from_s) / period_s + 5e-7).floor().max(0.0) as usize + 1;
         Self { start_s: from_s, period_s, len }
     }
 
-    /// The k-th instant, s.
+    /// Returns the k-th instant, s.
     pub fn time(&self, k: usize) -> f64 {
         self.start_s + k as f64 * self.period_s
     }
 
-    /// Some of its instants, by their numbers.
+    /// Returns the grid of a range of its instants.
     pub fn part(&self, of: Range<usize>) -> Self {
         Self { start_s: self.time(of.start), period_s: self.period_s, len: of.len() }
     }
 
-    /// All instants, s.
+    /// Returns all instants, s.
     pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.len).map(|k| self.time(k))
     }
 }
 
 impl Timed {
-    /// Checks and keeps samples; `name` says whose they are if they are refused.
+    /// Checks and stores samples; `name` identifies them in errors.
     ///
     /// # Errors
     /// [`Error::Length`] if there is not one value per time, [`Error::TooShort`]
@@ -159,10 +157,10 @@ impl Timed {
     }
 
     fn checked(time_s: Arc<[f64]>, values: Arc<[f64]>) -> Self {
-        Self { steps: Steps::of(&time_s), time_s, values }
+        Self { steps: Intervals::between(&time_s), time_s, values }
     }
 
-    /// The values of a grid's instants; `values` has one for each and is finite.
+    /// Creates a series on a grid; `values` holds one finite value an instant.
     ///
     /// # Errors
     /// As [`Timed::new`].
@@ -170,51 +168,51 @@ impl Timed {
         Self::new(name, grid.times().collect::<Arc<[f64]>>(), values)
     }
 
-    /// The times, s, shape (n,).
+    /// Returns the times, s, shape (n,).
     pub fn time_s(&self) -> &[f64] {
         &self.time_s
     }
 
-    /// The values, shape (n,).
+    /// Returns the values, shape (n,).
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// How many samples; never zero.
+    /// Returns the number of samples, which is never zero.
     #[expect(clippy::len_without_is_empty, reason = "a series is never empty")]
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// The first time, s.
+    /// Returns the first time, s.
     pub fn first_s(&self) -> f64 {
         self.time_s[0]
     }
 
-    /// The last time, s.
+    /// Returns the last time, s.
     pub fn last_s(&self) -> f64 {
         self.time_s[self.len() - 1]
     }
 
-    /// The median interval between samples, s; zero for a single sample.
+    /// Returns the median interval between samples, s; zero for a single sample.
     ///
-    /// Where all are equal but for the rounding of time stamps it is their mean, which
-    /// that rounding leaves alone.
+    /// Where all intervals are equal but for the rounding of time stamps it is their mean, which
+    /// that rounding does not affect.
     pub fn period_s(&self) -> f64 {
         self.steps.median
     }
 
-    /// The longest interval between samples, s; zero for a single sample.
+    /// Returns the longest interval between samples, s; zero for a single sample.
     pub fn longest_step_s(&self) -> f64 {
         self.steps.longest
     }
 
-    /// The values transformed one by one; the function must return finite values.
+    /// Transforms each value; the function must return finite values.
     pub fn map(&self, f: impl Fn(f64) -> f64) -> Self {
         Self { values: self.values.iter().map(|&x| f(x)).collect(), ..self.clone() }
     }
 
-    /// Other values at the same times, one for each, finite.
+    /// Replaces the values at the same times; there must be one finite value for each.
     ///
     /// # Errors
     /// [`Error::Length`] if there is not one value per time, [`Error::NotFinite`].
@@ -222,7 +220,7 @@ impl Timed {
         self.with_shared_values(name, values.into())
     }
 
-    /// As [`Timed::with_values`], of values that need not be copied.
+    /// Does the same as [`Timed::with_values`] without copying the values.
     pub(crate) fn with_shared_values(&self, name: &str, values: Arc<[f64]>) -> Result<Self, Error> {
         let name = || name.to_owned();
         if values.len() != self.len() {
@@ -235,17 +233,17 @@ impl Timed {
         Ok(Self { time_s: Arc::clone(&self.time_s), values, steps: self.steps })
     }
 
-    /// Whether two series are sampled at the same times.
+    /// Returns whether two series have the same times.
     pub fn is_sampled_with(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.time_s, &other.time_s) || self.time_s == other.time_s
     }
 
-    /// The samples from `from_s` to `to_s`, both included; `None` if there are none.
+    /// Returns the samples from `from_s` to `to_s`, both included; `None` if there are none.
     pub fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
         self.part(self.rows(from_s, to_s), &mut Vec::new())
     }
 
-    /// As [`Timed::window`] for a held signal: the sample in force at `from_s` is kept too.
+    /// Returns the window of a held signal, which includes the sample in force at `from_s`.
     pub fn window_held(&self, from_s: f64, to_s: f64) -> Option<Self> {
         self.part(self.rows_held(from_s, to_s), &mut Vec::new())
     }
@@ -260,8 +258,8 @@ impl Timed {
         self.rows(self.time_s[held.max(1) - 1].min(from_s), to_s)
     }
 
-    /// Some of the samples; their times are one of `known` where that is a part of the same
-    /// time base, else become one.
+    /// Cuts out a range of samples; shares its times with `known` if those are the same part of the
+    /// same time base, else adds them.
     fn part(&self, rows: Range<usize>, known: &mut Vec<PartOfBase>) -> Option<Self> {
         if rows == (0..self.len()) {
             return Some(self.clone());
@@ -280,39 +278,39 @@ impl Timed {
         Some(part)
     }
 
-    /// Moves every time by `offset_s`.
+    /// Shifts every time by `offset_s`.
     pub fn shifted(&self, offset_s: f64) -> Self {
         let time_s = self.time_s.iter().map(|t| t + offset_s).collect();
         Self::checked(time_s, Arc::clone(&self.values))
     }
 
-    /// The value at `t_s` by linear interpolation; the end values beyond the ends.
+    /// Returns the value at `t_s` by linear interpolation; beyond the ends, the end value.
     pub fn at(&self, t_s: f64) -> f64 {
         self.before(self.reached(t_s), t_s)
     }
 
-    /// How many samples are at or before `t_s`.
+    /// Returns the number of samples at or before `t_s`.
     ///
-    /// Where samples keep their period it is found from that, without a search.
+    /// A regular sampling period gives it without a search.
     pub(crate) fn reached(&self, t_s: f64) -> usize {
         let is_it = |count: usize| {
             let (before, after) = (count.checked_sub(1), self.time_s.get(count));
             before.is_none_or(|k| self.time_s.get(k).is_some_and(|t| *t <= t_s))
                 && after.is_none_or(|t| *t > t_s)
         };
-        // A number below zero, or none, becomes zero.
+        // The cast turns a negative number and NaN into zero.
         let near = ((t_s - self.time_s[0]) / self.steps.median) as usize;
         (near..near.saturating_add(3))
             .find(|count| is_it(*count))
             .unwrap_or_else(|| self.time_s.partition_point(|&t| t <= t_s))
     }
 
-    /// Reads the series at times that never decrease.
+    /// Returns a reader of the series for times that never decrease.
     pub(crate) fn reader(&self) -> Reader<'_> {
         Reader::from(self, 0)
     }
 
-    /// The value at `t_s`, which lies between sample `after` and the one before it.
+    /// Returns the value at `t_s`, which lies between sample `after` and the one before it.
     fn before(&self, after: usize, t_s: f64) -> f64 {
         if after == 0 {
             return self.values[0];
@@ -325,21 +323,21 @@ impl Timed {
         self.values[after - 1] + weight * (self.values[after] - self.values[after - 1])
     }
 
-    /// The value in force at `t_s` if each sample is held until the next.
+    /// Returns the value in force at `t_s` if each sample is held until the next.
     pub fn held_at(&self, t_s: f64) -> f64 {
         self.values[self.reached(t_s).max(1) - 1]
     }
 
-    /// The series with one sample more, so long before its first.
+    /// Prepends a sample `before_s` ahead of the first.
     pub(crate) fn preceded_by(&self, before_s: f64, value: f64) -> Self {
         let time_s: Arc<[f64]> =
             std::iter::once(self.first_s() - before_s).chain(self.time_s.iter().copied()).collect();
         let values = std::iter::once(value).chain(self.values.iter().copied()).collect();
-        Self { steps: Steps::of(&time_s), time_s, values }
+        Self { steps: Intervals::between(&time_s), time_s, values }
     }
 
-    /// The series as one that is held over steps of at most `step_s`: each holds what
-    /// straight lines between samples have in its middle. Gaps stay gaps.
+    /// Converts linear interpolation to a held signal with steps of at most `step_s`: each step
+    /// holds the interpolated value at its middle. Gaps remain.
     ///
     /// ```
     /// use seaplant::Timed;
@@ -367,11 +365,11 @@ impl Timed {
         }
         time_s.push(self.last_s());
         values.push(self.values[self.len() - 1]);
-        Self { steps: Steps::of(&time_s), time_s: time_s.into(), values: values.into() }
+        Self { steps: Intervals::between(&time_s), time_s: time_s.into(), values: values.into() }
     }
 
-    /// The longest interval that is no gap in a signal that is logged when it changes: a second,
-    /// or five times what nine tenths of its intervals are shorter than.
+    /// Returns the longest interval that is not a gap in a signal logged on change: a second, or
+    /// five times the 90th percentile of its intervals.
     pub(crate) fn longest_usual_s(&self) -> f64 {
         if self.longest_step_s() <= LEAST_HELD_GAP_S {
             return LEAST_HELD_GAP_S;
@@ -382,7 +380,7 @@ impl Timed {
         (5.0 * *long).max(LEAST_HELD_GAP_S)
     }
 
-    /// The intervals longer than `longest_s`.
+    /// Returns the intervals longer than `longest_s`.
     pub fn gaps(&self, longest_s: f64) -> Vec<Gap> {
         if self.longest_step_s() <= longest_s {
             return Vec::new();
@@ -394,7 +392,7 @@ impl Timed {
             .collect()
     }
 
-    /// Linear interpolation at each instant of a grid.
+    /// Interpolates linearly at each instant of a grid.
     pub fn interpolate(&self, grid: Grid) -> Vec<f64> {
         if let Some(rows) = self.samples_on(grid) {
             return self.values[rows].to_vec();
@@ -404,27 +402,26 @@ impl Timed {
         grid.times().map(|t| reader.at(t)).collect()
     }
 
-    /// The samples that are at the instants of a grid, one for each, if there are such.
+    /// Returns the range of samples that coincide one by one with the instants of a grid, if they
+    /// do.
     fn samples_on(&self, grid: Grid) -> Option<Range<usize>> {
         let near = ROUNDING_PART * grid.period_s + ROUNDING_S;
         let from = self.time_s.partition_point(|&t| t < grid.start_s - near);
         let to = from + grid.len;
         let at = self.time_s.get(from..to)?.iter().zip(grid.times());
-        // Counting all of them is quicker than stopping at the first that is off.
+        // Counting all of them is faster than stopping at the first that differs.
         let off = at.filter(|(t, instant)| (*t - instant).abs() > near).count();
         (off == 0).then_some(from..to)
     }
 
-    /// The mean over `[t − ½ period, t + ½ period]` around each instant of a grid,
-    /// of a signal that is held between samples.
+    /// Averages a held signal over `[t − ½ period, t + ½ period]` around each instant of a grid.
     ///
-    /// A thrust logged at t acts until the next is logged. Reading it at t alone
-    /// leaves it half a sample early beside a centred difference of velocity,
-    /// which the drag estimate pays for.
+    /// A thrust logged at t acts until the next is logged. Its value at t alone would lead a
+    /// centred difference of velocity by half a sample, which biases the drag estimate.
     pub fn held_means(&self, grid: Grid) -> Vec<f64> {
         let half = 0.5 * grid.period_s;
         if let Some(rows) = self.samples_on(grid).filter(|_| self.steps.shortest >= half) {
-            // Half of each interval is under the sample before its middle.
+            // Each sample covers half of the interval that follows its predecessor.
             let mut means = self.values[rows.clone()].to_vec();
             let before = rows.start.saturating_sub(1)..rows.end - 1;
             let late = usize::from(rows.start == 0);
@@ -445,7 +442,7 @@ impl Timed {
     }
 }
 
-/// The median, reordering what it is given; `None` of nothing.
+/// Returns the median, reordering the values; `None` if there are none.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
@@ -455,7 +452,7 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     Some(*median)
 }
 
-/// All times of some series, those of one instant once.
+/// Merges the times of several series; equal times are kept once.
 pub(crate) fn union<'a>(series: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
     let mut all: Vec<f64> = series.flatten().copied().collect();
     all.sort_by(f64::total_cmp);
@@ -487,7 +484,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_is_found_in_a_grid_in_a_log_with_gaps_and_beyond_both_ends() {
+    fn counts_samples_on_a_grid_in_a_log_with_gaps_and_beyond_both_ends() {
         let grid: Vec<f64> = (0..50).map(|k| 3.0 + 0.1 * f64::from(k)).collect();
         let with_gap = grid.iter().enumerate().map(|(k, t)| t + if k < 20 { 0.0 } else { 7.3 });
         let uneven = (0..50).map(|k| f64::from(k * k) * 0.01);
@@ -529,7 +526,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_not_drawn_through_years() {
+    fn does_not_interpolate_across_years() {
         let mut time_s: Vec<f64> = (0..20).map(|k| 0.5 * f64::from(k)).collect();
         time_s.extend((0..20).map(|k| 1.7e9 + 0.5 * f64::from(k)));
         let fine = series(&time_s, &time_s.clone()).interpolated(0.05);
@@ -538,7 +535,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reader_says_what_a_search_finds() {
+    fn a_reader_agrees_with_a_search() {
         let x = series(&[0.0, 0.3, 1.1, 1.2], &[1.0, 4.0, -2.0, 7.0]);
         let (mut reader, mut held) = (x.reader(), x.reader());
         for t in [-1.0, 0.0, 0.0, 0.1, 0.3, 1.15, 1.2, 5.0] {
@@ -548,7 +545,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_share_times_where_the_series_did() {
+    fn windows_share_times_where_the_series_share_them() {
         let time_s: Arc<[f64]> = (0..9).map(f64::from).collect();
         let of = |x: f64| Timed::new("test", Arc::clone(&time_s), vec![x; 9]).expect("valid");
         let mut cutter = Cutter::default();
@@ -556,14 +553,14 @@ mod tests {
         let (a, b) = (window(&of(1.0)), window(&of(2.0)));
         assert_eq!(a.time_s(), [2.0, 3.0, 4.0, 5.0, 6.0]);
         assert!(Arc::ptr_eq(&a.time_s, &b.time_s) && b.values() == [2.0; 5]);
-        // Other times are other times, and the sample in force is one more.
+        // Other times stay separate, and the sample in force is one more.
         let held = cutter.window_held(&of(3.0), (1.5, 6.0)).expect("six samples");
         assert_eq!(held.time_s()[0], 1.0);
         assert_eq!(held, of(3.0).window_held(1.5, 6.0).expect("six samples"));
     }
 
     #[test]
-    fn what_is_around_a_window_interpolates_as_the_whole() {
+    fn samples_around_a_window_interpolate_as_the_series() {
         let x = series(&[0.0, 1.0, 2.0, 3.0, 4.0], &[1.0, 4.0, -2.0, 7.0, 3.0]);
         for window in [(1.2, 2.7), (1.0, 3.0), (-5.0, 0.5), (3.5, 9.0), (5.0, 9.0), (-9.0, -5.0)] {
             let part = Cutter::default().around(&x, window);

@@ -1,17 +1,17 @@
-//! Statistics of estimates, whatever they are estimates of.
+//! Statistics of estimates.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Fewer batches say too little of how scores vary.
+/// Fewer batches determine the covariance of scores too poorly.
 const LEAST_BATCHES: usize = 8;
 
-/// The covariance of a maximum-likelihood estimate whose model may be wrong: `A⁻¹ J A⁻¹`, and
-/// nowhere less than `A⁻¹`.
+/// Estimates the covariance of a maximum-likelihood estimate with a possibly wrong model: `A⁻¹ J
+/// A⁻¹`, with no variance below that of `A⁻¹`.
 ///
 /// `information` is A, shape (p, p); `scores` are the gradients of the cost over batches of the
-/// record at the optimum, each of shape (p,), long beside the memory of the innovations (thirty
-/// batches do); `J = B/(B − 1) Σ (s_b − s̄)(s_b − s̄)ᵀ`. Where batches are fewer than eight, or A
-/// cannot be inverted, `None`.
+/// record at the optimum, each of shape (p,), long compared with the correlation of the innovations
+/// (thirty batches suffice); `J = B/(B − 1) Σ (s_b − s̄)(s_b − s̄)ᵀ`. Returns `None` for fewer than
+/// eight batches, or if A cannot be inverted.
 ///
 /// # Source
 /// H. White, "Maximum likelihood estimation of misspecified models", *Econometrica* 50, 1982;
@@ -46,7 +46,7 @@ pub fn robust_covariance(
         meat += &off * off.transpose();
     }
     let robust = &inverse * meat * &inverse * (scores.len() as f64 / freedom);
-    // Each standard deviation at least what the model says, correlations as they are.
+    // Raises each standard deviation to that of the model and keeps the correlations.
     let grow = DVector::from_fn(p, |j, _| (inverse[(j, j)] / robust[(j, j)]).max(1.0).sqrt());
     Some(robust.component_mul(&(&grow * grow.transpose())))
 }
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_robust_covariance_is_never_less_than_the_models_own() {
+    fn a_robust_variance_is_never_below_the_models() {
         let information = DMatrix::from_row_slice(2, 2, &[400.0, 100.0, 100.0, 900.0]);
         let own = information.clone().try_inverse().expect("definite");
         let quiet: Vec<DVector<f64>> =

@@ -1,4 +1,4 @@
-//! Which terms of the plant model are fitted.
+//! The terms of the plant model that are fitted.
 
 use std::fmt;
 use std::str::FromStr;
@@ -28,7 +28,7 @@ impl Term {
     /// All four, in the order of `[α, β, μ, bias]`.
     pub const ALL: [Self; 4] = [Self::Force, Self::Quadratic, Self::Linear, Self::Bias];
 
-    /// As files and flags write it.
+    /// Returns the name in files and flags.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Force => "force",
@@ -39,7 +39,7 @@ impl Term {
     }
 }
 
-/// The terms that are fitted; the coefficients of the others are held at zero.
+/// The fitted terms; the coefficients of the others are fixed at zero.
 ///
 /// By default force, quadratic drag and bias: in the paper a bias did better in every
 /// degree of freedom and linear drag did not help [Jason2, §4].
@@ -76,7 +76,7 @@ impl Terms {
         }
     }
 
-    /// Every choice of terms that makes a plant model.
+    /// Returns every choice of terms that makes a plant model.
     pub fn subsets() -> Vec<Self> {
         let choice = |bits: usize| -> Vec<Term> {
             Term::ALL
@@ -89,22 +89,22 @@ impl Terms {
         (0..16).filter_map(|bits| Self::new(&choice(bits)).ok()).collect()
     }
 
-    /// Whether a term is fitted.
+    /// Returns whether a term is fitted.
     pub fn has(self, term: Term) -> bool {
         self.fitted[term as usize]
     }
 
-    /// The fitted terms, in order.
+    /// Returns the fitted terms, in order.
     pub fn fitted(self) -> Vec<Term> {
         Term::ALL.into_iter().filter(|&term| self.has(term)).collect()
     }
 
-    /// How many terms are fitted.
+    /// Returns the number of fitted terms.
     pub fn count(self) -> usize {
         self.fitted.iter().filter(|fitted| **fitted).count()
     }
 
-    /// Coefficients of the fitted terms, in order, as parameters.
+    /// Builds parameters from the coefficients of the fitted terms, in order.
     pub(crate) fn unpack(self, coefficients: &[f64]) -> LumpedParameters {
         let mut all = [0.0; 4];
         for (term, value) in self.fitted().into_iter().zip(coefficients) {

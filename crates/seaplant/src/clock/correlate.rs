@@ -5,29 +5,29 @@ use std::sync::Arc;
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-/// The correlation of two series at one lag, of the instants that both have there.
+/// The correlation of two series at one lag, over the instants at which both exist.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AtLag {
-    /// Instant k of the one goes with instant k + lag of the other.
+    /// Instant k of the first series matches instant k + lag of the second.
     pub(super) lag: isize,
     /// −1 to 1.
     pub(super) correlation: f64,
-    /// How many instants both have.
+    /// The number of instants at which both exist.
     pub(super) instants: f64,
 }
 
 impl AtLag {
-    /// What the correlation gains in logarithmic likelihood, were the instants independent.
+    /// Returns the log-likelihood gain of the correlation for independent instants.
     pub(super) fn gain(&self) -> f64 {
         -0.5 * self.instants * (1.0 - self.correlation * self.correlation).max(1e-12).ln()
     }
 }
 
-/// The normalised cross-correlation of two series at every lag at which they share `least`
-/// instants; what is absent is `NaN` and counts for nothing.
+/// Computes the normalised cross-correlation of two series at every lag with at least `least`
+/// common instants; absent values are `NaN` and are skipped.
 ///
 /// `ρ(m) = Σ (y_k − ȳ)(x_{k+m} − x̄) / √(Σ (y_k − ȳ)² Σ (x_{k+m} − x̄)²)`, sums and means over the
-/// instants that both have at that lag. Six products of Fourier transforms give every sum.
+/// common instants at that lag. Six products of Fourier transforms give every sum.
 pub(super) fn correlations(y: &[f64], x: &[f64], least: f64) -> Vec<AtLag> {
     let transforms = Transforms::new((y.len() + x.len()).next_power_of_two());
     let [of_y, of_x] = [y, x].map(|series| {
@@ -41,8 +41,7 @@ pub(super) fn correlations(y: &[f64], x: &[f64], least: f64) -> Vec<AtLag> {
     lags.filter_map(|lag| at(&sums, lag, least)).collect()
 }
 
-/// The correlation at one lag from the sums over it; `None` of constants and of too few
-/// instants.
+/// Returns the correlation at one lag from its sums; `None` for constants and too few instants.
 fn at(sums: &[Vec<f64>; 6], lag: isize, least: f64) -> Option<AtLag> {
     let place = lag.rem_euclid(sums[0].len() as isize) as usize;
     let [n, y, yy, x, xx, xy] = [0, 1, 2, 3, 4, 5].map(|sum| sums[sum][place]);
@@ -50,7 +49,7 @@ fn at(sums: &[Vec<f64>; 6], lag: isize, least: f64) -> Option<AtLag> {
     if instants < least.max(2.0) {
         return None;
     }
-    /// Of series whose variance is 1, smaller ones are rounding.
+    /// Variances below this are rounding, for series of variance 1.
     const CONSTANT: f64 = 1e-9;
     let [of_y, of_x] = [(y, yy), (x, xx)].map(|(sum, squares)| (squares - sum * sum / n) / n);
     let covariance = (xy - x * y / n) / n;
@@ -59,7 +58,7 @@ fn at(sums: &[Vec<f64>; 6], lag: isize, least: f64) -> Option<AtLag> {
     varies.then_some(AtLag { lag, correlation, instants })
 }
 
-/// A series at mean 0 and variance 1; `None` where it is absent.
+/// Scales a series to mean 0 and variance 1; absent values are `None`.
 fn scaled(series: &[f64]) -> Vec<Option<f64>> {
     let known = || series.iter().filter(|x| !x.is_nan());
     let n = known().count().max(1) as f64;
@@ -89,12 +88,12 @@ impl Transforms {
         spectrum
     }
 
-    /// `Σ a_k b_{k+m}` for every m, from the spectra of both.
+    /// Returns `Σ a_k b_{k+m}` for every m, from both spectra.
     fn product(&self, a: &[Complex<f64>], b: &[Complex<f64>]) -> Vec<f64> {
         let length = self.backward.len() as f64;
         let pairs = a.iter().zip(b);
         let mut spectrum: Vec<Complex<f64>> = pairs.map(|(a, b)| a.conj() * b / length).collect();
-        // Real as those of a real series are, but for rounding.
+        // The first and last bins are real but for rounding, since the series are.
         if let [first, .., last] = &mut spectrum[..] {
             (first.im, last.im) = (0.0, 0.0);
         }
@@ -104,8 +103,8 @@ impl Transforms {
     }
 }
 
-/// The lags at which the correlation is positive and higher than at their neighbours, those of
-/// the greatest gain first, `most` at most.
+/// Returns at most `most` lags with a positive local maximum of correlation, those of the greatest
+/// gain first.
 pub(super) fn peaks(correlations: &[AtLag], most: usize) -> Vec<AtLag> {
     let value = |k: Option<usize>| {
         k.and_then(|k| correlations.get(k)).map_or(f64::NEG_INFINITY, |at| at.correlation)
@@ -125,7 +124,7 @@ pub(super) fn peaks(correlations: &[AtLag], most: usize) -> Vec<AtLag> {
 mod tests {
     use super::*;
 
-    /// By the formula, sum by sum.
+    /// Evaluates the formula sum by sum.
     fn by_hand(y: &[f64], x: &[f64], lag: isize) -> (f64, f64) {
         let pairs: Vec<(f64, f64)> = (0..y.len() as isize)
             .filter_map(|k| {
@@ -143,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn every_lag_is_what_the_formula_says_gaps_and_all() {
+    fn every_lag_agrees_with_the_formula_despite_gaps() {
         let wave = |k: usize, a: f64| 100.0 + (a * k as f64).sin() + 0.3 * (0.7 * k as f64).cos();
         let mut y: Vec<f64> = (0..37).map(|k| wave(k, 0.31)).collect();
         let mut x: Vec<f64> = (0..61).map(|k| 1e4 * wave(k, 0.29)).collect();
@@ -158,9 +157,9 @@ mod tests {
         }
     }
 
-    /// As in `tests/reference/make_clock_reference.py`, which SciPy correlates.
+    /// The series of `tests/reference/make_clock_reference.py`, which SciPy correlates.
     #[test]
-    fn every_lag_is_what_scipy_says() {
+    fn every_lag_agrees_with_scipy() {
         let text = include_str!("../../tests/reference/clock.json");
         let reference: serde_json::Value = serde_json::from_str(text).expect("made by the script");
         let k = |k: usize| k as f64;
@@ -190,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_correlates_with_nothing() {
+    fn a_constant_has_no_correlation() {
         assert_eq!(correlations(&[3.0; 30], &[1.0; 50], 5.0), []);
     }
 }

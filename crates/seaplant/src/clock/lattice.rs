@@ -1,34 +1,34 @@
-//! Two series of one phenomenon, brought to equal instants and equal bandwidth.
+//! Two series of one motion, resampled to equal instants and bandwidth.
 
 use crate::signal::{Stretch, uniform_stretches};
 use crate::{Error, Grid, Timed};
 
-/// The lattice is this much coarser than the slower series. Both are then smoothed to well below
-/// what their samples can carry, and reading one between its samples takes nothing away from
-/// it: else offsets of half a sample would look better or worse than whole ones.
+/// Step of the lattice relative to the period of the slower series. Both series are then smoothed
+/// to well below their bandwidth, so that interpolation loses nothing: otherwise offsets of half a
+/// sample would be favoured or penalised relative to whole ones.
 const COARSER: f64 = 2.0;
 
-/// Shorter stretches without a gap, in lattice instants, are left out.
+/// Least length of a stretch without a gap, in lattice instants.
 const LEAST_STRETCH: usize = 16;
 
-/// A lattice has so many instants at most; of longer records it is coarser.
+/// Largest number of instants of a lattice; longer records get a coarser one.
 const MOST_INSTANTS: f64 = 1_048_576.0;
 
-/// The step of a lattice for two series of which the slower is sampled every `period_s`, s.
+/// Returns the step of a lattice for two series, of which the slower has period `period_s`, s.
 pub(super) fn step_s(period_s: f64, series: [&Timed; 2]) -> f64 {
     let spans_s = series.map(|series| series.last_s() - series.first_s());
     (COARSER * period_s).max(spans_s[0].max(spans_s[1]) / MOST_INSTANTS)
 }
 
-/// Whether a series is nearly all gap, as one whose clock was set by years is: nothing can be
-/// laid over its span.
+/// Returns whether a series is mostly gap, like one whose clock was reset by years: no lattice can
+/// span it.
 pub(super) fn is_mostly_gap(series: &Timed) -> bool {
     const PART: f64 = 100.0;
     let instants = (series.last_s() - series.first_s()) / series.period_s();
     instants > MOST_INSTANTS && instants > PART * series.len() as f64
 }
 
-/// A series without what a lattice cannot carry, cut at its gaps.
+/// A series smoothed to the bandwidth of a lattice and cut at its gaps.
 pub(super) struct Smooth {
     stretches: Vec<Stretch>,
 }
@@ -36,7 +36,7 @@ pub(super) struct Smooth {
 impl Smooth {
     /// # Errors
     /// [`Error::TooShort`] if nothing is left.
-    pub(super) fn of(name: &str, series: &Timed, step_s: f64) -> Result<Self, Error> {
+    pub(super) fn new(name: &str, series: &Timed, step_s: f64) -> Result<Self, Error> {
         let stretches = uniform_stretches(series, step_s, LEAST_STRETCH)?.stretches;
         if stretches.is_empty() {
             let (name, found) = (name.to_owned(), series.len());
@@ -46,27 +46,27 @@ impl Smooth {
         Ok(Self { stretches })
     }
 
-    /// The first and the last time, s.
+    /// Returns the first and the last time, s.
     pub(super) fn span_s(&self) -> [f64; 2] {
         let last = &self.stretches[self.stretches.len() - 1];
         [self.stretches[0].series.first_s(), last.series.last_s()]
     }
 
-    /// The value at a time that is `margin_s` or further from any gap, by cubics through the
-    /// four samples around.
+    /// Returns the value at a time at least `margin_s` from any gap, by cubic interpolation of the
+    /// four samples around it.
     pub(super) fn at(&self, t_s: f64, margin_s: f64) -> Option<f64> {
         let after = self.stretches.partition_point(|part| part.series.first_s() <= t_s - margin_s);
         let series = &self.stretches[after.checked_sub(1)?].series;
         (t_s + margin_s <= series.last_s()).then(|| cubic(series, t_s))
     }
 
-    /// The values at the instants of a lattice; `NaN` in gaps.
+    /// Returns the values at the instants of a lattice; `NaN` in gaps.
     pub(super) fn on(&self, grid: Grid) -> Vec<f64> {
         grid.times().map(|t| self.at(t, 0.0).unwrap_or(f64::NAN)).collect()
     }
 }
 
-/// The cubic of Catmull and Rom through equally spaced samples; the ends go straight.
+/// Interpolates equally spaced samples by a Catmull–Rom cubic, linear in the end intervals.
 fn cubic(series: &Timed, t_s: f64) -> f64 {
     let (x, last) = (series.values(), series.len() - 1);
     let place = (t_s - series.first_s()) / series.period_s();
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_parabola_is_read_exactly_between_its_samples() {
+    fn a_parabola_is_interpolated_exactly() {
         let grid = Grid { start_s: 3.0, period_s: 0.5, len: 9 };
         let parabola = |t: f64| 2.0 - t + 0.3 * t * t;
         let series =
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_was_set_by_years_makes_no_lattice() {
+    fn a_clock_reset_by_years_makes_no_lattice() {
         let mut times: Vec<f64> = (0..1000).map(|k| 0.1 * f64::from(k)).collect();
         times.extend((0..1000).map(|k| 1.6e9 + 0.1 * f64::from(k)));
         let leap = Timed::new("x", times.clone(), times).expect("valid");
@@ -106,11 +106,11 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_read_in_a_gap_or_near_it() {
+    fn there_is_no_value_in_a_gap_or_near_it() {
         let times = (0..1000).map(|k| 0.1 * f64::from(k)).filter(|t| !(40.0..50.0).contains(t));
         let times: Vec<f64> = times.collect();
         let series = Timed::new("x", times.clone(), times).expect("valid");
-        let smooth = Smooth::of("x", &series, 0.2).expect("long enough");
+        let smooth = Smooth::new("x", &series, 0.2).expect("long enough");
         assert!((smooth.at(30.03, 1.0).expect("a sample") - 30.03).abs() < 1e-6);
         for t in [-0.5, 0.5, 39.5, 45.0, 50.5, 99.5, 100.5] {
             assert_eq!(smooth.at(t, 1.0), None, "{t}");

@@ -1,4 +1,4 @@
-//! How likely an offset is: the one series explained by the other, shifted.
+//! The likelihood of an offset: one series explained by the other, shifted.
 
 use std::ops::Range;
 
@@ -7,87 +7,87 @@ use nalgebra::{DMatrix, DVector};
 use super::lattice::Smooth;
 use crate::Grid;
 
-/// What should agree: a response on a lattice, what else explains it, and the driver.
+/// A model of one series by another: a response on a lattice, other regressors, and the driver.
 ///
-/// `y(t) = g x(t + δ) + Σ c_j z_j(t) + e(t)`, e an autoregression.
+/// `y(t) = g x(t + δ) + Σ c_j z_j(t) + e(t)`, with e an autoregression.
 pub(super) struct Problem {
     pub(super) grid: Grid,
     /// The response at the instants of the grid, `NaN` in gaps.
     pub(super) y: Vec<f64>,
-    /// What explains it beside the driver; absent where the response is.
+    /// The regressors other than the driver; absent where the response is.
     pub(super) z: Vec<Vec<f64>>,
     pub(super) x: Smooth,
 }
 
-/// The residuals remember so many instants.
-const MEMORY: usize = 8;
+/// Order of the autoregression of the residuals.
+const ORDER: usize = 8;
 
-/// A smaller part of a sum of squares is rounding.
+/// A smaller fraction of a sum of squares is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// No two instruments agree to less than this part of the variance of what they measure. Signals
-/// without any noise would else be judged by how they are interpolated.
+/// Least disagreement of two instruments, relative to the variance of the signal. Without it,
+/// noise-free signals would be judged by their interpolation.
 const AGREEMENT: f64 = 1e-8;
 
-/// Rows for each number that is fitted: fewer say nothing of residuals.
+/// Least number of rows for each fitted number.
 const ROWS_FOR_EACH: usize = 4;
 
-/// Instants at which an offset can be judged, in stretches without gaps.
+/// Instants at which an offset can be evaluated, in stretches without gaps.
 pub(super) struct Rows {
     runs: Vec<Range<usize>>,
 }
 
-/// An offset with what it explains.
+/// An offset with its likelihood and coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Profile {
     pub(super) offset_s: f64,
-    /// Logarithmic likelihood above that of a response that the driver does not drive.
+    /// Log-likelihood above that of a response independent of the driver.
     pub(super) gain: f64,
     /// g.
     pub(super) slope: f64,
-    /// The memory of the residuals.
-    memory: Vec<f64>,
-    /// Variance of what they do not remember.
+    /// The autoregression coefficients of the residuals.
+    phi: Vec<f64>,
+    /// Variance of the innovations.
     variance: f64,
 }
 
 impl Problem {
-    /// The instants at which offsets within `margin_s` of one can all be judged; `None` if they
-    /// are too few.
+    /// Returns the instants at which all offsets within `margin_s` of one can be evaluated; `None`
+    /// if there are too few.
     pub(super) fn rows(&self, offset_s: f64, margin_s: f64) -> Option<Rows> {
         let known = |k: usize| {
             let t = self.grid.time(k) + offset_s;
             !self.y[k].is_nan() && self.x.at(t, margin_s).is_some()
         };
         let rows = Rows::where_known(self.grid.len, known);
-        let needed = ROWS_FOR_EACH * (MEMORY + self.z.len() + 1);
+        let needed = ROWS_FOR_EACH * (ORDER + self.z.len() + 1);
         (rows.whitened() >= needed).then_some(rows)
     }
 
-    /// The likelihood of an offset, the memory of the residuals being fitted too.
+    /// Evaluates the likelihood of an offset; fits the autoregression of the residuals, too.
     pub(super) fn profile(&self, rows: &Rows, offset_s: f64) -> Option<Profile> {
-        let (y, z) = (rows.pick(&self.y), self.beside(rows));
+        let (y, z) = (rows.pick(&self.y), self.other_regressors(rows));
         let x = self.driver(rows, offset_s);
         let with: Vec<&[f64]> = std::iter::once(&x).chain(&z).map(Vec::as_slice).collect();
         let without: Vec<&[f64]> = z.iter().map(Vec::as_slice).collect();
         let driven = regress(rows, &y, &with)?;
         let alone = regress(rows, &y, &without)?;
         let gain = 0.5 * rows.whitened() as f64 * (alone.variance / driven.variance).ln();
-        let Regression { memory, variance, coefficients } = driven;
-        Some(Profile { offset_s, gain, slope: coefficients[0], memory, variance })
+        let Regression { phi, variance, coefficients } = driven;
+        Some(Profile { offset_s, gain, slope: coefficients[0], phi, variance })
     }
 
-    /// The logarithmic likelihood of each of some offsets but for a constant, the residuals
-    /// remembering what they do at another.
+    /// Returns the log-likelihoods of several offsets up to a constant, with the autoregression of
+    /// a neighbouring one.
     pub(super) fn scan(&self, rows: &Rows, near: &Profile, offsets_s: &[f64]) -> Vec<f64> {
         let picked = rows.pick(&self.y);
         let floor = AGREEMENT * dot(&picked, &picked);
-        let y = rows.whiten(&picked, &near.memory);
-        let z = self.beside(rows).into_iter().map(|z| rows.whiten(&z, &near.memory));
-        let z = Orthonormal::of(z.collect());
-        let y = z.leave(y);
+        let y = rows.whiten(&picked, &near.phi);
+        let z = self.other_regressors(rows).into_iter().map(|z| rows.whiten(&z, &near.phi));
+        let z = Orthonormal::new(z.collect());
+        let y = z.remove_from(y);
         let of = |&offset_s: &f64| {
-            let x = z.leave(rows.whiten(&self.driver(rows, offset_s), &near.memory));
+            let x = z.remove_from(rows.whiten(&self.driver(rows, offset_s), &near.phi));
             let (xx, xy, yy) = (dot(&x, &x), dot(&x, &y), dot(&y, &y));
             let explained = if xx > 0.0 { xy * xy.max(0.0) / xx } else { 0.0 };
             -0.5 * y.len() as f64 * (yy - explained + floor).max(f64::MIN_POSITIVE).ln()
@@ -95,53 +95,54 @@ impl Problem {
         offsets_s.iter().map(of).collect()
     }
 
-    /// The standard error of an offset at the top of its likelihood.
+    /// Returns the standard error of an offset at the maximum of its likelihood.
     ///
-    /// `√(V / I²)`: I is the curvature of the likelihood, to which noise of the driver adds
-    /// nothing, and V the long-run variance of the scores `g ẋ e / σ²`, which stays right where
-    /// the residuals still remember something. Never less than `1/√I`.
+    /// `√(V / I²)`: I is the curvature of the likelihood, to which noise of the driver does not
+    /// contribute, and V the long-run variance of the scores `g ẋ e / σ²`, which remains valid
+    /// where the innovations are still correlated. Never less than `1/√I`.
     pub(super) fn std_s(&self, rows: &Rows, top: &Profile, step_s: f64) -> Option<f64> {
         let at = [top.offset_s - step_s, top.offset_s, top.offset_s + step_s];
         let scores = self.scan(rows, top, &at);
-        // Sums of squares bend evenly where their logarithm, over a step of many standard
-        // errors, does not.
+        // Sums of squares are nearly quadratic where their logarithm, over a step of many standard
+        // errors, is not.
         let half = 0.5 * rows.whitened() as f64;
         let left = |k: usize| ((scores[1] - scores[k]) / half).exp();
         let information = half * (left(0) - 2.0 + left(2)) / (step_s * step_s);
         if information.is_nan() || information <= 0.0 {
             return None;
         }
-        let whiten = |x: &[f64]| rows.whiten(x, &top.memory);
+        let whiten = |x: &[f64]| rows.whiten(x, &top.phi);
         let [early, x, late] = at.map(|offset_s| whiten(&self.driver(rows, offset_s)));
         let rate = late.iter().zip(&early).map(|(late, early)| 0.5 * (late - early) / step_s);
         let rate: Vec<f64> = rate.collect();
-        let z: Vec<Vec<f64>> = self.beside(rows).iter().map(|z| whiten(z)).collect();
-        let explained = Orthonormal::of(std::iter::once(x).chain(z).collect());
-        let residual = explained.leave(whiten(&rows.pick(&self.y)));
-        let rate = explained.leave(rate);
+        let z: Vec<Vec<f64>> = self.other_regressors(rows).iter().map(|z| whiten(z)).collect();
+        let explained = Orthonormal::new(std::iter::once(x).chain(z).collect());
+        let residual = explained.remove_from(whiten(&rows.pick(&self.y)));
+        let rate = explained.remove_from(rate);
         let scores = residual.iter().zip(&rate).map(|(e, x)| top.slope * x * e / top.variance);
         let spread = long_run_variance(&scores.collect::<Vec<f64>>());
         Some((spread / (information * information)).max(1.0 / information).sqrt())
     }
 
-    /// The correlation of response and driver at an offset, once both are rid of what else
-    /// explains the response.
+    /// Returns the correlation of response and driver at an offset, after removal of the other
+    /// regressors from both.
     pub(super) fn correlation(&self, rows: &Rows, offset_s: f64) -> f64 {
-        let z = Orthonormal::of(self.beside(rows));
-        let (x, y) = (z.leave(self.driver(rows, offset_s)), z.leave(rows.pick(&self.y)));
+        let z = Orthonormal::new(self.other_regressors(rows));
+        let (x, y) =
+            (z.remove_from(self.driver(rows, offset_s)), z.remove_from(rows.pick(&self.y)));
         let size = (dot(&x, &x) * dot(&y, &y)).sqrt();
         if size > 0.0 { dot(&x, &y) / size } else { 0.0 }
     }
 
-    /// What of the response nothing but the driver may explain; `NaN` in gaps.
+    /// Returns the part of the response that the other regressors do not explain; `NaN` in gaps.
     pub(super) fn unexplained(&self) -> Vec<f64> {
-        let rows = Rows::of(&self.y);
-        let left = Orthonormal::of(self.beside(&rows)).leave(rows.pick(&self.y));
+        let rows = Rows::known_in(&self.y);
+        let left = Orthonormal::new(self.other_regressors(&rows)).remove_from(rows.pick(&self.y));
         rows.spread(left, self.y.len())
     }
 
-    /// What explains the response beside the driver, and a constant.
-    fn beside(&self, rows: &Rows) -> Vec<Vec<f64>> {
+    /// Returns the other regressors and a constant.
+    fn other_regressors(&self, rows: &Rows) -> Vec<Vec<f64>> {
         let constant = vec![1.0; rows.count()];
         self.z.iter().map(|z| rows.pick(z)).chain([constant]).collect()
     }
@@ -153,12 +154,12 @@ impl Problem {
 }
 
 impl Rows {
-    /// All of a series that may have gaps.
-    fn of(series: &[f64]) -> Self {
+    /// Selects all known instants of a series that may have gaps.
+    fn known_in(series: &[f64]) -> Self {
         Self::where_known(series.len(), |k| !series[k].is_nan())
     }
 
-    /// Runs of instants at which something is known, each longer than it takes to remember.
+    /// Selects runs of known instants, each longer than the autoregression.
     fn where_known(instants: usize, known: impl Fn(usize) -> bool) -> Self {
         let mut runs: Vec<Range<usize>> = Vec::new();
         for k in (0..instants).filter(|&k| known(k)) {
@@ -167,7 +168,7 @@ impl Rows {
                 _ => runs.push(k..k + 1),
             }
         }
-        runs.retain(|run| run.len() > 2 * MEMORY);
+        runs.retain(|run| run.len() > 2 * ORDER);
         Self { runs }
     }
 
@@ -179,23 +180,23 @@ impl Rows {
         self.runs.iter().map(Range::len).sum()
     }
 
-    /// How many are left once the first of each run are remembered only.
+    /// Returns the number of innovations: the first instants of each run serve as history only.
     fn whitened(&self) -> usize {
-        self.count() - MEMORY * self.runs.len()
+        self.count() - ORDER * self.runs.len()
     }
 
     fn pick(&self, series: &[f64]) -> Vec<f64> {
         self.instants().map(|k| series[k]).collect()
     }
 
-    /// Picked values at their instants, `NaN` at all others.
+    /// Places selected values at their instants, and `NaN` at all others.
     fn spread(&self, picked: Vec<f64>, instants: usize) -> Vec<f64> {
         let mut series = vec![f64::NAN; instants];
         self.instants().zip(picked).for_each(|(k, x)| series[k] = x);
         series
     }
 
-    /// The runs of picked values, one by one.
+    /// Returns the runs of selected values one by one.
     fn parts<'a>(&'a self, picked: &'a [f64]) -> impl Iterator<Item = &'a [f64]> {
         let mut rest = picked;
         self.runs.iter().map(move |run| {
@@ -205,28 +206,28 @@ impl Rows {
         })
     }
 
-    /// `x_k − Σ φ_j x_{k−j}`, of all but the first few of each run.
-    fn whiten(&self, picked: &[f64], memory: &[f64]) -> Vec<f64> {
+    /// Returns `x_k − Σ φ_j x_{k−j}` of all but the first instants of each run.
+    fn whiten(&self, picked: &[f64], phi: &[f64]) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.whitened());
         for part in self.parts(picked) {
-            out.extend(part.windows(MEMORY + 1).map(|w| {
-                let past = w[..MEMORY].iter().rev();
-                w[MEMORY] - memory.iter().zip(past).map(|(phi, x)| phi * x).sum::<f64>()
+            out.extend(part.windows(ORDER + 1).map(|w| {
+                let past = w[..ORDER].iter().rev();
+                w[ORDER] - phi.iter().zip(past).map(|(phi, x)| phi * x).sum::<f64>()
             }));
         }
         out
     }
 }
 
-/// What a series and another are without what the first remembers of its own past; `None` if
-/// that cannot be told. Both may have gaps.
+/// Whitens two series by the autoregression of the first; `None` if that cannot be estimated. Both
+/// may have gaps.
 pub(super) fn whitened(y: &[f64], x: &[f64]) -> Option<[Vec<f64>; 2]> {
-    let rows = Rows::of(y);
-    let memory = autoregression(&rows, &rows.pick(y))?;
+    let rows = Rows::known_in(y);
+    let phi = autoregression(&rows, &rows.pick(y))?;
     let whiten = |series: &[f64]| {
-        let rows = Rows::of(series);
-        let white = rows.whiten(&rows.pick(series), &memory);
-        let runs = rows.runs.iter().map(|run| run.start + MEMORY..run.end).collect();
+        let rows = Rows::known_in(series);
+        let white = rows.whiten(&rows.pick(series), &phi);
+        let runs = rows.runs.iter().map(|run| run.start + ORDER..run.end).collect();
         Rows { runs }.spread(white, series.len())
     };
     Some([whiten(y), whiten(x)])
@@ -234,27 +235,27 @@ pub(super) fn whitened(y: &[f64], x: &[f64]) -> Option<[Vec<f64>; 2]> {
 
 struct Regression {
     coefficients: Vec<f64>,
-    memory: Vec<f64>,
+    phi: Vec<f64>,
     variance: f64,
 }
 
-/// Least squares with residuals that remember: what they remember and what explains the
-/// response are found by turns.
+/// Fits least squares with autoregressive residuals by alternating between the autoregression and
+/// the coefficients.
 fn regress(rows: &Rows, y: &[f64], columns: &[&[f64]]) -> Option<Regression> {
-    /// Each turn wins less than a tenth of what the one before did.
+    /// Each iteration gains less than a tenth of the one before.
     const TURNS: usize = 4;
     let mut coefficients = least_squares(y, columns)?;
-    let mut memory = Vec::new();
+    let mut phi = Vec::new();
     for _ in 0..TURNS {
         let residual = residual(y, columns, &coefficients);
-        memory = autoregression(rows, &residual)?;
-        let white: Vec<Vec<f64>> = columns.iter().map(|x| rows.whiten(x, &memory)).collect();
+        phi = autoregression(rows, &residual)?;
+        let white: Vec<Vec<f64>> = columns.iter().map(|x| rows.whiten(x, &phi)).collect();
         let white: Vec<&[f64]> = white.iter().map(Vec::as_slice).collect();
-        coefficients = least_squares(&rows.whiten(y, &memory), &white)?;
+        coefficients = least_squares(&rows.whiten(y, &phi), &white)?;
     }
-    let left = rows.whiten(&residual(y, columns, &coefficients), &memory);
+    let left = rows.whiten(&residual(y, columns, &coefficients), &phi);
     let variance = (dot(&left, &left) + AGREEMENT * dot(y, y)) / left.len() as f64;
-    (variance > 0.0).then_some(Regression { coefficients, memory, variance })
+    (variance > 0.0).then_some(Regression { coefficients, phi, variance })
 }
 
 fn residual(y: &[f64], columns: &[&[f64]], coefficients: &[f64]) -> Vec<f64> {
@@ -265,20 +266,20 @@ fn residual(y: &[f64], columns: &[&[f64]], coefficients: &[f64]) -> Vec<f64> {
     left
 }
 
-/// The coefficients φ of `e_k = Σ φ_j e_{k−j}` by least squares, which unlike those from
-/// autocovariances do not lean towards forgetting.
+/// Estimates the coefficients φ of `e_k = Σ φ_j e_{k−j}` by least squares, which unlike those from
+/// autocovariances are not biased towards zero.
 fn autoregression(rows: &Rows, residual: &[f64]) -> Option<Vec<f64>> {
     let lagged = |lag: usize| -> Vec<f64> {
-        let of_run = |run: &[f64]| run[MEMORY - lag..run.len() - lag].to_vec();
+        let of_run = |run: &[f64]| run[ORDER - lag..run.len() - lag].to_vec();
         rows.parts(residual).flat_map(of_run).collect()
     };
-    let past: Vec<Vec<f64>> = (1..=MEMORY).map(lagged).collect();
+    let past: Vec<Vec<f64>> = (1..=ORDER).map(lagged).collect();
     least_squares(&lagged(0), &past.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
 
-/// Least squares by normal equations of columns at unit length.
+/// Solves least squares by normal equations of columns scaled to unit length.
 fn least_squares(y: &[f64], columns: &[&[f64]]) -> Option<Vec<f64>> {
-    /// Columns that nearly follow from each other share what they explain.
+    /// Regularises nearly collinear columns.
     const RIDGE: f64 = 1e-10;
     let lengths: Vec<f64> =
         columns.iter().map(|x| dot(x, x).sqrt().max(f64::MIN_POSITIVE)).collect();
@@ -296,15 +297,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Columns at right angles, of length 1.
+/// An orthonormal basis of columns.
 struct Orthonormal(Vec<Vec<f64>>);
 
 impl Orthonormal {
-    fn of(columns: Vec<Vec<f64>>) -> Self {
+    fn new(columns: Vec<Vec<f64>>) -> Self {
         let mut found = Self(Vec::with_capacity(columns.len()));
         for column in columns {
             let whole = dot(&column, &column);
-            let mut left = found.leave(column);
+            let mut left = found.remove_from(column);
             let size = dot(&left, &left);
             if size > ROUNDING * whole {
                 left.iter_mut().for_each(|x| *x /= size.sqrt());
@@ -314,8 +315,8 @@ impl Orthonormal {
         found
     }
 
-    /// What of a series none of them explains.
-    fn leave(&self, mut series: Vec<f64>) -> Vec<f64> {
+    /// Returns the component of a series orthogonal to all columns.
+    fn remove_from(&self, mut series: Vec<f64>) -> Vec<f64> {
         for column in &self.0 {
             let part = dot(column, &series);
             series.iter_mut().zip(column).for_each(|(x, c)| *x -= part * c);
@@ -324,7 +325,7 @@ impl Orthonormal {
     }
 }
 
-/// `n γ₀ + 2 n Σ w_j γ_j`, the weights falling straight to zero.
+/// Returns `n γ₀ + 2 n Σ w_j γ_j` with linearly decreasing weights.
 ///
 /// # Source
 /// \[Newey1987\].

@@ -1,4 +1,4 @@
-//! The offset of one pair of series, from all that are possible.
+//! The search for the offset of one pair of series.
 
 use super::OffsetPair;
 use super::correlate::{AtLag, correlations, peaks};
@@ -7,31 +7,31 @@ use super::profile::{Problem, Profile, whitened};
 use crate::signal::differentiate_timed;
 use crate::{Error, Grid, Timed};
 
-/// Both series share at least so much of the shorter one, wherever they are laid.
+/// Least overlap, as a fraction of the shorter series.
 const LEAST_SHARED: f64 = 0.5;
-/// And at least so many instants, and seconds.
+/// Least overlap in instants and in seconds.
 const LEAST_INSTANTS: f64 = 60.0;
 const LEAST_S: f64 = 20.0;
 
-/// So many peaks of the correlation, plain and whitened, are looked at …
+/// Number of peaks of the correlation, plain and whitened, that are evaluated …
 const PEAKS: usize = 12;
-/// … and so many of these are climbed.
+/// … and of those that are refined by ascent.
 const CLIMBED: usize = 6;
 
-/// An offset is taken for chance below this logarithmic likelihood; what chance makes of as many
-/// lags as were searched comes on top.
+/// Least log-likelihood gain of an offset beyond the greatest that chance gives over all searched
+/// lags.
 const LEAST_GAIN: f64 = 12.0;
 
-/// A second offset that explains more than this part of what the first does makes both doubtful.
+/// Largest gain of a second offset relative to the best, beyond which both are ambiguous.
 const GREATEST_SECOND: f64 = 0.7;
 
-/// Clocks this close, as a part of the lattice's step, are one for all that samples can tell.
+/// Lower bound of the standard error, as a fraction of the lattice's step.
 const FLOOR_OF_STEP: f64 = 0.005;
 
-/// The curvature of the likelihood is taken over steps of this part of the lattice's.
+/// Step of the curvature of the likelihood, as a fraction of the lattice's.
 const STD_STEP: f64 = 0.25;
 
-/// A series with what messages call it.
+/// A series and its name in messages.
 #[derive(Clone, Debug)]
 pub(super) struct Named {
     pub(super) name: String,
@@ -39,30 +39,30 @@ pub(super) struct Named {
 }
 
 impl Problem {
-    /// Two measurements of one motion.
+    /// Models two measurements of one motion.
     pub(super) fn agreement(driver: &Named, response: &Named) -> Result<Self, Error> {
         let [one_s, other_s] = [driver, response].map(|named| named.series.period_s());
         let step_s = step_s(one_s.max(other_s), [&driver.series, &response.series]);
-        let x = Smooth::of(&driver.name, &driver.series, step_s)?;
-        let y = Smooth::of(&response.name, &response.series, step_s)?;
+        let x = Smooth::new(&driver.name, &driver.series, step_s)?;
+        let y = Smooth::new(&response.name, &response.series, step_s)?;
         let [from_s, to_s] = y.span_s();
         let grid = Grid::spanning(from_s, to_s, step_s);
         Ok(Self { grid, y: y.on(grid), z: Vec::new(), x })
     }
 
-    /// Force and the velocity that it drives: `v̇ = α τ + β v|v| + μ v + ν`, every term smoothed
-    /// alike. That drag lags behind force is part of it, so that only what comes between the
-    /// logged force and the acting one counts as offset.
+    /// Models velocity driven by force: `v̇ = α τ + β v|v| + μ v + ν`, every term smoothed alike.
+    /// The model includes the lag of velocity behind force, so that only the time between logged
+    /// and acting force counts as offset.
     pub(super) fn propulsion(force: &Named, velocity: &Named) -> Result<Self, Error> {
-        /// Held force is averaged over steps so much finer than the lattice's.
+        /// Steps over which held force is averaged, per step of the lattice.
         const FINER: f64 = 4.0;
         let v = &velocity.series;
-        // Held force is known between its samples, too.
+        // Held force is known between its samples.
         let step_s = step_s(v.period_s(), [v, &force.series]);
         let held = Grid::spanning(force.series.first_s(), force.series.last_s(), step_s / FINER);
         let force_means = Timed::on_grid(&force.name, held, force.series.held_means(held))?;
-        let x = Smooth::of(&force.name, &force_means, step_s)?;
-        let smooth = |series: &Timed| Smooth::of(&velocity.name, series, step_s);
+        let x = Smooth::new(&force.name, &force_means, step_s)?;
+        let smooth = |series: &Timed| Smooth::new(&velocity.name, series, step_s);
         let rate = smooth(&differentiate_timed(v)?)?;
         let [from_s, to_s] = rate.span_s();
         let grid = Grid::spanning(from_s, to_s, step_s);
@@ -70,12 +70,12 @@ impl Problem {
         Ok(Self { grid, y: rate.on(grid), z: z.map(|z| z.on(grid)).into(), x })
     }
 
-    /// The offset that explains the response best, searched wherever the two share enough.
+    /// Searches the offset that explains the response best, wherever the two overlap enough.
     ///
     /// Candidates are the peaks of the normalised cross-correlation, plain and whitened; each is
-    /// climbed in likelihood. `pair` names the two.
+    /// refined by ascent of the likelihood. `pair` names the two.
     ///
-    /// Where there is none, the pair says why, in words that follow its names.
+    /// Without an acceptable offset, the pair states the reason as the predicate of a sentence.
     pub(super) fn search(&self, pair: OffsetPair) -> OffsetPair {
         let [from_s, to_s] = self.x.span_s();
         let grid = Grid::spanning(from_s, to_s, self.grid.period_s);
@@ -103,7 +103,7 @@ impl Problem {
         }
     }
 
-    /// The plain correlation at every lag, and the peaks of that and of the whitened one.
+    /// Returns the plain correlation at every lag, and the peaks of the plain and whitened ones.
     fn candidates(&self, x: &[f64], least: f64) -> (Vec<AtLag>, Vec<AtLag>) {
         let y = self.unexplained();
         let plain = correlations(&y, x, least);
@@ -114,7 +114,7 @@ impl Problem {
         (plain, found)
     }
 
-    /// The tops of the likelihood near some offsets, the highest first, each once.
+    /// Returns the distinct maxima of the likelihood near given offsets, the highest first.
     fn tops(&self, near_s: impl Iterator<Item = f64>) -> Vec<Profile> {
         let step_s = self.grid.period_s;
         let at = |offset_s: f64| self.profile(&self.rows(offset_s, 2.0 * step_s)?, offset_s);
@@ -132,11 +132,11 @@ impl Problem {
         tops
     }
 
-    /// Goes up the likelihood to a top, and finds it to a small part of a step.
+    /// Ascends to a maximum of the likelihood and refines it to a small fraction of a step.
     fn climb(&self, from: Profile) -> Profile {
-        /// Steps of the climb, as parts of the lattice's; the finer ones end it.
+        /// Steps of the ascent relative to the lattice's, in order.
         const STEPS: [f64; 4] = [0.5, 0.25, 0.1, 0.03];
-        /// More moves at one step are no climb but a wander.
+        /// Largest number of moves at one step size.
         const MOVES: usize = 8;
         let mut top = from;
         for part in STEPS {
@@ -164,7 +164,7 @@ impl Problem {
         top
     }
 
-    /// The pair with an offset, if that is to be believed.
+    /// Returns the pair with an offset if that is acceptable.
     fn judge(
         &self,
         pair: OffsetPair,
@@ -186,7 +186,7 @@ impl Problem {
             return pair.refused(format!("{found}, {chance} (correlation {correlation:.2})"));
         }
         if let Some(second) = second.filter(|_| second_peak > GREATEST_SECOND) {
-            return pair.refused(format!("{found}, but {}", as_well(second, second_peak)));
+            return pair.refused(format!("{found}, but {}", ambiguity(second, second_peak)));
         }
         let std_s = self.std_s(&rows, best, STD_STEP * step_s);
         let std_s = std_s.map(|std_s| std_s.hypot(FLOOR_OF_STEP * step_s));
@@ -197,16 +197,16 @@ impl Problem {
     }
 }
 
-fn as_well(second: &Profile, part: f64) -> String {
+fn ambiguity(second: &Profile, part: f64) -> String {
     let (at_s, percent) = (second.offset_s, 100.0 * part);
     format!(
         "they agree nearly as well at {at_s:.2} s ({percent:.0} % of the evidence), because the motion is periodic"
     )
 }
 
-/// Where two series go against each other more closely than anywhere with each other.
+/// Returns the lag of the most negative correlation, if it clearly exceeds the most positive.
 fn mirrored(correlations: &[AtLag]) -> Option<&AtLag> {
-    /// So close, and so many times closer.
+    /// Least magnitude, and least ratio of magnitudes.
     const CLOSE: f64 = 0.7;
     const TIMES: f64 = 1.3;
     let order = |a: &&AtLag, b: &&AtLag| a.correlation.total_cmp(&b.correlation);
@@ -216,7 +216,8 @@ fn mirrored(correlations: &[AtLag]) -> Option<&AtLag> {
     is_mirrored.then_some(lowest)
 }
 
-/// Where between −1 and 1 the parabola through the values at −1, 0 and 1 is highest.
+/// Returns the position between −1 and 1 of the maximum of the parabola through the values at −1, 0
+/// and 1.
 fn vertex(values: &[f64]) -> f64 {
     let bend = values[0] - 2.0 * values[1] + values[2];
     if bend < 0.0 { (0.5 * (values[0] - values[2]) / bend).clamp(-1.0, 1.0) } else { 0.0 }

@@ -1,4 +1,4 @@
-//! What of a recording can be compared with another.
+//! The signals of a recording that can be compared with another's.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::signal::differentiate_timed;
 use crate::trial::force_along;
 use crate::{Dof, Quantity, Sensors, Timed, Vehicle};
 
-/// A motion that several instruments may tell of.
+/// A motion that several instruments may measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum What {
     /// Body velocity, linear or angular.
@@ -18,21 +18,21 @@ pub(super) enum What {
     North,
     /// Velocity east.
     East,
-    /// Horizontal speed, whichever way.
+    /// Horizontal speed.
     Speed,
 }
 
-/// What a recording tells of motion.
+/// Collects the motions in a recording.
 pub(super) fn motions(recording: &Recording, sensors: &Sensors) -> BTreeMap<What, Named> {
     let nav = navigate("", recording, sensors).or_else(|_| {
-        // A DVL at an angle that lacks an axis; what is beside it may still do.
+        // For a misaligned DVL that lacks an axis, the other instruments may suffice.
         let is_dvl = |what: &Quantity| matches!(what, Quantity::DvlVelocity(_));
         let rest = recording.iter().filter(|(what, _)| !is_dvl(what));
         let rest: Recording = rest.map(|(what, x)| (what.clone(), x.clone())).collect();
         navigate("", &rest, sensors)
     });
     let Ok(nav) = nav else { return BTreeMap::new() };
-    let source = Source::of(recording);
+    let source = Source::new(recording);
     let mut found = BTreeMap::new();
     let mut add = |what: What, name: String, series: Option<Timed>| {
         found.extend(series.map(|series| (what, Named { name, series })));
@@ -63,7 +63,7 @@ pub(super) fn motions(recording: &Recording, sensors: &Sensors) -> BTreeMap<What
     found
 }
 
-/// The force along each degree of freedom that a recording tells.
+/// Computes the force along each degree of freedom from a recording.
 pub(super) fn forces(recording: &Recording, vehicle: &Vehicle) -> BTreeMap<Dof, Named> {
     let along = |dof: Dof| {
         let kind = if dof.is_rotation() { "moment" } else { "force" };
@@ -73,12 +73,12 @@ pub(super) fn forces(recording: &Recording, vehicle: &Vehicle) -> BTreeMap<Dof, 
     Dof::ALL.into_iter().filter_map(along).collect()
 }
 
-/// The slope of a position along a degree of freedom.
+/// Differentiates a position along a degree of freedom.
 fn derived(nav: &Navigated, source: &Source, dof: Dof) -> Option<Timed> {
     if let Some(position) = nav.position.get(&dof) {
         return differentiate_timed(position).ok();
     }
-    // Without heading, north is taken for forward.
+    // Without heading, north would be taken for forward.
     match nav.by_position.get(&dof).filter(|_| source.has_heading && source.positioned)? {
         Motion::Velocity(velocity) => Some(velocity.clone()),
         Motion::Position(position) => differentiate_timed(position).ok(),
@@ -86,13 +86,13 @@ fn derived(nav: &Navigated, source: &Source, dof: Dof) -> Option<Timed> {
     }
 }
 
-/// `√(a² + b²)` at the times of the first.
+/// Returns `√(a² + b²)` at the times of the first.
 fn length(a: &Timed, b: &Timed) -> Option<Timed> {
     let at = |(&t, &a): (&f64, &f64)| a.hypot(b.at(t));
     a.with_values("speed", a.time_s().iter().zip(a.values()).map(at).collect()).ok()
 }
 
-/// What motion comes from, for its name.
+/// The instruments behind a motion, for its name.
 struct Source {
     has_heading: bool,
     positioned: bool,
@@ -102,7 +102,7 @@ struct Source {
 }
 
 impl Source {
-    fn of(recording: &Recording) -> Self {
+    fn new(recording: &Recording) -> Self {
         let has = |what: Quantity| recording.contains_key(&what);
         let axes = [Axis::X, Axis::Y, Axis::Z];
         Self {

@@ -73,7 +73,7 @@ impl EquationError {
         let (dof, terms) = (filtered.dof, filtered.terms);
         let (found, doubts) = match self.intervals {
             Intervals::BatchMeans => {
-                let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
+                let rows = filtered.add_to(Regression::new(filtered.duration_s(), terms))?;
                 (rows.solve(dof)?, Vec::new())
             }
             Intervals::BlockBootstrap => {
@@ -126,17 +126,17 @@ impl EquationError {
     }
 }
 
-/// What a bootstrap does not tell by its intervals.
+/// Returns caveats for errors that the intervals of the bootstrap do not include.
 fn doubts(dof: Dof, resampled: &Resampled, bootstrap: &BlockBootstrap) -> Vec<Caveat> {
-    let Resampled { refused, lasting, .. } = *resampled;
+    let Resampled { discarded, block_correlation, .. } = *resampled;
     let of = bootstrap.resamples;
-    let narrow = (refused > 0).then(|| {
+    let narrow = (discarded > 0).then(|| {
         let message = format!(
-            "in {refused} of {of} resampled records the {dof} terms cannot be separated; these records are left out, so that the intervals are too narrow: the fit depends on a few moments of the trial; use a longer one"
+            "in {discarded} of {of} resampled records the {dof} terms cannot be separated; these records are left out, so that the intervals are too narrow: the fit depends on a few moments of the trial; use a longer one"
         );
         Caveat::warning(CaveatCode::FewEffectiveSamples, message)
     });
-    let biased = lasting.map(|correlation| {
+    let biased = block_correlation.map(|correlation| {
         let message = format!(
             "the residual of the {dof} equation is correlated over seconds (correlation {correlation:.2} from one quarter of a block to the next), as under a slowly varying force such as that of a tether or a current: such a force biases mass and drag, which resampling the same record cannot show; compare with filter-error"
         );

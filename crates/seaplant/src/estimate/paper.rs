@@ -50,7 +50,8 @@ impl Paper {
         let mut caveats = Vec::new();
         let least = |rate| least_rows(filter, rate);
         let stretches = all_stretches(records.fit, least, &mut caveats)?;
-        let mut regression = Regression::of(stretches.iter().map(Stretch::duration_s).sum(), terms);
+        let mut regression =
+            Regression::new(stretches.iter().map(Stretch::duration_s).sum(), terms);
         for stretch in &stretches {
             add_stretch(stretch, filter, &mut regression)?;
         }

@@ -39,7 +39,7 @@ impl TotalLeastSquares {
         let records = records.into();
         let filtered = Filtered::of(records, &self.0)?;
         let (dof, terms) = (filtered.dof, filtered.terms);
-        let rows = filtered.add_to(Regression::of(filtered.duration_s(), terms))?;
+        let rows = filtered.add_to(Regression::new(filtered.duration_s(), terms))?;
         let shape = noise_shape(&filtered)?;
         let TotalSolution { found, implied_noise } = rows.solve_total(dof, &shape)?;
         let seen = measured_noise(records.fit);

@@ -48,7 +48,7 @@ impl WeightedLeastSquares {
         let (dof, terms) = (filtered.dof, filtered.terms);
         let rows = filtered.rows()?;
         let first = filtered.stretches.iter().zip(&rows).fold(
-            Regression::of(filtered.duration_s(), terms),
+            Regression::new(filtered.duration_s(), terms),
             |mut regression, (stretch, rows)| {
                 regression.start_stretch(stretch.ready.grid.period_s);
                 regression.add(rows);
@@ -125,7 +125,7 @@ impl Equation<'_> {
     }
 
     fn fit(&self, variance: &Variance, memory: &Memory) -> Result<LeastSquares, Error> {
-        let mut regression = Regression::of(self.filtered.duration_s(), self.filtered.terms);
+        let mut regression = Regression::new(self.filtered.duration_s(), self.filtered.terms);
         for (stretch, rows) in self.filtered.stretches.iter().zip(&self.rows) {
             let mut ones: Vec<f64> = rows.iter().map(|row| variance.weight(row)).collect();
             let weighed = rows.iter().zip(&ones).map(|(row, weight)| row.map(|x| weight * x));

@@ -1,4 +1,4 @@
-//! From an accelerometer's readings to the acceleration of the vehicle's origin.
+//! Conversion of accelerometer readings to acceleration of the vehicle's origin.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,14 +13,14 @@ use crate::{Caveat, CaveatCode, Dof, Error, Quantity, Recording, Sensors, Timed}
 
 /// Acceleration of the vehicle's origin along one body axis, as means over windows of time.
 ///
-/// An accelerometer at r feels the specific force `f = ν̇ + ω × v + ω̇ × r + ω × (ω × r) − Rᵀ g`.
-/// What is kept is `ν̇`, and `ω × v` where other velocities were not measured, m/s²; the mean
-/// of ω̇ over a window is the change of ω in it, so that no rate is differentiated.
+/// An accelerometer at r measures the specific force `f = ν̇ + ω × v + ω̇ × r + ω × (ω × r) − Rᵀ
+/// g`. The result is `ν̇`, plus `ω × v` where other velocities were not measured, m/s²; the mean of
+/// ω̇ over a window is the change of ω in it, so that no rate is differentiated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeanAcceleration {
     /// The mean over each window, at the window's end, m/s².
     pub mean: Timed,
-    /// Where each window begins, s; shape (n,). Windows do not overlap.
+    /// Start of each window, s; shape (n,). Windows do not overlap.
     pub from_s: Arc<[f64]>,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct MeanOver {
 }
 
 impl MeanAcceleration {
-    /// Those whose windows lie within a span, s.
+    /// Returns the means whose windows lie within a span, s.
     pub(crate) fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
         let first = self.from_s.partition_point(|t| *t < from_s);
         let last = self.mean.time_s().partition_point(|t| *t <= to_s);
@@ -44,7 +44,7 @@ impl MeanAcceleration {
         Some(Self { mean: mean.ok()?, from_s: self.from_s[rows].into() })
     }
 
-    /// All of them, in order of time.
+    /// Returns all means in order of time.
     pub(crate) fn windows(&self) -> impl Iterator<Item = MeanOver> + '_ {
         let ends = self.mean.time_s().iter().zip(self.mean.values());
         let all = self.from_s.iter().zip(ends);
@@ -52,22 +52,22 @@ impl MeanAcceleration {
     }
 }
 
-/// What an accelerometer felt, before it is known which axes are wanted.
-pub(super) struct Felt {
-    /// Along its own axes, m/s².
+/// Readings of an accelerometer.
+pub(super) struct Accelerometer {
+    /// Specific force along its own axes, m/s².
     channels: [Option<Timed>; 3],
 }
 
-/// Faster logs are averaged over so long, s: a vehicle and its propellers do nothing in less.
+/// Faster logs are averaged over this time, s: vehicles and propellers respond more slowly.
 pub(super) const LONGEST_MEAN_S: f64 = 0.1;
 
-/// A step longer than so many usual ones is a gap.
+/// A step longer than this many median ones is a gap.
 const GAP_STEPS: f64 = 2.5;
 
-/// Turning faster than this, rad/s rms, adds the product of the other speeds to what is felt.
+/// Rates above this, rad/s rms, add significant products with the other velocities to the readings.
 const TURNING: f64 = 0.2;
 
-impl Felt {
+impl Accelerometer {
     pub(super) fn take(recording: &mut Recording) -> Self {
         Self { channels: AXES.map(|axis| recording.remove(&Quantity::Acceleration(axis))) }
     }
@@ -76,10 +76,10 @@ impl Felt {
         self.channels.iter().all(Option::is_none)
     }
 
-    /// Acceleration along a translation; `None` if the axes that it needs were not logged.
+    /// Computes acceleration along a translation; `None` if the axes that it needs were not logged.
     ///
     /// # Errors
-    /// [`Error::MissingChannel`] without the tilt that tells gravity from acceleration;
+    /// [`Error::MissingChannel`] without the tilt that separates gravity from acceleration;
     /// [`Error::Accelerometer`] if readings are not those of an accelerometer.
     pub(super) fn along(
         &self,
@@ -93,18 +93,18 @@ impl Felt {
         let Some(row) = TRANSLATIONS.iter().position(|one| *one == dof) else { return Ok(None) };
         let Some(force) = self.body_force(row, sensors)? else { return Ok(None) };
         let down = self.body_down(sensors, attitude, &force)?;
-        let gravity = Gravity::of(dof, trial, &force, down.as_ref(), attitude, caveats)?;
+        let gravity = Gravity::detect(dof, trial, &force, down.as_ref(), attitude, caveats)?;
         let lever = sensors.imu.position_body;
         caveats.extend(self.doubts(trial, lever, around));
-        let mut turned = Turned::new(around, lever, row);
+        let mut turned = RotationTerms::new(around, lever, row);
         let mut tilt = attitude.reader();
         let own = |(&t_s, &f): (&f64, &f64)| {
             let down = tilt.at(t_s).inverse() * Vector3::z();
-            f + gravity.g() * down[row] - turned.centripetal(t_s) + turned.of_rigid_body(t_s)
+            f + gravity.g() * down[row] - turned.centripetal(t_s) + turned.rigid_body_term(t_s)
         };
         let samples: Vec<f64> = force.time_s().iter().zip(force.values()).map(own).collect();
         let blocks = blocks(force.time_s(), sensors.imu_averages, around.longest_s);
-        let mut rates = Turned::new(around, lever, row);
+        let mut rates = RotationTerms::new(around, lever, row);
         let (mut ends, mut from, mut means) = (Vec::new(), Vec::new(), Vec::new());
         for Block { rows, from_s, to_s } in blocks {
             let mean = samples[rows.clone()].iter().sum::<f64>() / rows.len() as f64;
@@ -116,7 +116,7 @@ impl Felt {
         Ok(Some(MeanAcceleration { mean, from_s: from.into() }))
     }
 
-    /// Specific force along a body axis, at the samples of the first channel that it needs.
+    /// Returns specific force along a body axis, at the samples of the first channel that it needs.
     fn body_force(&self, row: usize, sensors: &Sensors) -> Result<Option<Timed>, Error> {
         let r_bs = sensors.imu.to_body();
         let needed: Vec<usize> = (0..3).filter(|&k| r_bs[(row, k)].abs() > ALIGNED).collect();
@@ -133,8 +133,8 @@ impl Felt {
         base.with_values("acceleration", values).map(Some)
     }
 
-    /// Specific force along the world's down, at the samples of another; `None` unless all three
-    /// axes were logged.
+    /// Returns specific force along the world's down, at the samples of another series; `None`
+    /// unless all three axes were logged.
     fn body_down(
         &self,
         sensors: &Sensors,
@@ -173,21 +173,21 @@ impl Felt {
     }
 }
 
-/// Axes that share less than this are at right angles.
+/// Axes with a smaller scalar product are orthogonal.
 const ALIGNED: f64 = 1e-9;
 
-/// What else was known while the accelerometer was read.
+/// Other data over the accelerometer's record.
 pub(super) struct Around<'a> {
     /// ω, rad/s.
     pub(super) rates: Option<&'a [Timed; 3]>,
     /// −(ω × v) along the axis, m/s².
     pub(super) turning: Option<&'a Timed>,
-    /// Samples are averaged over no more than this, s.
+    /// Longest averaging time, s.
     pub(super) longest_s: f64,
 }
 
 impl Around<'_> {
-    /// A doubt where the vehicle turned and nobody knows how fast it went.
+    /// Returns a caveat where the vehicle turned at unknown speed.
     pub(super) fn unknown_turning(&self, trial: &str, dof: Dof) -> Option<Caveat> {
         let yaw = &self.rates?[2];
         let square = yaw.values().iter().map(|r| r * r).sum::<f64>() / yaw.len() as f64;
@@ -201,15 +201,15 @@ impl Around<'_> {
     }
 }
 
-/// What turning adds to the readings of an instrument off the origin.
-struct Turned<'a> {
+/// Contributions of rotation to the readings of an instrument away from the origin.
+struct RotationTerms<'a> {
     rates: Option<[Reader<'a>; 3]>,
     turning: Option<Reader<'a>>,
     lever: Vector3<f64>,
     row: usize,
 }
 
-impl<'a> Turned<'a> {
+impl<'a> RotationTerms<'a> {
     fn new(around: &Around<'a>, lever: Vector3<f64>, row: usize) -> Self {
         let rates = around.rates.filter(|_| lever.norm() > 0.0);
         let rates = rates.map(|rates| rates.each_ref().map(Timed::reader));
@@ -221,13 +221,13 @@ impl<'a> Turned<'a> {
         Some(Vector3::from_iterator(rates.iter_mut().map(|rate| rate.at(t_s))))
     }
 
-    /// ω × (ω × r).
+    /// Returns ω × (ω × r).
     fn centripetal(&mut self, t_s: f64) -> f64 {
         let lever = self.lever;
         self.omega(t_s).map_or(0.0, |omega| omega.cross(&omega.cross(&lever))[self.row])
     }
 
-    /// The mean of ω̇ × r.
+    /// Returns the mean of ω̇ × r.
     fn tangential(&mut self, from_s: f64, to_s: f64) -> f64 {
         let (before, after) = (self.omega(from_s), self.omega(to_s));
         let (lever, row) = (self.lever, self.row);
@@ -235,13 +235,13 @@ impl<'a> Turned<'a> {
         before.zip(after).map_or(0.0, of) / (to_s - from_s)
     }
 
-    /// −(ω × v).
-    fn of_rigid_body(&mut self, t_s: f64) -> f64 {
+    /// Returns −(ω × v).
+    fn rigid_body_term(&mut self, t_s: f64) -> f64 {
         self.turning.as_mut().map_or(0.0, |turning| turning.at(t_s))
     }
 }
 
-/// Samples that are averaged, and the time that their mean is over.
+/// Samples that are averaged, and the time interval of their mean.
 #[derive(Clone, Debug, PartialEq)]
 struct Block {
     rows: Range<usize>,
@@ -249,10 +249,10 @@ struct Block {
     to_s: f64,
 }
 
-/// Samples in blocks of at most so many seconds.
+/// Groups samples into blocks of at most `longest_s`.
 ///
-/// A sample stands for the time until halfway to its neighbours; one that is a mean already, for
-/// the time since the one before.
+/// A sample represents the time up to the midpoints to its neighbours; one that is already a mean,
+/// the time since the sample before.
 fn blocks(time_s: &[f64], averages: bool, longest_s: f64) -> Vec<Block> {
     let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let Some(period_s) = crate::series::median(&mut steps) else { return Vec::new() };
@@ -283,13 +283,13 @@ fn blocks(time_s: &[f64], averages: bool, longest_s: f64) -> Vec<Block> {
     blocks
 }
 
-/// So many samples at an end of the range are no chance …
+/// Least number of samples at an end of the range that indicates clipping …
 const LEAST_CLIPPED: usize = 5;
-/// … if they are so many times as many as there are in the next step of the same width, a
-/// hundredth of the range.
+/// … and its least ratio to the number in the next bin of the same width, a hundredth of the range.
 const MORE_THAN_BELOW: usize = 3;
 
-/// The part of samples at an end of an accelerometer's range; `None` if there is none.
+/// Returns the fraction of samples at an end of an accelerometer's range; `None` if none are
+/// clipped.
 fn clipped(series: &Timed) -> Option<f64> {
     let values = series.values();
     let fold = |of: fn(f64, f64) -> f64, from| values.iter().copied().fold(from, of);
@@ -312,7 +312,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn instants_stand_for_the_time_around_them_and_means_for_the_time_before() {
+    fn an_instant_represents_the_time_around_it_and_a_mean_the_time_before() {
         let time_s: Vec<f64> = (0..10).map(|k| 0.02 * f64::from(k)).collect();
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
         let instant = blocks(&time_s, false, LONGEST_MEAN_S);
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_instant_stands_for_little_time_and_a_gap_for_none() {
+    fn a_slow_instant_represents_little_time_and_a_gap_none() {
         let slow = blocks(&[0.0, 0.25, 0.5], false, LONGEST_MEAN_S);
         assert_eq!((slow[1].from_s, slow[1].to_s), (0.2, 0.3));
         let gap = blocks(&[0.0, 0.1, 0.2, 5.0, 5.1], false, LONGEST_MEAN_S);
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_that_cuts_is_seen_and_noise_is_not() {
+    fn detects_a_range_that_clips_and_not_noise() {
         let noise =
             |k: i32| (f64::from(k) * 0.618_034).fract() + (f64::from(k) * 0.754_877).fract();
         let series = |of: &dyn Fn(f64) -> f64| {

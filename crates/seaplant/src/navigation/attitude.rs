@@ -1,4 +1,4 @@
-//! Attitude, and the angular velocity that follows from it.
+//! Attitude and its derivative, angular velocity.
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -9,15 +9,15 @@ use crate::series::{Cutter, Reader};
 use crate::signal::{LowPass, differentiate, resample, rms, sample_noise, uniform_stretches};
 use crate::{Dof, Error, Gap, Grid, Quantity, Sensors, Timed};
 
-/// Angular rates for the lever arm are read off the attitude below this frequency:
-/// above it they are mostly the attitude sensor's noise.
+/// Rates for the lever arm are derived from attitude below this frequency: above it, the attitude
+/// sensor's noise dominates.
 const RATE_FILTER: LowPass = LowPass { cutoff_hz: 1.0, order: 2 };
 
-/// Beyond these, in rad, roll or pitch has another unit, or is something else.
+/// Beyond these, rad, roll or pitch has another unit or is another quantity.
 const MOST_ROLL: f64 = 2.0 * std::f64::consts::PI;
 const MOST_PITCH: f64 = 1.75;
 
-/// Attitude as it varies with time; an angle that was not logged is zero.
+/// Attitude over time; an angle that was not logged is zero.
 pub(super) struct AttitudeRecord {
     roll: Option<Timed>,
     pitch: Option<Timed>,
@@ -28,12 +28,12 @@ pub(super) struct AttitudeRecord {
 }
 
 impl AttitudeRecord {
-    /// Takes the attitude out of a recording.
+    /// Removes the attitude channels from a recording.
     pub(super) fn take(recording: &mut Recording, sensors: &Sensors) -> Self {
         let heading = recording.remove(&Quantity::Attitude(Attitude::Heading));
         let rates = [Quantity::Rate(Axis::Z), Quantity::Velocity(Dof::Yaw)];
         let rate = rates.iter().find_map(|rate| recording.get(rate));
-        let turns = heading.map(|heading| Turns::of(&heading, rate));
+        let turns = heading.map(|heading| Turns::count(&heading, rate));
         let mut angle =
             |which| recording.remove(&Quantity::Attitude(which)).map(|angle| unwrap(&angle));
         let (roll, pitch) = (angle(Attitude::Roll), angle(Attitude::Pitch));
@@ -42,7 +42,7 @@ impl AttitudeRecord {
         Self { roll, pitch, heading, cuts, sensor_to_body }
     }
 
-    /// Roll, pitch and heading.
+    /// Returns roll, pitch and heading.
     pub(super) fn parts(&self) -> [&Option<Timed>; 3] {
         [&self.roll, &self.pitch, &self.heading]
     }
@@ -51,7 +51,7 @@ impl AttitudeRecord {
         self.parts().iter().all(|part| part.is_none())
     }
 
-    /// Whether roll or pitch was measured, and is what a vehicle can have.
+    /// Returns whether roll or pitch was measured and is plausible.
     pub(super) fn knows_tilt(&self) -> bool {
         let within = |angle: &Option<Timed>, most: f64| {
             angle.iter().all(|angle| angle.values().iter().all(|x| x.abs() <= most))
@@ -60,12 +60,12 @@ impl AttitudeRecord {
         is_sane && (self.roll.is_some() || self.pitch.is_some())
     }
 
-    /// Reads roll and pitch at times that never decrease.
+    /// Returns readers of roll and pitch for times that never decrease.
     pub(super) fn tilt_reader(&self) -> [Option<Reader<'_>>; 2] {
         [&self.roll, &self.pitch].map(|angle| angle.as_ref().map(Timed::reader))
     }
 
-    /// Reads the attitude at times that never decrease.
+    /// Returns a reader of the attitude for times that never decrease.
     pub(super) fn reader(&self) -> AttitudeReader<'_> {
         AttitudeReader {
             angles: self.parts().map(|angle| angle.as_ref().map(Timed::reader)),
@@ -73,8 +73,8 @@ impl AttitudeRecord {
         }
     }
 
-    /// Angular velocity of the body in body axes, rad/s, on the times of the
-    /// attitude channel with most samples; `None` without attitude.
+    /// Computes the angular velocity of the body in body axes, rad/s, on the times of the attitude
+    /// channel with most samples; `None` without attitude.
     pub(super) fn body_rates(&self) -> Result<Option<[Timed; 3]>, Error> {
         let longest = self.parts().into_iter().flatten().max_by_key(|angle| angle.len());
         let Some(longest) = longest.filter(|angle| angle.len() > 2) else { return Ok(None) };
@@ -82,11 +82,12 @@ impl AttitudeRecord {
         if grids.is_empty() {
             return Ok(None);
         }
-        let heading_rate = AngleOn::of(self.heading.as_ref(), &grids)?.slope;
-        let AngleOn { angle: pitch, slope: pitch_rate } = AngleOn::of(self.pitch.as_ref(), &grids)?;
-        let AngleOn { angle: roll, slope: roll_rate } = AngleOn::of(self.roll.as_ref(), &grids)?;
+        let heading_rate = AngleOn::new(self.heading.as_ref(), &grids)?.slope;
+        let AngleOn { angle: pitch, slope: pitch_rate } =
+            AngleOn::new(self.pitch.as_ref(), &grids)?;
+        let AngleOn { angle: roll, slope: roll_rate } = AngleOn::new(self.roll.as_ref(), &grids)?;
         let [mut p, mut q, mut r] = [roll_rate, pitch_rate, heading_rate];
-        // The slopes of the angles give way to the body's rates, one by one.
+        // The slopes of the angles are overwritten by the body's rates one by one.
         let slopes = p.iter_mut().zip(&mut q).zip(&mut r);
         for (((p, q), r), (roll, pitch)) in slopes.zip(roll.iter().zip(&pitch)) {
             let (roll_slope, pitch_slope, heading_slope) = (*p, *q, *r);
@@ -112,7 +113,7 @@ impl AttitudeRecord {
         Ok(Some([p, q, r]))
     }
 
-    /// Grids over an angle's samples, without its gaps and cuts.
+    /// Returns grids over an angle's samples, without its gaps and cuts.
     fn grids(&self, angle: &Timed) -> Result<Vec<Grid>, Error> {
         let (mut grids, mut from_s) = (Vec::new(), angle.first_s());
         let ends = self.cuts.iter().map(|cut| (cut.from_s, cut.to_s));
@@ -127,17 +128,17 @@ impl AttitudeRecord {
     }
 }
 
-/// Two instants have a slope, a third shows that it is one.
+/// Two instants determine a slope, a third confirms it.
 const LEAST_INSTANTS: usize = 3;
 
-/// A smoothed angle on some grids, one after another, and the part of its slope that is motion.
+/// A smoothed angle on consecutive grids, and the part of its slope that is motion.
 struct AngleOn {
     angle: Vec<f64>,
     slope: Vec<f64>,
 }
 
 impl AngleOn {
-    fn of(angle: Option<&Timed>, grids: &[Grid]) -> Result<Self, Error> {
+    fn new(angle: Option<&Timed>, grids: &[Grid]) -> Result<Self, Error> {
         let len = grids.iter().map(|grid| grid.len).sum();
         let Some(samples) = angle else {
             return Ok(Self { angle: vec![0.0; len], slope: vec![0.0; len] });
@@ -146,7 +147,7 @@ impl AngleOn {
         for grid in grids {
             let (from_s, to_s) = (grid.start_s, grid.time(grid.len - 1));
             let mut x = resample(&Cutter::default().around(samples, (from_s, to_s)), *grid)?;
-            // An angle too short or too slow for the filter is taken as it is.
+            // An angle too short or too slow for the filter stays unfiltered.
             let _ = RATE_FILTER.zero_phase_in_place(&mut x, 1.0 / grid.period_s);
             append(&mut found.slope, differentiate(&x, grid.period_s)?);
             append(&mut found.angle, x);
@@ -158,7 +159,7 @@ impl AngleOn {
     }
 }
 
-/// Adds a part, which most records have but one of, and need no copy of.
+/// Appends a part; most records consist of one, which needs no copy.
 fn append(all: &mut Vec<f64>, part: Vec<f64>) {
     if all.is_empty() {
         *all = part;
@@ -167,11 +168,11 @@ fn append(all: &mut Vec<f64>, part: Vec<f64>) {
     }
 }
 
-/// The part of a smoothed angle's slope that is motion and not the sensor's noise:
-/// `1 − (noise / slope)²` of root mean squares, Wiener's gain.
+/// Returns the part of a smoothed angle's slope that is motion rather than sensor noise: `1 −
+/// (noise / slope)²` of root mean squares, the gain of a Wiener filter.
 ///
-/// A vehicle that hardly turns would else be given the attitude sensor's noise times its
-/// lever arm as velocity. Noise of one sample, σ, smoothed and differentiated is
+/// Without it, a vehicle that hardly turns would get the attitude sensor's noise times its lever
+/// arm as velocity. Noise of one sample, σ, smoothed and differentiated is
 /// `2π σ f_c^{3/2} √(2 h ∫ x²/(1+x⁴)² dx)`, with the integral π√2/16.
 fn believed_part(angle: &Timed, slope: &[f64], period_s: f64) -> f64 {
     use std::f64::consts::{PI, SQRT_2};
@@ -182,14 +183,14 @@ fn believed_part(angle: &Timed, slope: &[f64], period_s: f64) -> f64 {
     if slope > noise { 1.0 - noise / slope } else { 0.0 }
 }
 
-/// The attitude at times that never decrease.
+/// A reader of the attitude at times that never decrease.
 pub(super) struct AttitudeReader<'a> {
     angles: [Option<Reader<'a>>; 3],
     body_to_sensor: Rotation3<f64>,
 }
 
 impl AttitudeReader<'_> {
-    /// Body to world.
+    /// Returns the rotation from body to world.
     pub(super) fn at(&mut self, t_s: f64) -> Rotation3<f64> {
         let [roll, pitch, heading] =
             self.angles.each_mut().map(|angle| angle.as_mut().map_or(0.0, |angle| angle.at(t_s)));
@@ -223,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_heading_past_north_goes_on() {
+    fn a_heading_past_north_continues() {
         let measured = Timed::new("heading", vec![0.0, 1.0, 2.0], vec![6.2, 0.1, 0.3]);
         let heading = unwrap(&measured.expect("in order"));
         for (found, expected) in heading.values().iter().zip([6.2, 0.1 + TAU, 0.3 + TAU]) {

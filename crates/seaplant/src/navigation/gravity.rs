@@ -1,43 +1,44 @@
-//! Whether an accelerometer's readings hold gravity, and in which unit and direction.
+//! Detection of gravity in an accelerometer's readings, with its unit and direction.
 
 use super::attitude::AttitudeRecord;
 use crate::{Caveat, CaveatCode, Dof, Error, Timed};
 
-/// What is to be taken out of an accelerometer's readings.
+/// The gravity to be removed from an accelerometer's readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Gravity {
-    /// They hold it, as an instrument measures.
-    Felt,
-    /// Whoever logged them took it out.
+    /// The readings include it, as measured.
+    Measured,
+    /// It was removed before logging.
     Removed,
 }
 
-/// Standard gravity, m/s²; what a place has more or less is part of the offset.
+/// Standard gravity, m/s²; local deviations are part of the offset.
 const G: f64 = 9.80665;
 
-/// A mean along gravity within this part of g is gravity …
+/// A mean along gravity within this fraction of g is gravity …
 const NEAR: f64 = 0.15;
-/// … and below this, m/s², is none of it.
+/// … and one below this, m/s², excludes it.
 const NO_GRAVITY: f64 = 0.5;
 
-/// Tilt tells gravity along an axis if it brings as much of it there, m/s² rms.
+/// Least gravity along an axis due to tilt that allows its detection, m/s² rms.
 const TILTED: f64 = 0.3;
 
 impl Gravity {
-    /// g, m/s².
+    /// Returns g, m/s².
     pub(super) fn g(self) -> f64 {
         match self {
-            Self::Felt => G,
+            Self::Measured => G,
             Self::Removed => 0.0,
         }
     }
 
-    /// Reads it off the mean along the world's down, else off how the axis answers tilt.
+    /// Detects gravity by the mean along the world's down, otherwise by the regression of readings
+    /// on tilt.
     ///
     /// # Errors
-    /// [`Error::Accelerometer`] if it is not that of an accelerometer; [`Error::MissingChannel`]
-    /// if it must be told from acceleration without attitude.
-    pub(super) fn of(
+    /// [`Error::Accelerometer`] if the readings are not specific force; [`Error::MissingChannel`]
+    /// if gravity must be separated from acceleration without attitude.
+    pub(super) fn detect(
         dof: Dof,
         trial: &str,
         force: &Timed,
@@ -47,8 +48,8 @@ impl Gravity {
     ) -> Result<Self, Error> {
         let along_down = down.map(mean);
         let found = match along_down {
-            Some(mean) => of_mean(trial, mean)?,
-            None => Self::Felt,
+            Some(mean) => from_mean(trial, mean)?,
+            None => Self::Measured,
         };
         let slope = slope_on_tilt(dof, force, attitude);
         let found = match (along_down, slope) {
@@ -89,7 +90,7 @@ fn mean(series: &Timed) -> f64 {
     series.values().iter().sum::<f64>() / series.len() as f64
 }
 
-/// Whether the angle that brings gravity along a translation was measured.
+/// Returns whether the angle that tilts gravity into a translation was measured.
 fn knows(dof: Dof, attitude: &AttitudeRecord) -> bool {
     let [roll, pitch, _] = attitude.parts();
     match dof {
@@ -99,12 +100,12 @@ fn knows(dof: Dof, attitude: &AttitudeRecord) -> bool {
     }
 }
 
-/// By the mean specific force along the world's down, m/s².
-fn of_mean(trial: &str, mean: f64) -> Result<Gravity, Error> {
+/// Detects gravity by the mean specific force along the world's down, m/s².
+fn from_mean(trial: &str, mean: f64) -> Result<Gravity, Error> {
     let is = |x: f64| (mean.abs() / x - 1.0).abs() < NEAR;
     let reads = format!("at rest the accelerometer reads {mean:.2} m/s² along the world's down");
     if is(G) && mean < 0.0 {
-        Ok(Gravity::Felt)
+        Ok(Gravity::Measured)
     } else if is(G) {
         Err(refuse(
             trial,
@@ -138,8 +139,8 @@ fn reversed(dof: Dof, slope: f64) -> String {
     )
 }
 
-/// The slope of specific force on `g (Rᵀ e₃)` along an axis, −1 of an accelerometer; `None` if
-/// the vehicle tilts too little.
+/// Returns the slope of specific force on `g (Rᵀ e₃)` along an axis, −1 for an accelerometer;
+/// `None` if the vehicle tilts too little.
 fn slope_on_tilt(dof: Dof, force: &Timed, attitude: &AttitudeRecord) -> Option<f64> {
     let row = match dof {
         Dof::Surge => 0,
@@ -164,13 +165,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gravity_is_read_off_the_mean() {
-        assert_eq!(of_mean("t", -9.7), Ok(Gravity::Felt));
-        assert_eq!(of_mean("t", 0.1), Ok(Gravity::Removed));
+    fn gravity_is_detected_by_the_mean() {
+        assert_eq!(from_mean("t", -9.7), Ok(Gravity::Measured));
+        assert_eq!(from_mean("t", 0.1), Ok(Gravity::Removed));
         for (mean, says) in
             [(9.8, "[180, 0, 0]"), (-1.0, "[g]"), (-1002.0, "[mg]"), (-5.0, "check the unit")]
         {
-            let message = of_mean("t", mean).expect_err("wrong").to_string();
+            let message = from_mean("t", mean).expect_err("wrong").to_string();
             assert!(message.contains(says) && message.contains("`t`"), "{message}");
         }
     }

@@ -1,4 +1,4 @@
-//! What a satellite receiver says: geographic positions, and velocities over ground.
+//! Measurements of a satellite receiver: geographic positions and velocities over ground.
 
 use std::collections::btree_map::Entry;
 
@@ -14,9 +14,8 @@ const EQUATOR_M: f64 = 6_378_137.0;
 /// The square of its eccentricity.
 const ECCENTRICITY_2: f64 = 6.694_379_990_14e-3;
 
-/// Turns latitude and longitude into metres north and east of the first of them, where the
-/// log has no such metres: `N = M Δφ`, `E = R cos φ Δλ` with the ellipsoid's radii of
-/// curvature there.
+/// Converts latitude and longitude to metres north and east of the first of them, where the log has
+/// no such metres: `N = M Δφ`, `E = R cos φ Δλ` with the ellipsoid's radii of curvature there.
 ///
 /// # Source
 /// WGS 84.
@@ -43,7 +42,7 @@ pub(super) fn positions(recording: &mut Recording) -> Result<(), Error> {
     Ok(())
 }
 
-/// Turns velocity over ground, along the world's axes or by speed and course, into that of the
+/// Converts velocity over ground, along the world's axes or by speed and course, to that of the
 /// vehicle's origin along its own axes, where no instrument measured that.
 pub(super) fn velocities(
     recording: &mut Recording,
@@ -53,7 +52,7 @@ pub(super) fn velocities(
 ) -> Result<(), Error> {
     let mut world = |way| recording.remove(&Quantity::WorldVelocity(way));
     let [north, east, down] = [world(World::North), world(World::East), world(World::Down)];
-    let by_course = of_course(recording)?;
+    let by_course = from_course(recording)?;
     let Some([north, east]) = north.zip(east).map(<[Timed; 2]>::from).or(by_course) else {
         return Ok(());
     };
@@ -86,8 +85,8 @@ pub(super) fn velocities(
     Ok(())
 }
 
-/// `[v cos χ, v sin χ]` of speed and course over ground.
-fn of_course(recording: &mut Recording) -> Result<Option<[Timed; 2]>, Error> {
+/// Returns `[v cos χ, v sin χ]` of speed and course over ground.
+fn from_course(recording: &mut Recording) -> Result<Option<[Timed; 2]>, Error> {
     let speed = recording.remove(&Quantity::GroundSpeed);
     let course = recording.remove(&Quantity::GroundCourse);
     let Some((speed, course)) = speed.zip(course) else { return Ok(None) };
@@ -129,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_drifting_ship_has_sway_by_course_and_heading() {
-        // Heading east, course south-east: half of it ahead, half to starboard.
+        // Heading east, course south-east: half of the speed squared is ahead, half to starboard.
         let recording = Recording::from([
             (Quantity::Attitude(Attitude::Heading), series(|_| 90_f64.to_radians())),
             (Quantity::GroundSpeed, series(|_| 2.0)),
@@ -144,7 +143,7 @@ mod tests {
         let surge = nav.measured[&Dof::Surge].values()[50];
         let sway = nav.measured[&Dof::Sway].values()[50];
         let half = 2.0 / 2_f64.sqrt();
-        // The antenna stands 5 m ahead of the origin of a ship that turns at 0.1 rad/s.
+        // The antenna is 5 m ahead of the origin of a ship that turns at 0.1 rad/s.
         assert!(
             (surge - half).abs() < 1e-9 && (sway - (half - 0.5)).abs() < 1e-9,
             "{surge} {sway}"

@@ -1,4 +1,4 @@
-//! Whether a measured rate of turn and the heading beside it can both be right.
+//! Consistency of a measured rate of turn with heading.
 
 use super::Recording;
 use super::turns::{Turns, integral};
@@ -6,18 +6,18 @@ use crate::quantity::{Attitude, Axis};
 use crate::signal::{rms, sample_noise};
 use crate::{Caveat, CaveatCode, Dof, Quantity, Timed};
 
-/// What is wrong with a rate or an angle.
+/// A fault of a rate or an angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
-    /// The rate never changes, though the angle does.
+    /// The rate is constant, though the angle is not.
     RateIsDead,
-    /// The angle never changes, though the rate does.
+    /// The angle is constant, though the rate is not.
     AngleIsDead,
-    /// The angle moves so many times as far as the rate says, or in other ways.
+    /// The angle contradicts the integral of the rate, by a scale factor or altogether.
     RateContradicts { scale: f64 },
 }
 
-/// Removes rates that cannot be right, and a heading that is stuck, and says so.
+/// Removes impossible rates, and a stuck heading, with a caveat for each.
 pub(super) fn remove_dead(trial: &str, recording: &mut Recording) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     for (rate, angle) in PAIRS {
@@ -40,7 +40,7 @@ pub(super) fn remove_dead(trial: &str, recording: &mut Recording) -> Vec<Caveat>
     caveats
 }
 
-/// Rates, and the angles that they are rates of while the vehicle is nearly level.
+/// Rates and their integrals for a nearly level vehicle.
 const PAIRS: [(Quantity, Quantity); 4] = [
     (Quantity::Rate(Axis::X), Quantity::Attitude(Attitude::Roll)),
     (Quantity::Rate(Axis::Y), Quantity::Attitude(Attitude::Pitch)),
@@ -51,31 +51,31 @@ const PAIRS: [(Quantity, Quantity); 4] = [
 /// Fewer samples do not show that a channel is dead.
 const LEAST_SAMPLES: usize = 20;
 
-/// Turning is compared over spans of this length, s, of which so many are needed.
+/// Length of the spans over which turning is compared, s, and least number of them.
 const SPAN_S: f64 = 5.0;
 const LEAST_SPANS: usize = 6;
 
-/// Turning below this says nothing, rad: a degree.
+/// Least turning that allows a comparison, rad: a degree.
 const LEAST_TURN: f64 = 0.02;
 
-/// Turning shows above so many standard deviations of noise.
+/// Least turning, in standard deviations of noise.
 const CLEAR: f64 = 5.0;
 
-/// A rate whose scale is off by more, or that explains less of what the angle does, is not of
-/// the same motion; tilt and noise of a sound gyro stay far below.
+/// Largest error of scale, and least explained fraction of the angle's variance, of a rate and an
+/// angle of one motion; tilt and noise of a working gyro stay far below.
 const WRONG_SCALE: f64 = 0.5;
 const LEAST_EXPLAINED: f64 = 0.5;
 
 fn fault(recording: &Recording, rate: &Quantity, angle: &Quantity) -> Option<Fault> {
     let known = |what| recording.get(what).filter(|series| series.len() >= LEAST_SAMPLES);
     let (series, angle) = (known(rate)?, known(angle)?);
-    let spans = Spans::of(series, &Turns::of(angle, None));
+    let spans = Spans::new(series, &Turns::count(angle, None));
     let [of_rate, of_angle] = [is_constant(series), is_constant(angle)];
     match (of_rate, of_angle) {
         (true, true) => None,
         (true, false) => spans.angle_moves().then_some(Fault::RateIsDead),
         (false, true) => spans.rate_moves().then_some(Fault::AngleIsDead),
-        // Roll and pitch rates mix with the others as soon as the vehicle tilts.
+        // Roll and pitch rates mix with the others once the vehicle tilts.
         (false, false) if !matches!(rate, Quantity::Rate(Axis::X | Axis::Y)) => {
             spans.contradiction().map(|scale| Fault::RateContradicts { scale })
         }
@@ -87,7 +87,7 @@ fn is_constant(series: &Timed) -> bool {
     series.values().iter().all(|x| *x == series.values()[0])
 }
 
-/// How far an angle and the integral of its rate went over spans, beside their means.
+/// Changes of an angle and of the integral of its rate over spans, relative to their means.
 struct Spans {
     rate: Vec<f64>,
     angle: Vec<f64>,
@@ -96,7 +96,7 @@ struct Spans {
 }
 
 impl Spans {
-    fn of(rate: &Timed, turns: &Turns) -> Self {
+    fn new(rate: &Timed, turns: &Turns) -> Self {
         let (t, x) = (turns.heading.time_s(), turns.heading.values());
         let (mut by_rate, mut by_angle) = (Vec::new(), Vec::new());
         let mut from = 0;
@@ -113,15 +113,15 @@ impl Spans {
                 from = k;
             }
         }
-        // Rates over spans, times the usual length of one.
-        let beside_mean = |rates: Vec<f64>| {
+        // Rates over spans, times the median length of a span.
+        let about_mean = |rates: Vec<f64>| {
             let mean = rates.iter().sum::<f64>() / rates.len() as f64;
             rates.into_iter().map(|x| SPAN_S * (x - mean)).collect()
         };
         let noise = |series: &Timed| sample_noise([series]).unwrap_or(0.0);
         Self {
-            rate: beside_mean(by_rate),
-            angle: beside_mean(by_angle),
+            rate: about_mean(by_rate),
+            angle: about_mean(by_angle),
             rate_noise: noise(rate) * (rate.period_s() * SPAN_S).sqrt(),
             angle_noise: noise(&turns.heading) * 2_f64.sqrt(),
         }
@@ -139,7 +139,7 @@ impl Spans {
         self.is_clear(&self.rate, self.rate_noise)
     }
 
-    /// The scale of `Δangle = s ∫rate dt`, if the two are not of one motion.
+    /// Returns the scale of `Δangle = s ∫rate dt`, if the two are not of one motion.
     fn contradiction(&self) -> Option<f64> {
         if !self.is_clear(&self.angle, self.angle_noise.hypot(self.rate_noise)) {
             return None;
@@ -178,14 +178,14 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_gyro_stays_with_its_noise_and_bias() {
+    fn a_working_gyro_keeps_its_noise_and_bias() {
         let noise = |t: f64| 0.05 * (7919.0 * t).sin();
         let (left, message) = left(|t| 0.4 * (0.2 * t).cos() + 0.02 + noise(t), heading);
         assert_eq!((left.len(), message.as_str()), (2, ""));
     }
 
     #[test]
-    fn a_rate_that_is_dead_reversed_or_in_degrees_gives_way_to_heading() {
+    fn a_rate_that_is_dead_reversed_or_in_degrees_is_replaced_by_heading() {
         for (scale, said) in [(0.0, "never changes"), (-1.0, "-1.00 times"), (57.3, "0.02 times")] {
             let (left, message) = left(|t| scale * 0.4 * (0.2 * t).cos(), heading);
             assert_eq!(left, [HEADING], "{scale}");
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_compass_gives_way_to_the_gyro_and_a_vehicle_at_rest_to_nothing() {
+    fn a_stuck_compass_is_replaced_by_the_gyro_and_a_vehicle_at_rest_keeps_both() {
         assert_eq!(left(|t| 0.4 * (0.2 * t).cos(), |_| 1.0).0, [RATE]);
         assert_eq!(left(|_| 0.0, |_| 1.0).0.len(), 2);
         assert_eq!(

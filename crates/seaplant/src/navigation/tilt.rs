@@ -1,30 +1,29 @@
-//! The ways along and about the body's own vertical axis, from depth and heading.
+//! The paths along and about the body's vertical axis, from depth and heading.
 
 use super::attitude::{AttitudeReader, AttitudeRecord};
 use super::{Navigated, TRANSLATIONS};
 use crate::series::Reader;
 use crate::{Caveat, CaveatCode, Timed};
 
-/// A vehicle that tilts further, as a root mean square of the sine, moves up and down by what it
-/// goes ahead or sideways.
+/// Beyond this tilt, as root mean square of the sine, surge and sway change depth significantly.
 const TILT: f64 = 0.1;
 
-/// Depth says nothing of heave beyond this tilt: the cosine of 60°.
+/// Beyond this tilt depth does not determine heave: the cosine of 60°.
 const LEAST_UPRIGHT: f64 = 0.5;
 
-/// How much of each body velocity shows in the change of depth: `ż = a u + b v + c w`.
+/// Contributions of each body velocity to the rate of depth: `ż = a u + b v + c w`.
 #[derive(Clone, Copy)]
-struct Share {
+struct Contributions {
     of_surge: f64,
     of_sway: f64,
     of_heave: f64,
 }
 
-/// The path q with `q̇ = w` that a depth z leads to, and a doubt where it cannot be known.
+/// Computes the path q with `q̇ = w` from a depth z, with a caveat where it is uncertain.
 ///
-/// `ż = −sin θ u + cos θ sin φ v + cos θ cos φ w`: where w was measured, what it lacks of ż is
-/// taken off; where not, what u and v add to ż is, and the rest divided by cos θ cos φ. Without
-/// roll and pitch the vehicle is level and q = z.
+/// `ż = −sin θ u + cos θ sin φ v + cos θ cos φ w`: where w was measured, all of ż that is not w is
+/// subtracted; otherwise the contributions of u and v are subtracted, and the rest is divided by
+/// cos θ cos φ. Without roll and pitch the vehicle is assumed level and q = z.
 ///
 /// # Source
 /// [Fossen2021]: the third row of the rotation from body to north-east-down.
@@ -38,7 +37,7 @@ pub(super) fn heave_path(
         return (depth.clone(), None);
     }
     let velocity = TRANSLATIONS.map(|dof| nav.measured.get(&dof));
-    let mut beside = Beside {
+    let mut beside = OtherMotion {
         attitude: attitude.reader(),
         velocity: velocity.map(|velocity| velocity.map(Timed::reader)),
         squares: [0.0; 2],
@@ -56,13 +55,13 @@ pub(super) fn heave_path(
         from = to - 1;
     }
     let caveat = beside.doubt(trial);
-    // Finite depths less finite ways are finite.
+    // Finite depths less finite paths are finite.
     (depth.with_values("the heave path", q).unwrap_or_else(|_| depth.clone()), caveat)
 }
 
-/// The path q with `q̇ = r` that a heading ψ leads to: `r = cos θ cos φ ψ̇ − sin φ θ̇`.
+/// Computes the path q with `q̇ = r` from a heading ψ: `r = cos θ cos φ ψ̇ − sin φ θ̇`.
 ///
-/// Without roll and pitch the vehicle is level and q = ψ.
+/// Without roll and pitch the vehicle is assumed level and q = ψ.
 ///
 /// # Source
 /// [Fossen2021]: the third row of the matrix from the rates of Euler's angles to those of the body.
@@ -85,7 +84,7 @@ pub(super) fn yaw_path(heading: &Timed, attitude: &AttitudeRecord) -> Timed {
     heading.with_values("the yaw path", path.collect()).unwrap_or_else(|_| heading.clone())
 }
 
-/// The times of depth, and between them those of the fastest velocity.
+/// Returns the times of depth, and between them those of the fastest velocity.
 fn times(depth: &Timed, velocity: [Option<&Timed>; 3]) -> Vec<f64> {
     let fastest = velocity.into_iter().flatten().max_by_key(|velocity| velocity.len());
     let between = fastest.map_or(&[][..], |fastest| fastest.time_s()).iter();
@@ -96,25 +95,25 @@ fn times(depth: &Timed, velocity: [Option<&Timed>; 3]) -> Vec<f64> {
     times
 }
 
-/// What changes depth beside heave.
-struct Beside<'a> {
+/// Changes of depth other than by heave.
+struct OtherMotion<'a> {
     attitude: AttitudeReader<'a>,
     velocity: [Option<Reader<'a>>; 3],
-    /// Σ of the squared shares of surge and sway.
+    /// Σ of the squared contributions of surge and sway.
     squares: [f64; 2],
     instants: usize,
 }
 
-impl Beside<'_> {
-    /// What depth changed beside heave from the first of some times to the last, by the
-    /// trapezoidal rule; and by how much the rest must be divided.
+impl OtherMotion<'_> {
+    /// Integrates the change of depth other than by heave over some times by the trapezoidal rule;
+    /// returns it with the divisor of the rest.
     fn over(&mut self, times: &[f64]) -> (f64, f64) {
         let (mut changed, mut upright) = (0.0, 0.0);
         let mut before: Option<(f64, f64)> = None;
         for &t in times {
             let to_world = self.attitude.at(t);
             let [of_surge, of_sway, of_heave] = [0, 1, 2].map(|column| to_world[(2, column)]);
-            let rate = self.rate(Share { of_surge, of_sway, of_heave }, t);
+            let rate = self.rate(Contributions { of_surge, of_sway, of_heave }, t);
             if let Some((t_before, rate_before)) = before {
                 changed += 0.5 * (t - t_before) * (rate + rate_before);
             }
@@ -131,14 +130,16 @@ impl Beside<'_> {
         (changed, upright)
     }
 
-    /// The part of the rate of depth that is not heave.
-    fn rate(&mut self, share: Share, t_s: f64) -> f64 {
+    /// Returns the part of the rate of depth that is not heave.
+    fn rate(&mut self, contributions: Contributions, t_s: f64) -> f64 {
         let [u, v, w] = self.velocity.each_mut().map(|v| v.as_mut().map(|v| v.at(t_s)));
-        let of_heave = w.map_or(0.0, |w| (share.of_heave - 1.0) * w);
-        share.of_surge * u.unwrap_or(0.0) + share.of_sway * v.unwrap_or(0.0) + of_heave
+        let of_heave = w.map_or(0.0, |w| (contributions.of_heave - 1.0) * w);
+        contributions.of_surge * u.unwrap_or(0.0)
+            + contributions.of_sway * v.unwrap_or(0.0)
+            + of_heave
     }
 
-    /// Tilt of a vehicle whose horizontal velocity is not known.
+    /// Returns a caveat for tilt of a vehicle whose horizontal velocity is unknown.
     fn doubt(&self, trial: &str) -> Option<Caveat> {
         let of = [("pitches", "surge"), ("rolls", "sway")];
         let tilts = self.squares.map(|squares| (squares / self.instants.max(1) as f64).sqrt());
@@ -179,7 +180,7 @@ mod tests {
         [0.8 + 0.3 * (0.2 * t).sin(), 0.4 * (0.3 * t).cos(), 0.5 * (0.4 * t).sin()]
     }
 
-    /// Depth as it follows from body velocity, every 0.01 s.
+    /// Integrates depth from body velocity, every 0.01 s.
     fn depth() -> Timed {
         let sink = |t: f64| {
             let ([u, v, w], (phi, theta)) = (velocity(t), (roll(t), pitch(t)));
@@ -209,7 +210,7 @@ mod tests {
         heave_path("a", &depth(), &attitude, &nav)
     }
 
-    /// The greatest error of the path of a heave velocity, m.
+    /// Returns the greatest error of the path of a heave velocity, m.
     fn worst(path: &Timed) -> f64 {
         let exact = |t: f64| 5.0 + 0.5 / 0.4 * (1.0 - (0.4 * t).cos());
         let off = path.time_s().iter().zip(path.values()).map(|(t, q)| (q - exact(*t)).abs());
@@ -217,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tilted_vehicle_turns_by_less_than_its_heading_says() {
+    fn a_tilted_vehicle_turns_by_less_than_its_heading() {
         let (heading, rate) = (|t: f64| 0.9 * (0.25 * t).sin(), |t: f64| 0.225 * (0.25 * t).cos());
         let r = |t: f64| {
             let pitch_rate = 0.15 * (0.5 * t).cos();
@@ -230,15 +231,15 @@ mod tests {
         let attitude = AttitudeRecord::take(&mut recording, &Sensors::default());
         let path = yaw_path(&series(heading), &attitude);
         let slope = crate::signal::differentiate_timed(&path).expect("long enough");
-        // Sums of increments at 100 Hz, rad/s.
+        // Error of sums of increments at 100 Hz, rad/s.
         const RULE_RAD_S: f64 = 1e-4;
         let inside = slope.time_s().iter().zip(slope.values()).skip(1).take(5000);
         inside.for_each(|(t, v)| assert!((v - r(*t)).abs() < RULE_RAD_S, "{t} {v} {}", r(*t)));
     }
 
     #[test]
-    fn a_pitching_vehicle_that_goes_ahead_does_not_heave_by_that() {
-        // The trapezoidal rule at 100 Hz, m.
+    fn a_pitching_vehicle_under_way_does_not_heave_by_its_surge() {
+        // Error of the trapezoidal rule at 100 Hz, m.
         const RULE_M: f64 = 1e-3;
         let (all, doubt) = path(&[Dof::Surge, Dof::Sway, Dof::Heave]);
         assert!(worst(&all) < RULE_M && doubt.is_none(), "{}", worst(&all));

@@ -1,4 +1,4 @@
-//! The way that the vehicle's origin travelled, walked once and not kept.
+//! Displacement of the vehicle's origin, computed in one pass and not stored.
 
 use std::collections::BTreeMap;
 
@@ -11,40 +11,40 @@ use crate::{Dof, Error, Timed};
 
 /// World-fixed displacement `[north, east, down]`, m.
 pub(super) struct Track<'a> {
-    /// The series at whose times it is known.
+    /// The series that defines the instants.
     base: &'a Timed,
     attitude: &'a AttitudeRecord,
-    way: Way<'a>,
+    way: Source<'a>,
 }
 
-/// What displacement follows from.
-enum Way<'a> {
-    /// From positions north and east, and where their sensor sits.
+/// The source of displacement.
+enum Source<'a> {
+    /// Positions north and east, and the lever arm of their sensor.
     Positioned { east: &'a Timed, lever: Vector3<f64> },
-    /// From body velocities along [`TRANSLATIONS`], those not measured being zero.
+    /// Body velocities along [`TRANSLATIONS`]; those not measured are zero.
     Reckoned([Option<&'a Timed>; 3]),
 }
 
 /// An instant of a track.
 #[derive(Clone, Copy)]
-struct Place {
+struct Instant {
     t_s: f64,
     to_world: Rotation3<f64>,
     displacement: Vector3<f64>,
 }
 
 impl<'a> Track<'a> {
-    /// Displacement as it was positioned.
+    /// Creates a track from measured positions.
     pub(super) fn positioned(
         north: &'a Timed,
         east: &'a Timed,
         lever: Vector3<f64>,
         attitude: &'a AttitudeRecord,
     ) -> Self {
-        Self { base: north, attitude, way: Way::Positioned { east, lever } }
+        Self { base: north, attitude, way: Source::Positioned { east, lever } }
     }
 
-    /// Displacement as it follows from body velocity; `None` if none was measured.
+    /// Creates a track from body velocities; `None` if none was measured.
     pub(super) fn reckoned(
         velocity: &'a BTreeMap<Dof, Timed>,
         attitude: &'a AttitudeRecord,
@@ -55,10 +55,10 @@ impl<'a> Track<'a> {
             // One axis without attitude: displacement along that axis, which needs no frame.
             return None;
         }
-        Some(Self { base, attitude, way: Way::Reckoned(parts) })
+        Some(Self { base, attitude, way: Source::Reckoned(parts) })
     }
 
-    /// Displacement at every instant.
+    /// Returns displacement at every instant.
     pub(super) fn displacement(&self) -> Result<[Timed; 3], Error> {
         let mut paths = [Vec::new(), Vec::new(), Vec::new()];
         self.walk(|place| {
@@ -69,15 +69,15 @@ impl<'a> Track<'a> {
         Ok([n?, e?, d?])
     }
 
-    /// The derivative of displacement in body axes, along some of [`TRANSLATIONS`].
+    /// Returns the derivative of displacement in body axes, along some of [`TRANSLATIONS`].
     ///
     /// # Errors
     /// [`Error::TooShort`] with fewer than two instants.
     pub(super) fn body_velocity(&self, rows: &[usize]) -> Result<Vec<Timed>, Error> {
         check_differentiable(self.base.len())?;
         let mut velocities = vec![Vec::with_capacity(self.base.len()); rows.len()];
-        let mut add = |before: Option<Place>, now: Place, after: Option<Place>| {
-            let point = |place: Place, n: usize| [place.t_s, place.displacement[n]];
+        let mut add = |before: Option<Instant>, now: Instant, after: Option<Instant>| {
+            let point = |place: Instant, n: usize| [place.t_s, place.displacement[n]];
             let slope = |n: usize| {
                 let (before, after) = (before.map(|b| point(b, n)), after.map(|a| point(a, n)));
                 slope_of_parabola(before, point(now, n), after)
@@ -102,20 +102,20 @@ impl<'a> Track<'a> {
 
     /// Calls a function at every instant, in order; dead reckoning integrates
     /// `p(t) = ∫ R v dt` by the trapezoidal rule.
-    fn walk(&self, mut visit: impl FnMut(Place)) {
+    fn walk(&self, mut visit: impl FnMut(Instant)) {
         let mut attitude = self.attitude.reader();
         let samples = self.base.time_s().iter().zip(self.base.values());
         match &self.way {
-            Way::Positioned { east, lever } => {
+            Source::Positioned { east, lever } => {
                 let mut east = east.reader();
                 for (&t_s, north) in samples {
                     let to_world = attitude.at(t_s);
                     let offset = to_world * lever;
                     let displacement = Vector3::new(north - offset.x, east.at(t_s) - offset.y, 0.0);
-                    visit(Place { t_s, to_world, displacement });
+                    visit(Instant { t_s, to_world, displacement });
                 }
             }
-            Way::Reckoned(parts) => {
+            Source::Reckoned(parts) => {
                 let mut parts = parts.map(|part| part.map(Timed::reader));
                 let mut displacement = Vector3::zeros();
                 let mut before: Option<(f64, Vector3<f64>)> = None;
@@ -130,7 +130,7 @@ impl<'a> Track<'a> {
                         displacement += 0.5 * (t_s - t_before) * (v + v_before);
                     }
                     before = Some((t_s, v));
-                    visit(Place { t_s, to_world, displacement });
+                    visit(Instant { t_s, to_world, displacement });
                 }
             }
         }

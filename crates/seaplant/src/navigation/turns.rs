@@ -1,4 +1,4 @@
-//! Which turn a heading is in: whole turns that a log dropped, and gaps in which they were lost.
+//! Unwrapping of heading, across whole turns lost in the log and in gaps.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::signal::slope_of_line;
 use crate::{Gap, Timed};
 
-/// A heading without jumps of whole turns, except across cuts.
+/// An unwrapped heading, continuous except across cuts.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Turns {
     pub(super) heading: Timed,
@@ -16,34 +16,34 @@ pub(super) struct Turns {
 
 /// An interval longer than this many sampling periods is a gap, in which turns may be lost …
 const GAP_PERIODS: f64 = 2.5;
-/// … if it is longer than this too, s: in less no vehicle turns half around.
+/// … if it is longer than this too, s: no vehicle makes half a turn in less.
 const LEAST_GAP_S: f64 = 0.25;
 
 /// No vehicle turns faster, rad/s.
 const FASTEST_RAD_S: f64 = 10.0;
 
-/// What a vehicle did while it was seen, it may exceed by this factor while it was not.
+/// Factor by which rates within a gap may exceed those measured outside of gaps.
 const MARGIN: f64 = 1.5;
 
-/// The rate of turn is read off a second of heading, or three samples.
+/// Window for the rate of turn: a second of heading, or three samples.
 const SLOPE_S: f64 = 1.0;
 const SLOPE_PERIODS: f64 = 3.0;
 
-/// A wrapped heading has one turn of values, but for rounding.
+/// Range of a wrapped heading, with rounding.
 const ONE_TURN: f64 = 1.001 * TAU;
 
-/// Values outside of one turn, as a part of all, that show a heading to be written continuous;
-/// fewer may be outliers.
+/// Fraction of values outside of one turn from which a heading counts as continuous; fewer may be
+/// outliers.
 const OUTSIDE_PART: f64 = 0.01;
 
-/// A piece with fewer samples says nothing of motion.
+/// Least number of samples of a piece.
 const LEAST_PIECE: usize = 3;
 
 impl Turns {
-    /// Counts turns: between neighbours by the nearest turn; across a gap by the measured rate
-    /// or by the rates at both ends, where these leave no other choice; else the record is cut.
-    /// A heading that is written continuous stays as it is.
-    pub(super) fn of(heading: &Timed, rate: Option<&Timed>) -> Self {
+    /// Unwraps a heading: between neighbours by the nearest turn; across a gap by the measured rate
+    /// or by the rates at both ends, where these leave no other choice; otherwise the record is
+    /// cut. A heading that is logged continuous is unchanged.
+    pub(super) fn count(heading: &Timed, rate: Option<&Timed>) -> Self {
         let runs = runs(heading);
         let continuous = is_written_continuous(heading, &runs);
         let (time_s, mut values) = (heading.time_s(), heading.values().to_vec());
@@ -55,7 +55,7 @@ impl Turns {
             unwrap_run(&time_s[run.clone()], &mut values[run.clone()], 0.0);
         }
         let window_s = SLOPE_S.max(SLOPE_PERIODS * heading.period_s());
-        let turned = Turned::of(time_s, &values, &runs, window_s);
+        let turned = RatesOfTurn::new(time_s, &values, &runs, window_s);
         let drift = rate.map(|rate| Drift::of(rate, time_s, &values, &runs));
         let mut pieces: Vec<Range<usize>> = vec![runs[0].clone()];
         for (k, run) in runs.iter().enumerate().skip(1) {
@@ -73,7 +73,7 @@ impl Turns {
         Self::in_pieces(heading, &values, pieces)
     }
 
-    /// Leaves out pieces that are too short to say anything.
+    /// Drops pieces with too few samples.
     fn in_pieces(heading: &Timed, values: &[f64], mut pieces: Vec<Range<usize>>) -> Self {
         if pieces.iter().any(|piece| piece.len() >= LEAST_PIECE) {
             pieces.retain(|piece| piece.len() >= LEAST_PIECE);
@@ -98,7 +98,7 @@ fn with_values(heading: &Timed, values: Vec<f64>) -> Timed {
     heading.with_values("heading", values).unwrap_or_else(|_| heading.clone())
 }
 
-/// The rows between gaps.
+/// Returns the ranges of rows between gaps.
 fn runs(heading: &Timed) -> Vec<Range<usize>> {
     let t = heading.time_s();
     let longest_s = (GAP_PERIODS * heading.period_s()).max(LEAST_GAP_S);
@@ -112,7 +112,7 @@ fn runs(heading: &Timed) -> Vec<Range<usize>> {
     runs
 }
 
-/// Whether a log counts turns itself: its values span more than one, and not as outliers do.
+/// Returns whether a log counts turns itself: its values span more than one, beyond outliers.
 fn is_written_continuous(heading: &Timed, runs: &[Range<usize>]) -> bool {
     let values = heading.values().iter().copied();
     let (low, high) =
@@ -139,8 +139,8 @@ fn is_written_continuous(heading: &Timed, runs: &[Range<usize>]) -> bool {
     outside >= LEAST_PIECE && outside as f64 > OUTSIDE_PART * sorted.len() as f64
 }
 
-/// Takes each sample to the turn nearest to the one before, if it is more than half a turn off
-/// and further than the vehicle turns at a rate, rad/s.
+/// Moves each sample to the turn nearest to the one before, if it is more than half a turn away and
+/// further than the vehicle turns at a rate, rad/s.
 fn unwrap_run(time_s: &[f64], values: &mut [f64], rate: f64) {
     let mut turns = 0.0;
     for k in 1..values.len() {
@@ -152,18 +152,18 @@ fn unwrap_run(time_s: &[f64], values: &mut [f64], rate: f64) {
     }
 }
 
-/// How a vehicle turned while it was seen.
-struct Turned {
-    /// Rates of turn at the first and the last samples of each run, rad/s; `None` of a run that
-    /// is too short to tell.
+/// Rates of turn outside of gaps.
+struct RatesOfTurn {
+    /// Rates of turn at the first and the last samples of each run, rad/s; `None` for a run that is
+    /// too short.
     ends: Vec<Option<[f64; 2]>>,
     /// The greatest rate, rad/s, and the greatest change of it in a second, rad/s².
     fastest: f64,
     sharpest: f64,
 }
 
-impl Turned {
-    fn of(time_s: &[f64], values: &[f64], runs: &[Range<usize>], window_s: f64) -> Self {
+impl RatesOfTurn {
+    fn new(time_s: &[f64], values: &[f64], runs: &[Range<usize>], window_s: f64) -> Self {
         let mut turned = Self { ends: Vec::new(), fastest: 0.0, sharpest: 0.0 };
         let mut is_known = false;
         for run in runs {
@@ -182,26 +182,26 @@ impl Turned {
         turned
     }
 
-    /// The change across the gap before a run, to within half a turn; `None` if more than one
-    /// number of turns is possible.
+    /// Returns the change across the gap before a run, to within half a turn; `None` if more than
+    /// one number of turns is possible.
     fn across(&self, run: usize, gap_s: f64) -> Option<f64> {
         if MARGIN * self.fastest * gap_s < PI {
             return Some(0.0);
         }
-        // Between two rates, a bounded acceleration turns by no more than this beside their mean.
+        // A bounded acceleration deviates from the mean of the two rates by no more than this.
         let beside = MARGIN * self.sharpest * gap_s * gap_s / 4.0;
         let ends = self.ends[run - 1].zip(self.ends[run]);
         ends.filter(|_| beside < PI).map(|(before, after)| 0.5 * (before[1] + after[0]) * gap_s)
     }
 }
 
-/// Rates of turn over windows of a run, one after another: when and how fast.
+/// Returns times and rates of turn over consecutive windows of a run.
 fn rates(time_s: &[f64], values: &[f64], window_s: f64) -> Vec<(f64, f64)> {
     let mut found = Vec::new();
     let mut from = 0;
     while from + 2 < time_s.len() {
         let to = time_s.partition_point(|t| *t <= time_s[from] + window_s).max(from + 3);
-        // The last window takes in what is left, if that is not enough for one more.
+        // The last window includes a remainder too short for a window of its own.
         let to = if time_s.len() - to < 3 { time_s.len() } else { to };
         let (t, x) = (&time_s[from..to], &values[from..to]);
         found.push((t.iter().sum::<f64>() / t.len() as f64, slope_of_line(t, x)));
@@ -210,16 +210,16 @@ fn rates(time_s: &[f64], values: &[f64], window_s: f64) -> Vec<(f64, f64)> {
     found
 }
 
-/// A measured rate of turn, and how far its integral drifts from the heading.
+/// A measured rate of turn with the statistics of its drift from heading.
 struct Drift<'a> {
     rate: &'a Timed,
     gaps: Vec<Gap>,
-    /// What the rate lacks on average, rad/s, and how much that varies.
-    lacks: f64,
-    varies: f64,
+    /// Mean and standard deviation of the error of the rate, rad/s.
+    mean_error: f64,
+    std_error: f64,
 }
 
-/// The drift of a rate is read off stretches of heading of this length, s.
+/// Length of the stretches of heading that determine the drift, s.
 const DRIFT_S: f64 = 5.0;
 
 impl<'a> Drift<'a> {
@@ -229,36 +229,36 @@ impl<'a> Drift<'a> {
             let mut from = run.start;
             for k in run.clone() {
                 let span_s = time_s[k] - time_s[from];
-                let is_seen = rate.first_s() <= time_s[from] && time_s[k] <= rate.last_s();
-                if span_s >= DRIFT_S && is_seen {
+                let is_covered = rate.first_s() <= time_s[from] && time_s[k] <= rate.last_s();
+                if span_s >= DRIFT_S && is_covered {
                     let turned = integral(rate, time_s[from], time_s[k]);
                     lacking.push((values[k] - values[from] - turned) / span_s);
                 }
-                from = if span_s >= DRIFT_S || !is_seen { k } else { from };
+                from = if span_s >= DRIFT_S || !is_covered { k } else { from };
             }
         }
         let n = lacking.len() as f64;
-        let lacks = lacking.iter().sum::<f64>() / n;
-        let varies = (lacking.iter().map(|x| (x - lacks).powi(2)).sum::<f64>() / n).sqrt();
+        let mean_error = lacking.iter().sum::<f64>() / n;
+        let std_error = (lacking.iter().map(|x| (x - mean_error).powi(2)).sum::<f64>() / n).sqrt();
         let gaps = rate.gaps((GAP_PERIODS * rate.period_s()).max(LEAST_GAP_S));
-        Self { rate, gaps, lacks, varies }
+        Self { rate, gaps, mean_error, std_error }
     }
 
-    /// The change across a gap; `None` if the rate has a gap there too, or may have drifted by
-    /// half a turn.
+    /// Returns the change across a gap; `None` if the rate has a gap there too, or may have drifted
+    /// by half a turn.
     fn across(&self, from_s: f64, to_s: f64) -> Option<f64> {
         const SIGMAS: f64 = 3.0;
-        let is_seen = self.rate.first_s() <= from_s && to_s <= self.rate.last_s();
+        let is_covered = self.rate.first_s() <= from_s && to_s <= self.rate.last_s();
         let next = self.gaps.partition_point(|gap| gap.to_s <= from_s);
         let has_gap = self.gaps.get(next).is_some_and(|gap| gap.from_s < to_s);
-        let drift = SIGMAS * self.varies * (to_s - from_s);
-        // Without a stretch to learn from, drift is not a number, and refused.
-        (drift < PI && is_seen && !has_gap)
-            .then(|| integral(self.rate, from_s, to_s) + self.lacks * (to_s - from_s))
+        let drift = SIGMAS * self.std_error * (to_s - from_s);
+        // Without any stretch, drift is NaN and the comparison fails.
+        (drift < PI && is_covered && !has_gap)
+            .then(|| integral(self.rate, from_s, to_s) + self.mean_error * (to_s - from_s))
     }
 }
 
-/// `∫ x dt` of straight lines between samples.
+/// Integrates `∫ x dt` of linearly interpolated samples.
 pub(super) fn integral(x: &Timed, from_s: f64, to_s: f64) -> f64 {
     let t = x.time_s();
     let inside = t.partition_point(|t| *t <= from_s)..t.partition_point(|t| *t < to_s);
@@ -276,7 +276,7 @@ pub(super) fn integral(x: &Timed, from_s: f64, to_s: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A yaw oscillation of a small vehicle, many turns about: ±1.5 rad/s in 20 s, and a trend.
+    /// Returns the heading of a small vehicle over many turns: ±1.5 rad/s in 20 s, and a trend.
     fn truth(t: f64) -> f64 {
         4.8 * (0.314 * t).sin() + 0.3 * t
     }
@@ -286,8 +286,8 @@ mod tests {
     }
 
     fn times(gaps: &[(f64, f64)]) -> Vec<f64> {
-        let is_seen = |t: &f64| !gaps.iter().any(|(from, to)| t > from && t < to);
-        (0..2400).map(|k| 0.1 * f64::from(k)).filter(is_seen).collect()
+        let is_covered = |t: &f64| !gaps.iter().any(|(from, to)| t > from && t < to);
+        (0..2400).map(|k| 0.1 * f64::from(k)).filter(is_covered).collect()
     }
 
     fn series(times: &[f64], of: impl Fn(f64) -> f64) -> Timed {
@@ -299,7 +299,7 @@ mod tests {
         truth(t).rem_euclid(TAU)
     }
 
-    /// How far each piece is from the truth, beside an offset of whole turns.
+    /// Returns the greatest error of each piece, apart from an offset of whole turns.
     fn worst(turns: &Turns) -> f64 {
         let (t, x) = (turns.heading.time_s(), turns.heading.values());
         let mut offset = x[0] - truth(t[0]);
@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn a_gap_in_which_half_a_turn_was_possible_is_cut() {
         let gaps = [(30.0, 31.0), (55.0, 64.0), (100.0, 112.0)];
-        let turns = Turns::of(&series(&times(&gaps), wrapped), None);
+        let turns = Turns::count(&series(&times(&gaps), wrapped), None);
         let cut: Vec<i32> = turns.cuts.iter().map(|cut| cut.to_s as i32).collect();
         assert_eq!(cut, [64, 112], "{:?}", turns.cuts);
         assert!(worst(&turns) < ROUNDING);
@@ -329,33 +329,33 @@ mod tests {
     fn a_rate_with_a_bias_counts_the_turns_in_a_gap() {
         let gaps = [(55.0, 64.0), (100.0, 130.0)];
         let gyro = series(&times(&[]), |t| rate(t) + 0.02);
-        let turns = Turns::of(&series(&times(&gaps), wrapped), Some(&gyro));
+        let turns = Turns::count(&series(&times(&gaps), wrapped), Some(&gyro));
         assert!(turns.cuts.is_empty(), "{:?}", turns.cuts);
         assert!(worst(&turns) < ROUNDING);
-        // What has a gap itself, or turns the other way, is not asked.
+        // A rate with a gap itself, or of opposite sign, is not used.
         for gyro in [series(&times(&gaps), rate), series(&times(&[]), |t| -rate(t))] {
-            assert_eq!(Turns::of(&series(&times(&gaps), wrapped), Some(&gyro)).cuts.len(), 2);
+            assert_eq!(Turns::count(&series(&times(&gaps), wrapped), Some(&gyro)).cuts.len(), 2);
         }
     }
 
     #[test]
-    fn a_heading_that_is_written_continuous_is_left_alone() {
+    fn a_heading_that_is_logged_continuous_is_unchanged() {
         let continuous = series(&times(&[(55.0, 64.0), (100.0, 130.0)]), truth);
-        let turns = Turns::of(&continuous, None);
+        let turns = Turns::count(&continuous, None);
         assert_eq!((turns.heading, turns.cuts), (continuous, Vec::new()));
         // A single value far off does not make a wrapped heading a continuous one.
         let times = times(&[]);
         let mut values: Vec<f64> = times.iter().map(|t| wrapped(*t)).collect();
         values[700] = 400.0;
-        let turns = Turns::of(&Timed::new("heading", times, values).expect("valid"), None);
+        let turns = Turns::count(&Timed::new("heading", times, values).expect("valid"), None);
         let x = turns.heading.values();
         assert!((x[600] - x[0] - truth(60.0) + truth(0.0)).abs() < ROUNDING);
     }
 
     #[test]
-    fn a_vehicle_that_hardly_turns_may_be_out_of_sight_for_a_minute() {
+    fn a_vehicle_that_hardly_turns_may_lack_heading_for_a_minute() {
         let still = |t: f64| (0.02 * (0.3 * t).sin()).rem_euclid(TAU);
-        let turns = Turns::of(&series(&times(&[(50.0, 110.0)]), still), None);
+        let turns = Turns::count(&series(&times(&[(50.0, 110.0)]), still), None);
         assert!(turns.cuts.is_empty());
         let x = turns.heading.values();
         assert!(x.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.05));
@@ -365,7 +365,7 @@ mod tests {
     fn a_year_without_heading_is_one_cut() {
         let mut t = times(&[]);
         t.splice(..0, [-1.7e9, -1.7e9 + 0.1, -1.7e9 + 0.2]);
-        assert_eq!(Turns::of(&series(&t, wrapped), None).cuts.len(), 1);
+        assert_eq!(Turns::count(&series(&t, wrapped), None).cuts.len(), 1);
     }
 
     proptest::proptest! {
@@ -376,7 +376,7 @@ mod tests {
         ) {
             let gaps: Vec<(f64, f64)> = from.iter().map(|(from, s)| (*from, from + s)).collect();
             let heading = series(&times(&gaps), |t| (truth(t) + turn).rem_euclid(TAU));
-            let turns = Turns::of(&heading, None);
+            let turns = Turns::count(&heading, None);
             proptest::prop_assert!(worst(&turns) < ROUNDING, "{:?}", turns.cuts);
         }
     }

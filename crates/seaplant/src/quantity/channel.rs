@@ -1,4 +1,4 @@
-//! What a column of a log is.
+//! The meaning of a column of a log.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{Attitude, Axis, Kind, WindFrame, WindPart, World};
 use crate::{Dof, Error, ThrusterInput};
 
-/// A quantity that a trial can hold, whatever it is called in the file.
+/// A quantity that a trial can hold, independent of its name in the file.
 ///
 /// ```
 /// use seaplant::{Quantity, ThrusterInput};
@@ -25,16 +25,16 @@ use crate::{Dof, Error, ThrusterInput};
 pub enum Quantity {
     /// `thruster.NAME.speed|pwm|command|force`.
     Thruster {
-        /// The thruster, as the vehicle calls it.
+        /// The thruster's name in the vehicle file.
         name: String,
-        /// What was logged of it.
+        /// The logged input.
         input: ThrusterInput,
     },
-    /// `wrench.DOF`: a body force already computed.
+    /// `wrench.DOF`: a body force computed elsewhere.
     Wrench(Dof),
-    /// `dvl.velocity.x|y|z`: of the instrument, in its own frame.
+    /// `dvl.velocity.x|y|z`: velocity of the instrument, in its own frame.
     DvlVelocity(Axis),
-    /// `velocity.DOF`: at the vehicle origin, body frame.
+    /// `velocity.DOF`: velocity of the vehicle origin, body frame.
     Velocity(Dof),
     /// `position.north|east|down`.
     Position(World),
@@ -48,16 +48,16 @@ pub enum Quantity {
     Acceleration(Axis),
     /// `supply.voltage`.
     SupplyVoltage,
-    /// `rudder.NAME.angle`, `fin.NAME.angle`: positive as its axis turns.
+    /// `rudder.NAME.angle`, `fin.NAME.angle`: positive by the right-hand rule about its axis.
     SurfaceAngle {
-        /// What it is.
+        /// The type of surface.
         kind: Surface,
-        /// The surface, as the vehicle calls it.
+        /// The surface's name in the vehicle file.
         name: String,
     },
-    /// `thruster.NAME.azimuth`: how far it is turned about its axis.
+    /// `thruster.NAME.azimuth`: angle of rotation about its axis.
     Azimuth(String),
-    /// `wind.relative.speed|direction`, as felt on board, or `wind.true.speed|direction`.
+    /// `wind.relative.speed|direction`, apparent wind on board, or `wind.true.speed|direction`.
     ///
     /// Direction is where the wind comes from: clockwise from the bow if it is relative, from
     /// north if it is true.
@@ -87,7 +87,7 @@ pub enum Surface {
 }
 
 impl Surface {
-    /// As channels and vehicle files write it.
+    /// Returns the name in channels and vehicle files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rudder => "rudder",
@@ -100,7 +100,7 @@ const INPUTS: [ThrusterInput; 4] =
     [ThrusterInput::Speed, ThrusterInput::Pwm, ThrusterInput::Command, ThrusterInput::Force];
 
 impl Quantity {
-    /// Whether it says how the vehicle was driven, not how it moved.
+    /// Returns whether the quantity is an input of the vehicle rather than its motion.
     pub fn is_of_thrust(&self) -> bool {
         matches!(
             self,
@@ -112,7 +112,7 @@ impl Quantity {
         )
     }
 
-    /// Every quantity but those of thrusters, rudders and fins, which the vehicle names.
+    /// Returns every quantity but those of thrusters, rudders and fins, which have names.
     pub fn all_but_named() -> Vec<Self> {
         use {Attitude as A, Axis as X, World as W};
         let mut all = vec![Self::Depth, Self::SupplyVoltage];
@@ -131,7 +131,7 @@ impl Quantity {
         all
     }
 
-    /// The kind of unit that the quantity is written in.
+    /// Returns the dimension of the quantity.
     pub fn kind(&self) -> Kind {
         match self {
             Self::Thruster { input: ThrusterInput::Speed, .. } | Self::Rate(_) => {
@@ -154,7 +154,7 @@ impl Quantity {
         }
     }
 
-    /// One of a thruster, rudder or fin, which has a name.
+    /// Parses a quantity of a thruster, rudder or fin.
     fn parse_named(text: &str) -> Option<Self> {
         let (kind, rest) = text.split_once('.')?;
         let (name, what) = rest.rsplit_once('.').filter(|(name, _)| !name.is_empty())?;
@@ -171,7 +171,7 @@ impl Quantity {
         }
     }
 
-    /// What a wind channel without its frame could mean.
+    /// Returns advice for a wind channel without a frame.
     fn frameless(text: &str) -> Option<String> {
         let part = text.strip_prefix("wind.")?;
         ["speed", "direction"].contains(&part).then(|| {

@@ -41,30 +41,29 @@ impl Default for BlockBootstrap {
     }
 }
 
-/// A block begins at each quarter of a block.
+/// Possible starts of a block, per length of a block.
 const PARTS: usize = 4;
 
-/// Fewer resamples do not tell a standard deviation to a tenth, more tell it no better than
-/// the record does.
+/// Fewer resamples do not determine a standard deviation to a tenth; the record limits the
+/// precision of more.
 const RESAMPLES: RangeInclusive<usize> = 100..=1_000_000;
 
-/// The filters alone make residuals go together for so long, s.
+/// The filters alone correlate residuals over this time, s.
 const LEAST_BLOCK_S: f64 = 1.0;
 
-/// A day: no record has several blocks of more, s.
+/// A day: no record holds several longer blocks, s.
 const LONGEST_BLOCK_S: f64 = 86_400.0;
 
-/// What the fits to drawn blocks say.
+/// The result of the fits to drawn blocks.
 pub(crate) struct Resampled {
     pub(crate) found: LeastSquares,
-    /// Draws in which the terms could not be told apart, and which are left out.
-    pub(crate) refused: usize,
-    /// Correlation of neighbouring quarters of blocks, if it is more than chance.
-    pub(crate) lasting: Option<f64>,
+    /// Discarded draws in which the terms were collinear.
+    pub(crate) discarded: usize,
+    /// Correlation of neighbouring quarters of blocks, if significant.
+    pub(crate) block_correlation: Option<f64>,
 }
 
-/// Quarters of blocks are correlated by more than so many of the standard deviations that
-/// chance has.
+/// Threshold of significance of that correlation, in standard deviations.
 const BEYOND_CHANCE: f64 = 3.0;
 
 impl BlockBootstrap {
@@ -85,7 +84,7 @@ impl BlockBootstrap {
         Ok(())
     }
 
-    /// An empty regression whose batches are the parts of blocks.
+    /// Creates an empty regression whose batches are the quarters of blocks.
     ///
     /// # Errors
     /// [`Error::Bootstrap`] for too few or many resamples, or too short blocks.
@@ -101,17 +100,16 @@ impl BlockBootstrap {
 }
 
 impl Regression {
-    /// Least squares whose covariance is that of the estimate over records that are put
-    /// together from blocks of this one, drawn with replacement.
+    /// Solves with the covariance of the estimate over records assembled from blocks of this one,
+    /// drawn with replacement.
     ///
-    /// The rows of a block stay together, and with them how their residuals follow each
-    /// other. A draw needs `G = Σ FᵀF` and `s = Σ Fᵀe` of its blocks only, and moves the
-    /// estimate by `G⁻¹ s`. The covariance is that of the draws, times B/(B − p) for B
-    /// blocks in the record and p terms.
+    /// The rows of a block stay together, and so does the correlation of their residuals. A draw
+    /// needs only `G = Σ FᵀF` and `s = Σ Fᵀe` of its blocks, and changes the estimate by `G⁻¹ s`.
+    /// The covariance is that of the draws, times B/(B − p) for B blocks in the record and p terms.
     ///
     /// # Errors
-    /// As [`least_squares`](super::least_squares); [`Error::NotExciting`] too if most draws
-    /// do not tell the terms apart.
+    /// As [`least_squares`](super::least_squares); [`Error::NotExciting`] too if the terms are
+    /// collinear in most draws.
     ///
     /// # Source
     /// Circular blocks: \[Politis1992\]; regression by pairs in blocks: \[Lahiri2003\].
@@ -124,7 +122,7 @@ impl Regression {
         let factored = rows.factored()?;
         let coefficients = factored.solve(&rows.whole.column(V_DOT));
         let parts = rows.residuals(&coefficients);
-        let draws = Circle::of(&rows, &parts).draws(bootstrap);
+        let draws = Circle::new(&rows, &parts).draws(bootstrap);
         let terms = rows.fitted.len();
         if 2 * draws.len() < bootstrap.resamples {
             return Err(Error::NotExciting { dof, rank: terms - 1, needed: terms });
@@ -134,12 +132,13 @@ impl Regression {
         let covariance = covariance(&draws, terms) * inflate;
         let found = rows.found(&factored, &coefficients, &residuals, &covariance);
         let chance = BEYOND_CHANCE / (parts.sums.len() as f64).sqrt();
-        let lasting = Some(parts.correlation_of_neighbours()).filter(|found| *found > chance);
-        Ok(Resampled { found, refused: bootstrap.resamples - draws.len(), lasting })
+        let block_correlation =
+            Some(parts.correlation_of_neighbours()).filter(|found| *found > chance);
+        Ok(Resampled { found, discarded: bootstrap.resamples - draws.len(), block_correlation })
     }
 }
 
-/// FᵀF and Fᵀe of some rows, scaled columns.
+/// FᵀF and Fᵀe of a set of rows, scaled columns.
 #[derive(Clone, Copy)]
 struct Sums {
     gram: Matrix4<f64>,
@@ -147,7 +146,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(rows: &Reduced, triangle: &Triangle, score: &DVector<f64>) -> Self {
+    fn new(rows: &Reduced, triangle: &Triangle, score: &DVector<f64>) -> Self {
         let terms = score.len();
         let gram = |i: usize, j: usize| match i.max(j) < terms {
             true => rows.column(triangle, i).dot(&rows.column(triangle, j)),
@@ -161,26 +160,26 @@ impl Sums {
         Self { gram: Matrix4::zeros(), score: Vector4::zeros() }
     }
 
-    /// Adds what lies between two running sums.
+    /// Adds the difference of two running sums.
     fn add_between(&mut self, from: &Self, to: &Self) {
         self.gram += to.gram - from.gram;
         self.score += to.score - from.score;
     }
 }
 
-/// The parts of a record laid in a circle, so that a block may begin at any of them.
+/// A record closed to a circle, so that a block may begin at any of its parts.
 struct Circle {
-    /// Running sums over the parts, twice round.
+    /// Running sums over the parts, twice around the circle.
     up_to: Vec<Sums>,
     parts: usize,
     terms: usize,
 }
 
 impl Circle {
-    fn of(rows: &Reduced, residuals: &Residuals) -> Self {
+    fn new(rows: &Reduced, residuals: &Residuals) -> Self {
         let each = rows.batches.iter().zip(&residuals.scores);
         let each: Vec<Sums> =
-            each.map(|(batch, score)| Sums::of(rows, &batch.triangle, score)).collect();
+            each.map(|(batch, score)| Sums::new(rows, &batch.triangle, score)).collect();
         let mut up_to = vec![Sums::zero()];
         for part in each.iter().chain(&each) {
             let mut sums = up_to[up_to.len() - 1];
@@ -190,13 +189,13 @@ impl Circle {
         Self { up_to, parts: each.len(), terms: rows.fitted.len() }
     }
 
-    /// By how much each drawn record moves the scaled estimate.
+    /// Returns the change of the scaled estimate in each drawn record.
     fn draws(&self, bootstrap: &BlockBootstrap) -> Vec<Vector4<f64>> {
         let mut rng = ChaCha8Rng::seed_from_u64(bootstrap.seed);
         (0..bootstrap.resamples).filter_map(|_| self.draw(&mut rng)).collect()
     }
 
-    /// As many parts as the record has, in blocks; the last may be shorter.
+    /// Draws blocks with as many parts as the record; the last may be shorter.
     fn draw(&self, rng: &mut ChaCha8Rng) -> Option<Vector4<f64>> {
         let mut drawn = Sums::zero();
         for from in (0..self.parts).step_by(PARTS) {
@@ -208,14 +207,14 @@ impl Circle {
         if !drawn.gram.iter().all(|x| x.is_finite()) {
             return None;
         }
-        // Columns of unit length: this part of one is nothing.
+        // Columns have unit length: an eigenvalue below this is rounding.
         let weakest = drawn.gram.symmetric_eigenvalues().min();
         let is_exciting = weakest > EXCITATION_FLOOR.powi(2);
         is_exciting.then(|| drawn.gram.cholesky().map(|root| root.solve(&drawn.score))).flatten()
     }
 }
 
-/// Covariance of the draws in the first `terms` places.
+/// Returns the covariance of the first `terms` components of the draws.
 fn covariance(draws: &[Vector4<f64>], terms: usize) -> DMatrix<f64> {
     let n = draws.len() as f64;
     let mean = draws.iter().sum::<Vector4<f64>>() / n;

@@ -1,4 +1,4 @@
-//! What residuals say of how sure an estimate is.
+//! Sums of residuals for the covariance of an estimate.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,14 +7,14 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct Residuals {
     /// Σ xᵀe of each batch, scaled columns.
     pub(crate) scores: Vec<DVector<f64>>,
-    /// Sum of the residuals of each batch, each times what the constant is there.
+    /// Sum of the residuals of each batch, weighted by the constant's column.
     pub(crate) sums: Vec<f64>,
     /// Σ e².
     pub(crate) square_sum: f64,
 }
 
 impl Residuals {
-    /// S = B/(B − p) Σ sᵦ sᵦᵀ.
+    /// Returns S = B/(B − p) Σ sᵦ sᵦᵀ.
     pub(crate) fn meat(&self) -> DMatrix<f64> {
         let (batches, terms) = (self.scores.len(), self.scores[0].len());
         let mut meat = DMatrix::zeros(terms, terms);
@@ -24,12 +24,12 @@ impl Residuals {
         meat * (batches as f64 / self.freedom(terms))
     }
 
-    /// Batches less terms.
+    /// Returns the number of batches less that of terms.
     pub(crate) fn freedom(&self, terms: usize) -> f64 {
         self.scores.len().saturating_sub(terms).max(1) as f64
     }
 
-    /// n σ² / (rows a batch · variance of batch means), never more than n.
+    /// Returns n σ² / (rows a batch · variance of batch means), never more than n.
     pub(crate) fn effective_samples(&self, samples: usize) -> f64 {
         let n = samples as f64;
         let long_run = self.sums.iter().map(|sum| sum * sum).sum::<f64>() / n;
@@ -37,14 +37,14 @@ impl Residuals {
         if long_run > 0.0 { (n * variance / long_run).min(n) } else { n }
     }
 
-    /// How far the sum of a batch foretells that of the next: their correlation.
+    /// Returns the correlation of the sums of neighbouring batches.
     pub(super) fn correlation_of_neighbours(&self) -> f64 {
         let product: f64 = self.sums.windows(2).map(|pair| pair[0] * pair[1]).sum();
         let square: f64 = self.sums.iter().map(|sum| sum * sum).sum();
         if square > 0.0 { product / square } else { 0.0 }
     }
 
-    /// Every so many neighbouring batches as one.
+    /// Merges groups of neighbouring batches.
     pub(super) fn joined(&self, parts: usize) -> Self {
         Self {
             scores: self.scores.chunks(parts).map(|part| part.iter().sum()).collect(),

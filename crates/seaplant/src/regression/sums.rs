@@ -1,4 +1,4 @@
-//! Rows reduced to triangles that can be put together in any order.
+//! Rows reduced to triangles that can be merged in any order.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,14 @@ use super::Row;
 use super::triangle::{BLOCK_ROWS, Batch, Block, WIDTH, width};
 use crate::Terms;
 
-/// Rows reduced batch by batch, each batch by its number.
+/// Reduced rows by batch number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sums {
     batches: BTreeMap<u64, Batch>,
 }
 
 impl Sums {
-    /// Takes rows in that follow each other, the first with its number, so many a batch.
+    /// Adds consecutive rows; the first has its number, and a batch a fixed number of rows.
     pub(crate) fn add_in_batches(
         &mut self,
         mut first: u64,
@@ -43,19 +43,19 @@ impl Sums {
         }
     }
 
-    /// Takes in what others have reduced.
+    /// Merges the sums of another part.
     pub(crate) fn merge(&mut self, other: &Self) {
         for (number, batch) in &other.batches {
             self.batches.entry(*number).or_default().merge(batch);
         }
     }
 
-    /// Rows in all batches.
+    /// Returns the number of rows in all batches.
     pub(crate) fn rows(&self) -> usize {
         self.batches.values().map(|batch| batch.rows).sum()
     }
 
-    /// So many neighbouring batches as one each.
+    /// Merges groups of `count` neighbouring batches.
     pub(crate) fn grouped(&self, count: u64) -> Vec<Batch> {
         let mut groups: BTreeMap<u64, Batch> = BTreeMap::new();
         for (number, batch) in &self.batches {
@@ -66,7 +66,7 @@ impl Sums {
 }
 
 impl Batch {
-    /// `[R₁; R₂] = Q R`: the triangle of both is that of the rows of both.
+    /// Merges two triangles by `[R₁; R₂] = Q R`: the result is that of the rows of both.
     fn merge(&mut self, other: &Self) {
         let mut columns: [[f64; WIDTH]; WIDTH] =
             std::array::from_fn(|j| other.triangle.column(j).into());

@@ -7,21 +7,21 @@ use super::{LeastSquares, Reduced, Regression, sandwich};
 use crate::terms::Term;
 use crate::{Dof, Error};
 
-/// Covariance of what noise of one unit in the measurement makes of a row, on average.
+/// Average covariance of a row's noise for measurement noise of unit variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct NoiseShape {
-    /// Of v|v|.
+    /// Variance of v|v|.
     pub(crate) quadratic: f64,
-    /// Of v.
+    /// Variance of v.
     pub(crate) linear: f64,
-    /// Of v|v| with v.
+    /// Covariance of v|v| and v.
     pub(crate) quadratic_linear: f64,
-    /// Of v̇.
+    /// Variance of v̇.
     pub(crate) v_dot: f64,
 }
 
 impl NoiseShape {
-    /// None for columns without noise.
+    /// Returns a covariance; zero for columns without noise.
     fn between(&self, a: Option<Term>, b: Option<Term>) -> f64 {
         match (a, b) {
             (None, None) => self.v_dot,
@@ -29,25 +29,26 @@ impl NoiseShape {
             (Some(Term::Linear), Some(Term::Linear)) => self.linear,
             (Some(Term::Quadratic), Some(Term::Linear))
             | (Some(Term::Linear), Some(Term::Quadratic)) => self.quadratic_linear,
-            // The same noise makes v̇ and v, but by an odd and by an even kernel.
+            // v̇ and v have the same noise through an odd and an even kernel: they are
+            // uncorrelated.
             _ => 0.0,
         }
     }
 }
 
-/// What total least squares found.
+/// The result of total least squares.
 pub(crate) struct TotalSolution {
     pub(crate) found: LeastSquares,
-    /// Standard deviation of the measurement noise that would explain all residuals.
+    /// Standard deviation of measurement noise that would explain all residuals.
     pub(crate) implied_noise: f64,
 }
 
 impl Regression {
-    /// Total least squares with noise in v|v|, v and v̇; τ and the constant are exact.
+    /// Solves total least squares with noise in v|v|, v and v̇; τ and the constant are exact.
     ///
     /// With X the noisy columns and C the covariance of their noise, minimises
-    /// `Σ e² / zᵀCz` with `e = v̇ − F Φ` and `z = [Φ_X; −1]`. One QR decomposition clears
-    /// the exact columns; `z = L⁻ᵀ y` with y the last right singular vector of what is left
+    /// `Σ e² / zᵀCz` with `e = v̇ − F Φ` and `z = [Φ_X; −1]`. One QR decomposition eliminates
+    /// the exact columns; `z = L⁻ᵀ y` with y the last right singular vector of the remainder
     /// of `[X v̇]`, times L⁻ᵀ, C = L Lᵀ; the exact columns' coefficients follow.
     ///
     /// The covariance is `B⁻¹ S B⁻¹`, with `B = FᵀF − λ C` (C with zeros for exact columns),
@@ -64,7 +65,7 @@ impl Regression {
     pub(crate) fn solve_total(self, dof: Dof, noise: &NoiseShape) -> Result<TotalSolution, Error> {
         let rows = self.reduce(dof)?;
         let factored = rows.factored()?;
-        let mixed = Mixed::of(&rows, noise);
+        let mixed = Mixed::new(&rows, noise);
         let coefficients = mixed.coefficients()?;
         let mut residuals = rows.residuals(&coefficients);
         let pull = &mixed.noise_of_terms() * &coefficients;
@@ -81,17 +82,17 @@ impl Regression {
     }
 }
 
-/// Scaled columns, exact ones first, then noisy ones, then v̇.
+/// The scaled columns in order: exact ones, noisy ones, v̇.
 struct Mixed<'a> {
     rows: &'a Reduced,
     noise: &'a NoiseShape,
-    /// Places among the fitted terms.
+    /// Indices among the fitted terms.
     exact: Vec<usize>,
     noisy: Vec<usize>,
 }
 
 impl<'a> Mixed<'a> {
-    fn of(rows: &'a Reduced, noise: &'a NoiseShape) -> Self {
+    fn new(rows: &'a Reduced, noise: &'a NoiseShape) -> Self {
         let is_noisy = |j: &usize| matches!(rows.fitted[*j], Term::Quadratic | Term::Linear);
         let (noisy, exact) = (0..rows.fitted.len()).partition(is_noisy);
         Self { rows, noise, exact, noisy }
@@ -102,14 +103,14 @@ impl<'a> Mixed<'a> {
         Error::NotExciting { dof: self.rows.dof, rank: needed - 1, needed }
     }
 
-    /// Covariance of noise in two scaled columns; `None` is v̇.
+    /// Returns the covariance of noise in two scaled columns; `None` is v̇.
     fn noise_between(&self, a: Option<usize>, b: Option<usize>) -> f64 {
         let term = |j: Option<usize>| j.map(|j| self.rows.fitted[j]);
         let scale = |j: Option<usize>| j.map_or(1.0, |j| self.rows.scale[j]);
         self.noise.between(term(a), term(b)) * scale(a) * scale(b)
     }
 
-    /// The same for all fitted terms; exact ones have none.
+    /// Returns the covariance of noise in all fitted terms; zero for exact ones.
     fn noise_of_terms(&self) -> DMatrix<f64> {
         let terms = self.rows.fitted.len();
         DMatrix::from_fn(terms, terms, |i, j| self.noise_between(Some(i), Some(j)))
@@ -145,7 +146,7 @@ impl<'a> Mixed<'a> {
         Ok(coefficients)
     }
 
-    /// `(FᵀF − λ C)⁻¹`.
+    /// Returns `(FᵀF − λ C)⁻¹`.
     fn bread(&self, per_noise: f64) -> Result<DMatrix<f64>, Error> {
         let terms = self.rows.fitted.len();
         let column = |j: usize| self.rows.column(&self.rows.whole, j);
@@ -155,8 +156,8 @@ impl<'a> Mixed<'a> {
     }
 }
 
-/// The right singular vector of the least singular value, if the last column takes part in
-/// it: else the noise hides a relation among the other columns.
+/// Returns the right singular vector of the least singular value, if the last column takes part in
+/// it: otherwise the noise hides a collinearity of the other columns.
 fn weakest_direction(columns: &DMatrix<f64>) -> Option<DVector<f64>> {
     if !columns.iter().all(|x| x.is_finite()) {
         return None;

@@ -7,8 +7,7 @@ use super::Row;
 use crate::Terms;
 use crate::terms::Term;
 
-/// The columns of a triangle: `[τ, v|v|, 1, v̇, v]`; the last is seldom fitted, and then
-/// costs nothing.
+/// Number of columns of a triangle, `[τ, v|v|, 1, v̇, v]`; the last is omitted unless fitted.
 pub(super) const WIDTH: usize = 5;
 pub(super) const ONE: usize = 2;
 pub(super) const V_DOT: usize = 3;
@@ -26,10 +25,10 @@ pub(super) const fn place(term: Term) -> usize {
     }
 }
 
-/// Rows that are reduced at a time: 512 rows of five numbers stay in the nearest cache.
+/// Number of rows reduced at a time: 512 rows of five numbers fit the first-level cache.
 pub(super) const BLOCK_ROWS: usize = 512;
 
-/// Rows on their way into a triangle, column by column.
+/// Rows to be reduced, stored by columns.
 pub(super) struct Block {
     pub(super) columns: [[f64; BLOCK_ROWS]; WIDTH],
     pub(super) rows: usize,
@@ -42,7 +41,7 @@ impl Default for Block {
 }
 
 impl Block {
-    /// Takes rows in; `ones` is the constant's column where that is not one everywhere.
+    /// Appends rows; `ones` is the constant's column where that is not 1.
     pub(super) fn push(&mut self, rows: &[Row], ones: Option<&[f64]>) {
         let space = self.rows..self.rows + rows.len();
         for (term, place) in [
@@ -62,19 +61,19 @@ impl Block {
     }
 }
 
-/// Rows that follow each other, reduced.
+/// Consecutive rows, reduced.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Batch {
     pub(super) triangle: Triangle,
     pub(super) rows: usize,
 }
 
-/// R of a QR decomposition, row by row.
+/// The factor R of a QR decomposition, row by row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Triangle([[f64; WIDTH]; WIDTH]);
 
 impl Triangle {
-    pub(super) fn of(batches: &[Batch]) -> Self {
+    pub(super) fn merged(batches: &[Batch]) -> Self {
         let mut whole = Self::default();
         for batch in batches {
             let mut columns: [[f64; WIDTH]; WIDTH] =
@@ -84,8 +83,8 @@ impl Triangle {
         whole
     }
 
-    /// R of this triangle with rows of a block below it, by Householder reflections, in
-    /// the first `width` columns; the block is used up.
+    /// Updates R with the rows of a block below it by Householder reflections, in the first `width`
+    /// columns; overwrites the block.
     pub(super) fn absorb<const N: usize>(
         &mut self,
         block: &mut [[f64; N]; WIDTH],
@@ -119,7 +118,7 @@ impl Triangle {
     }
 }
 
-/// A scalar product in eight sums side by side: one alone waits for itself.
+/// Returns a scalar product from eight parallel sums, which do not depend on each other.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];

@@ -1,17 +1,17 @@
-//! Series read from the start to the end.
+//! Sequential reading of series.
 
 use super::Timed;
 
-/// Reads a series as [`Timed::at`] does, without searching, at times that never decrease.
+/// A reader with the results of [`Timed::at`], without a search, at times that never decrease.
 #[derive(Clone, Debug)]
 pub(crate) struct Reader<'a> {
     series: &'a Timed,
-    /// The first sample after the last time asked for.
+    /// Index of the first sample after the last requested time.
     after: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// A reader that has passed so many samples.
+    /// Creates a reader that starts before sample `after`.
     pub(super) fn from(series: &'a Timed, after: usize) -> Self {
         Self { series, after }
     }
@@ -21,7 +21,7 @@ impl<'a> Reader<'a> {
         self.series.before(self.after, t_s)
     }
 
-    /// As [`Timed::held_at`].
+    /// Returns the value of [`Timed::held_at`].
     pub(crate) fn held_at(&mut self, t_s: f64) -> f64 {
         self.pass(t_s);
         self.series.values[self.after.max(1) - 1]
@@ -34,8 +34,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// ∫ x dt of a held signal from the sample in force at some time, for times that never
-/// decrease.
+/// The integral ∫ x dt of a held signal from a start time, at times that never decrease.
 pub(super) struct HeldIntegral<'a> {
     series: &'a Timed,
     held: usize,

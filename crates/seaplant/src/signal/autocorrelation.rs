@@ -1,8 +1,8 @@
-/// The autocorrelation of a uniform series at some lags, its mean removed.
+/// Computes the autocorrelation of a uniform series at given lags, its mean removed.
 ///
-/// `r_k = Σ (x_t − x̄)(x_{t+k} − x̄) / Σ (x_t − x̄)²`, the biased estimate, whose size is at most 1;
-/// lags are in samples. Of white noise, r_k beyond lag 0 is within ±1.96/√n in 95 of 100 cases. A
-/// constant has none: all are 0.
+/// `r_k = Σ (x_t − x̄)(x_{t+k} − x̄) / Σ (x_t − x̄)²`, the biased estimate, whose magnitude is at
+/// most 1; lags are in samples. For white noise, r_k beyond lag 0 is within ±1.96/√n in 95 % of
+/// cases. For a constant it is defined as 0.
 ///
 /// # Source
 /// G. E. P. Box and G. M. Jenkins, *Time Series Analysis*, §2.1.
@@ -35,7 +35,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_and_nothing_have_none() {
+    fn a_constant_and_an_empty_series_have_zero_autocorrelation() {
         assert_eq!(autocorrelation(&[2.0; 5], [0, 1]), [0.0, 0.0]);
         assert_eq!(autocorrelation(&[], [0]), [0.0]);
     }

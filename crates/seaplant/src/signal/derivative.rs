@@ -1,9 +1,9 @@
 use crate::{Error, Timed};
 
-/// The derivative of a uniform series by central differences, one-sided at the ends.
+/// Differentiates a uniform series by central differences, one-sided at the ends.
 ///
-/// `v_k = (x_{k+1} − x_{k−1}) / 2h`, second order inside; equal to
-/// `numpy.gradient(x, h)`. Shape (n,) in and out.
+/// `v_k = (x_{k+1} − x_{k−1}) / 2h`, second order inside; equal to `numpy.gradient(x, h)`. Shape
+/// (n,) in and out.
 ///
 /// # Errors
 /// [`Error::TooShort`] with fewer than two samples.
@@ -24,8 +24,8 @@ pub fn differentiate(x: &[f64], period_s: f64) -> Result<Vec<f64>, Error> {
     Ok(v)
 }
 
-/// The derivative of a series at its own times, by the parabola through each sample
-/// and its neighbours; one-sided at the ends.
+/// Differentiates a series at its own times by the parabola through each sample and its neighbours;
+/// one-sided at the ends.
 ///
 /// Equal to `numpy.gradient(x, t)`.
 ///
@@ -42,10 +42,10 @@ pub fn differentiate_timed(x: &Timed) -> Result<Timed, Error> {
     x.with_values("the derivative", (0..=last).map(slope).collect())
 }
 
-/// The slope of a series at its own times, by the least-squares line through all samples within
-/// `half_s` on either side; where these are fewer than four, as [`differentiate_timed`].
+/// Differentiates a series at its own times by the least-squares line through all samples within
+/// `half_s` on either side; where there are fewer than four, by [`differentiate_timed`].
 ///
-/// Stamps that are off by part of a sample, and noise, count for little.
+/// Noise and jitter of the time stamps average out.
 ///
 /// # Errors
 /// [`Error::TooShort`] with fewer than two samples.
@@ -70,7 +70,7 @@ pub(crate) fn slope_around(x: &Timed, half_s: f64) -> Result<Timed, Error> {
     x.with_values("the slope", (0..=last).map(slope).collect())
 }
 
-/// The slope of the least-squares line through samples at two or more times.
+/// Returns the slope of the least-squares line through samples at two or more times.
 pub(crate) fn slope_of_line(time_s: &[f64], values: &[f64]) -> f64 {
     let n = time_s.len() as f64;
     let (t, x) = (time_s.iter().sum::<f64>() / n, values.iter().sum::<f64>() / n);
@@ -82,8 +82,8 @@ pub(crate) fn slope_of_line(time_s: &[f64], values: &[f64]) -> f64 {
     top / bottom
 }
 
-/// The slope at a point `[t, x]` of the parabola through it and its neighbours, of which
-/// one may lack; zero if both do.
+/// Returns the slope at a point `[t, x]` of the parabola through it and its neighbours; of the line
+/// if one neighbour is missing, zero if both are.
 pub(crate) fn slope_of_parabola(
     before: Option<[f64; 2]>,
     now: [f64; 2],
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn jitter_of_stamps_does_not_make_a_slope() {
+    fn jitter_of_stamps_makes_no_slope() {
         // Samples of 0.3 t at 10 Hz with stamps that are late by up to a sample, some by 2 µs.
         let late = |k: i32| if k % 7 == 0 { 0.1 - 2e-6 } else { 0.0 };
         let stamps: Vec<f64> = (0..200).map(|k| 0.1 * f64::from(k) + late(k)).collect();
@@ -132,13 +132,13 @@ mod tests {
     }
 
     #[test]
-    fn few_samples_have_the_slope_of_their_parabola() {
+    fn few_samples_give_the_slope_of_their_parabola() {
         let x = Timed::new("x", vec![0.0, 1.0, 2.5, 3.0], vec![0.0, 1.0, 4.0, 2.0]).expect("valid");
         assert_eq!(slope_around(&x, 0.5), differentiate_timed(&x));
     }
 
     #[test]
-    fn two_samples_have_one_slope() {
+    fn two_samples_give_one_slope() {
         assert_eq!(differentiate(&[1.0, 3.0], 0.5).expect("two"), [4.0, 4.0]);
     }
 

@@ -15,20 +15,20 @@ use crate::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LowPass {
-    /// Where a single pass halves power, Hz.
+    /// Frequency at which a single pass halves power, Hz.
     pub cutoff_hz: f64,
     /// The order of a single pass, 1 to 8.
     pub order: usize,
 }
 
-/// Beyond this order the sections of a low cutoff lose the digits that we promise.
+/// Beyond this order, sections with a low cut-off lose more digits than promised.
 const HIGHEST_ORDER: usize = 8;
 
-/// No motion of a vehicle is faster than this, Hz.
+/// No vehicle moves faster than this, Hz.
 const HIGHEST_CUTOFF_HZ: f64 = 1000.0;
 
 impl LowPass {
-    /// Checks what can be checked before the sampling rate is known.
+    /// Checks the settings that do not depend on the sampling rate.
     ///
     /// # Errors
     /// [`Error::Setting`] unless 0 < `cutoff_hz` ≤ 1000 and the order is 1 to 8.
@@ -78,7 +78,7 @@ impl LowPass {
         Ok(y)
     }
 
-    /// As [`LowPass::zero_phase`].
+    /// Smooths in place, as [`LowPass::zero_phase`].
     pub(crate) fn zero_phase_in_place(&self, x: &mut [f64], sample_hz: f64) -> Result<(), Error> {
         let sections = self.sections(sample_hz)?;
         self.check_length(x.len())?;
@@ -91,7 +91,7 @@ impl LowPass {
         Ok(())
     }
 
-    /// [`LowPass::zero_phase`] of several series of one length, row by row and in place.
+    /// Smooths several series of one length, row by row and in place, as [`LowPass::zero_phase`].
     ///
     /// # Errors
     /// As [`LowPass::zero_phase`].
@@ -106,7 +106,7 @@ impl LowPass {
         Ok(())
     }
 
-    /// How many samples away a change is no longer felt, to rounding.
+    /// Returns the number of samples after which a change has decayed below rounding.
     ///
     /// # Errors
     /// [`Error::Cutoff`].
@@ -114,7 +114,7 @@ impl LowPass {
         Ok(settling(&self.sections(sample_hz)?))
     }
 
-    /// Samples by which each end is extended.
+    /// Returns the number of samples by which each end is extended.
     fn edge(&self) -> usize {
         3 * (self.order + 1)
     }
@@ -128,16 +128,16 @@ impl LowPass {
         Ok(())
     }
 
-    /// The gain of [`LowPass::zero_phase`] at a frequency: `1 / (1 + (f/f_c)^(2 order))`.
+    /// Returns the gain of [`LowPass::zero_phase`] at a frequency: `1 / (1 + (f/f_c)^(2 order))`.
     ///
-    /// That is the analogue prototype, squared; the digital filter is within
-    /// 1 % of it up to a tenth of the sampling rate.
+    /// This is the squared gain of the analogue prototype; the digital filter is within 1 % of it
+    /// up to a tenth of the sampling rate.
     pub fn zero_phase_gain(&self, frequency_hz: f64) -> f64 {
         1.0 / (1.0 + (frequency_hz / self.cutoff_hz).powi(2 * self.order as i32))
     }
 
-    /// The filter as second-order sections, by the bilinear transform with its
-    /// frequency warped back to `cutoff_hz`.
+    /// Designs the filter as second-order sections by the bilinear transform, with its frequency
+    /// prewarped to `cutoff_hz`.
     ///
     /// With K = tan(π f_c / f_s), the pole pair of angle θ gives
     /// `K²(1 + 2z⁻¹ + z⁻²) / ((1 + 2K cos θ + K²) + 2(K² − 1)z⁻¹ + (1 − 2K cos θ + K²)z⁻²)`.
@@ -154,7 +154,7 @@ impl LowPass {
             sections.push(Section { b: [k / a0, k / a0, 0.0], a: [(k - 1.0) / a0, 0.0] });
         }
         for pair in 0..order / 2 {
-            // From the negative real axis; a real pole, if any, lies on it.
+            // Angles count from the negative real axis; a real pole lies on it.
             let theta = PI * (2 * pair + 1 + order % 2) as f64 / (2 * order) as f64;
             let damping = 2.0 * k * theta.cos();
             let a0 = 1.0 + damping + k * k;
@@ -168,23 +168,23 @@ impl LowPass {
 
 /// `y_k = b₀ x_k + b₁ x_{k−1} + b₂ x_{k−2} − a₁ y_{k−1} − a₂ y_{k−2}`.
 ///
-/// Each sample waits for the one before it, so one series alone leaves the processor
-/// idle most of the time: `filtfilt`, which the tests compare with, took more than three times as
-/// long for the four columns of a regression as this does for all of them at once.
+/// Each sample depends on the one before, so a single series leaves the processor idle most of the
+/// time: `filtfilt`, the reference of the tests, took more than three times as long for the four
+/// columns of a regression as this does for all at once.
 #[derive(Clone, Copy, Debug)]
 struct Section {
     b: [f64; 3],
     a: [f64; 2],
 }
 
-/// A long series is cut into this many, which are smoothed side by side.
+/// Number of overlapping parts of a long series that are smoothed at once.
 const LANES: usize = 4;
 
-/// −ln of the part of a change that is rounding.
+/// −ln of the relative size of rounding.
 const SETTLED: f64 = 42.0;
 
 impl Section {
-    /// The modulus of its slower pole.
+    /// Returns the modulus of its slower pole.
     fn slowest_pole(&self) -> f64 {
         let [a1, a2] = self.a;
         let spread = 0.25 * a1 * a1 - a2;
@@ -197,7 +197,7 @@ fn settling(sections: &[Section]) -> usize {
     (SETTLED / -slowest.ln()).ceil() as usize
 }
 
-/// A section on its way along rows.
+/// The running state of a section.
 struct Pass<const N: usize> {
     section: Section,
     x: [[f64; N]; 2],
@@ -205,7 +205,7 @@ struct Pass<const N: usize> {
 }
 
 impl<const N: usize> Pass<N> {
-    /// As if the first row had always been there.
+    /// Starts in the steady state of the first row.
     fn steady(section: Section, first: [f64; N]) -> Self {
         let Section { b, a } = section;
         let gain = b.iter().sum::<f64>() / (1.0 + a[0] + a[1]);
@@ -217,7 +217,7 @@ impl<const N: usize> Pass<N> {
         let ([mut x1, mut x2], [mut y1, mut y2]) = (self.x, self.y);
         for row in rows {
             let x = *row;
-            // In this order only a product and a difference wait for the row before.
+            // In this order only a product and a difference depend on the row before.
             let y = std::array::from_fn(|n| {
                 (b0 * x[n] + b1 * x1[n] + b2 * x2[n] - a2 * y2[n]) - a1 * y1[n]
             });
@@ -228,7 +228,7 @@ impl<const N: usize> Pass<N> {
     }
 }
 
-/// Smooths rows between their odd reflections about the first and the last.
+/// Smooths rows that are extended by their odd reflections about the first and the last.
 fn smooth<const N: usize>(sections: &[Section], rows: &mut [[f64; N]], edge: usize) {
     let (first, last) = (rows[0], rows[rows.len() - 1]);
     let mirror = |end: [f64; N], row: &[f64; N]| std::array::from_fn(|n| 2.0 * end[n] - row[n]);
@@ -237,7 +237,8 @@ fn smooth<const N: usize>(sections: &[Section], rows: &mut [[f64; N]], edge: usi
     there_and_back(sections, head, rows, tail);
 }
 
-/// Every section forward, then every section backward; head and tail are only run through.
+/// Runs every section forward, then every section backward; head and tail are extensions whose
+/// outputs are discarded.
 fn there_and_back<const N: usize>(
     sections: &[Section],
     mut head: Vec<[f64; N]>,
@@ -257,8 +258,7 @@ fn there_and_back<const N: usize>(
     }
 }
 
-/// As [`smooth`], of parts that overlap so far that what one part does not see of the
-/// others is below rounding.
+/// Smooths as [`smooth`], in parts that overlap so far that their truncation is below rounding.
 fn smooth_in_lanes(sections: &[Section], x: &mut [f64], edge: usize, overlap: usize) {
     let len = (x.len() + 2 * overlap * (LANES - 1)).div_ceil(LANES);
     let start: [usize; LANES] = std::array::from_fn(|n| n * (x.len() - len) / (LANES - 1));
@@ -318,7 +318,7 @@ mod tests {
         assert!((ratio(2020) - 0.5).abs() < 1e-3, "{}", ratio(2020));
     }
 
-    /// Of signals of size one.
+    /// Tolerance for signals of magnitude one.
     const SAME: f64 = 1e-10;
 
     fn by_filtfilt(filter: LowPass, x: &[f64], sample_hz: f64) -> Vec<f64> {
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_smoothed_as_each_series_alone() {
+    fn rows_are_smoothed_as_single_series() {
         let filter = LowPass { cutoff_hz: 0.5, order: 3 };
         let tone = |rad_s: f64| (0..700).map(|k| (rad_s * f64::from(k)).cos()).collect::<Vec<_>>();
         let (slow, fast) = (tone(0.02), tone(0.9));

@@ -1,7 +1,7 @@
 use crate::Timed;
 use crate::series::median;
 
-/// Finds samples that stand far off their neighbours' median.
+/// A filter for samples that deviate far from their neighbours' median.
 ///
 /// A sample is an outlier if `|x − median| > threshold · max(1.4826 MAD, floor)`
 /// over the `2 half_width + 1` samples around it.
@@ -20,26 +20,26 @@ use crate::series::median;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hampel {
-    /// Samples on either side.
+    /// Number of neighbours on either side.
     pub half_width: usize,
-    /// How many standard deviations are too many.
+    /// The threshold in standard deviations.
     pub threshold: f64,
-    /// The least standard deviation to believe, in units of the signal: a
-    /// quantised or smooth signal has none of its own.
+    /// Lower bound of the standard deviation, in units of the signal: that of a quantised or smooth
+    /// signal may be zero.
     pub floor: f64,
 }
 
 /// A series without its outliers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Masked {
-    /// What is left.
+    /// The remaining samples.
     pub series: Timed,
-    /// When the removed samples were taken, s.
+    /// Times of the removed samples, s.
     pub removed_s: Vec<f64>,
 }
 
 impl Masked {
-    /// A series without the samples of some numbers, in order; all of it rather than nothing.
+    /// Removes samples by their indices, in order; keeps the series if none would remain.
     pub(crate) fn without(series: &Timed, removed: &[usize]) -> Self {
         let (t, x) = (series.time_s(), series.values());
         if removed.is_empty() || removed.len() == x.len() {
@@ -51,11 +51,11 @@ impl Masked {
     }
 }
 
-/// Turns a median absolute deviation into a standard deviation, for normal noise.
+/// Converts a median absolute deviation to a standard deviation of normal noise.
 const MAD_TO_STD: f64 = 1.4826;
 
 impl Hampel {
-    /// Splits a series into what is plausible and what is not.
+    /// Removes the outliers of a series.
     pub fn mask(&self, series: &Timed) -> Masked {
         let x = series.values();
         let mut around = Vec::new();
@@ -64,7 +64,7 @@ impl Hampel {
         Masked::without(series, &removed)
     }
 
-    /// Whether sample `k` is an outlier; `around` is room for its neighbours.
+    /// Returns whether sample `k` is an outlier; `around` is scratch space for its neighbours.
     fn is_outlier(&self, x: &[f64], k: usize, around: &mut Vec<f64>) -> bool {
         let from = k.saturating_sub(self.half_width);
         let to = (k + self.half_width + 1).min(x.len());
@@ -89,7 +89,7 @@ impl Hampel {
     }
 }
 
-/// What is left without the samples of some numbers, in order.
+/// Removes values by their indices, in order.
 fn without(x: &[f64], removed: &[usize]) -> Vec<f64> {
     let mut removed = removed.iter().copied().peekable();
     let kept = x.iter().enumerate().filter(|(k, _)| removed.next_if_eq(k).is_none());
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn outliers_are_removed_wherever_they_stand() {
+    fn outliers_are_removed_at_any_position() {
         const FILTER: Hampel = Hampel { half_width: 5, threshold: 8.0, floor: 0.01 };
         let t: Vec<f64> = (0..60).map(f64::from).collect();
         let plain: Vec<f64> = t.iter().map(|t| 0.3 * (0.2 * t).sin()).collect();

@@ -1,25 +1,25 @@
 use super::LowPass;
 use crate::{Error, Gap, Grid, Timed};
 
-/// A stretch of a series without gaps, and the uniform grid that it spans.
+/// A stretch of a series without gaps, and its uniform grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
-    /// Its instants.
+    /// The instants of the grid.
     pub grid: Grid,
-    /// What to interpolate there: the samples, or smoothed ones where the grid is coarser.
+    /// The series to interpolate: the samples, smoothed where the grid is coarser.
     pub series: Timed,
 }
 
 /// A series cut at its gaps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretches {
-    /// What lies between the gaps.
+    /// The stretches between the gaps.
     pub stretches: Vec<Stretch>,
-    /// The gaps that were left out.
+    /// The gaps.
     pub gaps: Vec<Gap>,
 }
 
-/// A cut-off this far below half the new rate leaves less than 1 % of what would alias.
+/// A cut-off at this fraction of half the new rate leaves less than 1 % of aliases.
 const ANTI_ALIAS_PART: f64 = 0.7;
 const ANTI_ALIAS_ORDER: usize = 4;
 
@@ -28,11 +28,11 @@ const GAP_PERIODS: f64 = 5.0;
 /// … and than this many seconds: two lost packets are bridged, a lost minute is not.
 const GAP_SECONDS: f64 = 0.5;
 
-/// A smoothed series has so many instants for each sample at most.
+/// Largest number of instants for each sample of a smoothed series.
 const MOST_FINER: f64 = 4.0;
 
-/// Brings a series to a grid by linear interpolation, smoothed first where the
-/// grid is coarser than the samples, so that nothing aliases.
+/// Resamples a series to a grid by linear interpolation, smoothed first where the grid is coarser
+/// than the samples, to prevent aliasing.
 ///
 /// # Errors
 /// [`Error::TooShort`] if it must be smoothed and has too few samples for that.
@@ -50,14 +50,14 @@ pub fn resample(series: &Timed, grid: Grid) -> Result<Vec<f64>, Error> {
     Ok(without_aliases(series, grid.period_s)?.interpolate(grid))
 }
 
-/// The series, smoothed if it would alias on grids of this period.
+/// Smooths the series if it would alias on grids of this period.
 fn without_aliases(series: &Timed, period_s: f64) -> Result<Timed, Error> {
     let native = series.period_s();
-    // Up to this ratio the samples' own Nyquist frequency is that of the grid, near enough.
+    // Up to this ratio the Nyquist frequency of the samples is about that of the grid.
     if native <= 0.0 || period_s < 1.5 * native {
         return Ok(series.clone());
     }
-    // Samples that come in bursts have a shorter period than there are samples for.
+    // The median period of samples in bursts is shorter than their mean period.
     let mean_s = (series.last_s() - series.first_s()) / series.len() as f64;
     let native = native.max(mean_s / MOST_FINER);
     if period_s < 1.5 * native {
@@ -69,11 +69,11 @@ fn without_aliases(series: &Timed, period_s: f64) -> Result<Timed, Error> {
     Timed::on_grid("the smoothed series", fine, smooth)
 }
 
-/// Cuts a series at its gaps and makes each stretch ready for a uniform rate.
+/// Cuts a series at its gaps and prepares each stretch for a uniform rate.
 ///
 /// A gap is an interval above five sampling periods and half a second; shorter ones are
-/// bridged linearly. Stretches with fewer than `least` instants are dropped, and
-/// reported as part of the gap that they stand in.
+/// interpolated linearly. Stretches with fewer than `least` instants are dropped and reported as
+/// part of the gap around them.
 ///
 /// # Errors
 /// As [`resample`].

@@ -1,10 +1,10 @@
-//! How large a signal is, and how much of it is noise.
+//! The magnitude of a signal and of its noise.
 
 use std::borrow::Borrow;
 
 use crate::Timed;
 
-/// The root of the mean square; zero of no values.
+/// Returns the root mean square; zero for no values.
 pub(crate) fn rms(values: impl IntoIterator<Item = impl Borrow<f64>>) -> f64 {
     let square = |x: f64| x * x;
     let (sum, count) = values
@@ -13,8 +13,8 @@ pub(crate) fn rms(values: impl IntoIterator<Item = impl Borrow<f64>>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// The standard deviation of one sample's noise, from third differences: what a vehicle cannot do
-/// in three samples. `None` if no series has four samples.
+/// Estimates the standard deviation of one sample's noise from third differences, to which the
+/// motion of a vehicle contributes little. `None` if no series has four samples.
 ///
 /// White noise of variance σ² has third differences of variance 20 σ².
 pub(crate) fn sample_noise<'a>(series: impl IntoIterator<Item = &'a Timed>) -> Option<f64> {
@@ -33,7 +33,7 @@ mod tests {
     }
 
     #[test]
-    fn smooth_motion_is_no_noise() {
+    fn smooth_motion_has_no_noise() {
         let parabola: Vec<f64> = (0..50).map(|k| 0.1 * f64::from(k * k)).collect();
         assert!(sample_noise([&series(&parabola)]).expect("enough") < 1e-12);
     }
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_samples_have_none() {
+    fn too_few_samples_give_no_noise() {
         assert_eq!(sample_noise([&series(&[1.0, 2.0, 3.0])]), None);
         assert_eq!(rms([0.0; 0]), 0.0);
         assert!((rms([3.0, 4.0]) - 12.5_f64.sqrt()).abs() < 1e-15);

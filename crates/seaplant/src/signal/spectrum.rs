@@ -2,17 +2,17 @@ use std::f64::consts::PI;
 
 use realfft::RealFftPlanner;
 
-/// The amplitude of a series at each frequency.
+/// Amplitudes of a series by frequency.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Spectrum {
     /// Frequencies from 0 to half the sampling rate, Hz.
     pub frequency_hz: Vec<f64>,
-    /// Amplitude of the sinusoid at each, in units of the signal.
+    /// Amplitude of the sinusoid at each frequency, in units of the signal.
     pub amplitude: Vec<f64>,
 }
 
 impl Spectrum {
-    /// The frequency above zero with the greatest amplitude, Hz; `None` if all is still.
+    /// Returns the frequency above zero with the greatest amplitude, Hz; `None` for a constant.
     pub fn dominant_hz(&self) -> Option<f64> {
         self.frequency_hz
             .iter()
@@ -24,11 +24,11 @@ impl Spectrum {
     }
 }
 
-/// The amplitude spectrum of a uniform series, its mean removed, under a Hann window.
+/// Computes the amplitude spectrum of a uniform series, its mean removed, under a Hann window.
 ///
-/// A sinusoid `A sin ωt` shows as a peak of height A, two bins wide. The series is
-/// padded with zeros to twice its length, so that a peak between bins loses little; a long
-/// one to a little more, where a transform of just twice would take several times the memory.
+/// A sinusoid `A sin ωt` gives a peak of height A, two bins wide. The series is padded with zeros
+/// to twice its length, so that a peak between bins loses little height; a long one to slightly
+/// more, where a transform of exactly twice the length could take several times the memory.
 ///
 /// ```
 /// let x: Vec<f64> = (0..600).map(|k| 3.0 * (0.785 * 0.1 * k as f64).sin()).collect();
@@ -52,7 +52,7 @@ pub fn amplitude_spectrum(x: &[f64], sample_hz: f64) -> Spectrum {
     }
     let mut transform = fft.make_output_vec();
     if fft.process(&mut windowed, &mut transform).is_err() {
-        // Only wrong lengths can fail, and both come from the plan itself.
+        // Only wrong lengths fail, and both come from the plan.
         return Spectrum::default();
     }
     drop((windowed, fft));
@@ -63,11 +63,11 @@ pub fn amplitude_spectrum(x: &[f64], sample_hz: f64) -> Spectrum {
     }
 }
 
-/// Samples from which on the transform's memory matters: two hours at 10 Hz.
+/// Length from which on the memory of the transform matters: two hours at 10 Hz.
 const LONG: usize = 72_000;
 
-/// Twice the length; of a long series the next even number that has no factor above 5: other
-/// factors are transformed by way of convolutions, which need several times the room.
+/// Returns twice the length; for a long series the next even number without a factor above 5, since
+/// other factors are transformed by convolutions, which need several times the memory.
 fn padded_length(n: usize) -> usize {
     let is_smooth = |k: &usize| {
         let mut rest = *k;
@@ -81,7 +81,7 @@ fn padded_length(n: usize) -> usize {
     if n < LONG {
         return 2 * n;
     }
-    // Doubling keeps it even; the powers of two end the search.
+    // Doubling keeps it even; a power of two ends the search at the latest.
     2 * (n..=n.next_power_of_two()).find(is_smooth).unwrap_or(n)
 }
 
@@ -105,7 +105,7 @@ mod tests {
         for n in [72_000, 72_001, 75_013] {
             let spectrum = amplitude_spectrum(&tone(n), 10.0);
             let off_hz = spectrum.dominant_hz().expect("a peak") - 0.785 / (2.0 * PI);
-            // Half a bin, of twice the length.
+            // Half a bin at twice the length.
             assert!(off_hz.abs() < 2.5 / n as f64, "{n}: {off_hz}");
             assert!((spectrum.frequency_hz.last().expect("bins") - 5.0).abs() < 1e-9);
         }
