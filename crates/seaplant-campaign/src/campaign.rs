@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
-    BollardFit, Caveat, CaveatCode, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term, Terms,
-    ThrusterInput, Trial, Vehicle, VelocitySource, fit_bollard_pull, identify_watched, stages,
+    BollardFit, Caveat, CaveatCode, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term,
+    Terms, ThrusterInput, Trial, Vehicle, VelocitySource, fit_bollard_pull, identify_watched,
+    stages,
 };
 use seaplant_log::Log;
 

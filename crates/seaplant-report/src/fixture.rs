@@ -285,10 +285,7 @@ pub(crate) fn plant_of_several_axes() -> CoupledPlant {
                 Dof::Sway,
                 Verdict::new(Trust::UsableWithCare, "predicts held-out trials", Vec::new()),
             ),
-            (
-                Dof::Yaw,
-                Verdict::new(Trust::Doubtful, HOSTILE, vec![CaveatCode::NotDetermined]),
-            ),
+            (Dof::Yaw, Verdict::new(Trust::Doubtful, HOSTILE, vec![CaveatCode::NotDetermined])),
         ]),
         axes: vec![Dof::Sway, Dof::Yaw],
         method: Method::FilterError,

@@ -36,8 +36,8 @@ use crate::results::{
 };
 use crate::trial::ThrustError;
 use crate::{
-    AxisRecord, Caveat, CaveatCode, CoupledPlan, Dof, Error, LumpedParameters, Model, Role, Terms, Trial,
-    Vehicle, VelocitySource, parallel,
+    AxisRecord, Caveat, CaveatCode, CoupledPlan, Dof, Error, LumpedParameters, Model, Role, Terms,
+    Trial, Vehicle, VelocitySource, parallel,
 };
 
 /// What to identify, and how.
@@ -385,8 +385,7 @@ impl Work<'_> {
             return Vec::new();
         }
         let options = self.with_structure_of(recommended);
-        let trials =
-            TrialsOf { fit: self.trials.fit.clone(), ..TrialsOf::default() };
+        let trials = TrialsOf { fit: self.trials.fit.clone(), ..TrialsOf::default() };
         let work = Work { options: &options, trials: &trials, ..*self };
         let error = |model: &Model, trials: &[&Trial]| {
             score_plant(self.dof, model, trials).ok()?.mean_abs_error

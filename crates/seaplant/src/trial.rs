@@ -291,7 +291,8 @@ fn check_records(
     records: &BTreeMap<Dof, Result<Records, Error>>,
     coupled: &[Result<CoupledRecord, Error>],
 ) -> Result<(), Error> {
-    let is_of_log = |error: &Error| matches!(error, Error::TooShort { .. } | Error::NoOverlap { .. });
+    let is_of_log =
+        |error: &Error| matches!(error, Error::TooShort { .. } | Error::NoOverlap { .. });
     let is_usable = records.values().any(Result::is_ok) || coupled.iter().any(Result::is_ok);
     let mut refused = setup.dofs.iter().filter_map(|dof| records.get(dof)?.as_ref().err());
     match refused.find(|error| !is_usable || !is_of_log(error)) {

@@ -21,8 +21,8 @@ use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
 use crate::axes::listed;
-use crate::judge::STILL;
 use crate::estimate::{CoupledFit, INSTRUMENTS, Tried, fit_coupled, fit_coupled_freely};
+use crate::judge::STILL;
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Driven,
@@ -139,9 +139,8 @@ fn plant(
     check_motion(&structure, &records.fit)?;
     check_scale(&structure, &records.fit)?;
     let (scored, other) = best(&structure, &records, vehicle, plan.search)?;
-    let rival = other.and_then(|other| {
-        Some((rivals::disagreement(&scored, &other, &records.fit)?, other.fit))
-    });
+    let rival = other
+        .and_then(|other| Some((rivals::disagreement(&scored, &other, &records.fit)?, other.fit)));
     let (disputed, rival) = rival.unzip();
     let Scored { fit, of_fit, of_hold_out } = scored;
     let acted = fit.as_driven(&records.fit)?;
@@ -162,7 +161,8 @@ fn plant(
     plant.caveats.splice(0..0, below.into_iter().chain(disputed).chain(scale).chain(worse));
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
-    let evidence = verdict::Evidence { fit: &fit, of_trials: of_trials.as_ref(), numbers: &numbers };
+    let evidence =
+        verdict::Evidence { fit: &fit, of_trials: of_trials.as_ref(), numbers: &numbers };
     plant.verdict = verdict::verdict(&plant, &evidence);
     plant.verdicts = verdict::by_axis(&plant, &evidence, &of_axes);
     Ok((structure.name(), plant, online))
@@ -229,12 +229,10 @@ fn best(
     let free = fit_coupled_freely(structure, &records.fit, body, search);
     let free = free.and_then(|fit| Scored::new(fit, records));
     match (filtered, free) {
-        (Ok(filtered), Ok(free)) => {
-            Ok(match free.misfit() < filtered.misfit() {
-                true => (free, Some(filtered)),
-                false => (filtered, Some(free)),
-            })
-        }
+        (Ok(filtered), Ok(free)) => Ok(match free.misfit() < filtered.misfit() {
+            true => (free, Some(filtered)),
+            false => (filtered, Some(free)),
+        }),
         (Ok(only), Err(_)) | (Err(_), Ok(only)) => Ok((only, None)),
         (Err(error), Err(_)) => Err(steady::reason(structure, &records.fit).unwrap_or(error)),
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Work;
 use super::convert::{Scores, plant_result};
+use crate::caveat::spoken;
 use crate::diagnose::{
     Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, predicts_as_well, scoring,
 };
@@ -14,7 +15,6 @@ use crate::judge::{
     may_be_off, one_speed, records, reversed, score, still, vouched, widened, windows_of,
     working_speed,
 };
-use crate::caveat::spoken;
 use crate::results::{
     Failure, FittedModel, GoodFor, Identification, PlantChange, Score, TrialScore,
 };
@@ -415,9 +415,8 @@ impl Work<'_> {
         doubts.extend(unseen.or_else(|| asks(own, "fitted")));
         doubts.extend(whiteness.and_then(|whiteness| self.not_white(whiteness, fit)));
         let good_for = one.tested().map(|scored| self.good_for(&scored.score, bench));
-        let is_hidden = |score: &Score| {
-            score.mean_abs_error.is_some_and(|error| error < score.null_error)
-        };
+        let is_hidden =
+            |score: &Score| score.mean_abs_error.is_some_and(|error| error < score.null_error);
         let held = hold_out.iter().filter(|scored| is_hidden(&scored.score));
         let worse = held.zip(&good_for).flat_map(|(_, good_for)| good_for.caveats(|_| true));
         doubts.extend(worse);

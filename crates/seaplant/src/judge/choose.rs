@@ -232,8 +232,9 @@ mod tests {
             Scored { score, parts: Vec::new() }
         };
         let choice = |fitted: [&Scored; 2], tested: [&Scored; 2]| {
-            let one = |k: usize, method| {
-                Contender { fitted: Some(fitted[k]), ..contender(method, tested[k]) }
+            let one = |k: usize, method| Contender {
+                fitted: Some(fitted[k]),
+                ..contender(method, tested[k])
             };
             choose(&[one(0, Method::FilterError), one(1, Method::OutputError)])
         };

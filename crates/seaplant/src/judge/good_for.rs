@@ -113,7 +113,8 @@ impl Tested<'_> {
 
     fn confirms(&self) -> bool {
         let is_near = self.least_error().is_some_and(|error| error <= PREDICTS * self.null_error);
-        let is_explained = self.free_error.is_some() || self.r_squared.is_none_or(|r2| r2 >= LEAST_R2);
+        let is_explained =
+            self.free_error.is_some() || self.r_squared.is_none_or(|r2| r2 >= LEAST_R2);
         self.tests() && self.worse_than().is_none() && (is_near && is_explained || self.is_vouched)
     }
 
@@ -188,9 +189,8 @@ impl GoodFor {
     fn spoken(&self) -> String {
         let of = |(dof, motion): (&Dof, &ConfirmedMotion)| {
             let units = dof.units();
-            let span = |[low, high]: [f64; 2], unit| {
-                format!("{} to {} {unit}", short(low), short(high))
-            };
+            let span =
+                |[low, high]: [f64; 2], unit| format!("{} to {} {unit}", short(low), short(high));
             let parts = [
                 motion.speed.map(|speed| format!("at {}", span(speed, units.velocity))),
                 motion.acceleration.map(|a| format!("with {}", span(a, units.acceleration))),
@@ -356,6 +356,9 @@ mod tests {
         let [low, high] = range(&values).expect("values");
         assert!(low < 4.0 && high < 100.5, "{low} {high}");
         assert_eq!(range(&[]), None);
-        assert_eq!((short(-0.0001), short(12.3), short(0.123)), ("0".into(), "12".into(), "0.12".into()));
+        assert_eq!(
+            (short(-0.0001), short(12.3), short(0.123)),
+            ("0".into(), "12".into(), "0.12".into())
+        );
     }
 }

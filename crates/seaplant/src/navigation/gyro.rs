@@ -27,10 +27,9 @@ pub(super) fn remove_dead(trial: &str, recording: &mut Recording) -> Vec<Caveat>
         let (wrong, why) = match fault {
             Fault::RateIsDead => (&rate, format!("{rate} never changes, though {angle} does")),
             Fault::AngleIsDead => (&angle, format!("{angle} never changes, though {rate} does")),
-            Fault::RateContradicts { scale } => (
-                &rate,
-                format!("{angle} moves {scale:.2} times as far as {rate} says"),
-            ),
+            Fault::RateContradicts { scale } => {
+                (&rate, format!("{angle} moves {scale:.2} times as far as {rate} says"))
+            }
             Fault::AngleContradicts => {
                 (&angle, format!("{angle} does not move as {rate} says, at any scale"))
             }
@@ -97,8 +96,9 @@ fn fault(recording: &Recording, rate: &Quantity, angle: &Quantity) -> Option<Fau
 
 /// Whether a recording has motion in world axes, which is nothing without heading.
 fn needs_heading(recording: &Recording) -> bool {
-    let is_of_world =
-        |quantity: &Quantity| matches!(quantity, Quantity::Position(_) | Quantity::WorldVelocity(_));
+    let is_of_world = |quantity: &Quantity| {
+        matches!(quantity, Quantity::Position(_) | Quantity::WorldVelocity(_))
+    };
     recording.keys().any(is_of_world)
 }
 

@@ -41,9 +41,10 @@ impl<'a> Confirmed<'a> {
             })
         };
         let tested: Vec<Tested<'_>> = all.filter_map(tested).collect();
-        let drift = records.hold_out.iter().filter_map(|record| {
-            Some((record.trial.as_str(), drift_angles(record)?))
-        });
+        let drift = records
+            .hold_out
+            .iter()
+            .filter_map(|record| Some((record.trial.as_str(), drift_angles(record)?)));
         let drift: BTreeMap<&str, [f64; 2]> = drift.collect();
         Self { score, good_for: GoodFor::new(&tested, &drift) }
     }
