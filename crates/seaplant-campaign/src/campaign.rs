@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use seaplant::results::{BollardPullResult, FileOffset, Identification, InputFile, Parameter};
 use seaplant::{
-    BollardFit, Caveat, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term, Terms,
-    ThrusterInput, Trial, Vehicle, fit_bollard_pull, identify_watched, stages,
+    BollardFit, Caveat, CaveatCode, Dof, IdentifyOptions, Quantity, Role, Stage, Surface, Term,
+    Terms, ThrusterInput, Trial, Vehicle, VelocitySource, fit_bollard_pull, identify_watched,
+    stages,
 };
 use seaplant_log::Log;
 
@@ -36,6 +37,8 @@ pub struct Campaign {
     pub bollard_pull: Option<BollardPullResult>,
     /// Reason to doubt the vehicle.
     doubt: Option<Caveat>,
+    /// That logs of trials say too little to be used.
+    left_out: Vec<Caveat>,
     inputs: Vec<InputFile>,
     /// Origin of each trial, by its name.
     origins: BTreeMap<String, Origin>,
@@ -68,9 +71,16 @@ impl Campaign {
         check_trials(path, &file.trial, !file.plant.is_empty())?;
         let mut campaign = Self::without_trials(path, vehicle, options);
         campaign.inputs.insert(0, input);
+        let mut refused = Vec::new();
         for entry in &file.trial {
-            let trial = campaign.read(&file, entry)?;
-            campaign.add(trial);
+            match campaign.read(&file, entry) {
+                Ok(trial) => campaign.add(trial),
+                Err(error) if error.is_of_log() => refused.push((entry, error)),
+                Err(error) => return Err(error),
+            }
+        }
+        for (entry, error) in refused {
+            campaign.leave_out(entry, error)?;
         }
         if let Some(entry) = &file.bollard_pull {
             campaign.bollard_pull = Some(campaign.bollard(path, entry)?);
@@ -105,6 +115,7 @@ impl Campaign {
             options,
             bollard_pull: None,
             doubt,
+            left_out: Vec::new(),
             inputs,
             origins: BTreeMap::new(),
         }
@@ -134,6 +145,7 @@ impl Campaign {
         results.provenance.inputs.clone_from(&self.inputs);
         results.bollard_pull.clone_from(&self.bollard_pull);
         results.caveats.extend(self.doubt.clone());
+        results.caveats.extend(self.left_out.iter().cloned());
         for trial in &mut results.trials {
             if let Some(origin) = self.origins.get(&trial.name) {
                 trial.files.clone_from(&origin.files);
@@ -168,6 +180,22 @@ impl Campaign {
         let logs = logs.collect::<Result<Vec<_>, Error>>()?;
         let plant_axes = axes_of_plans(&self.options.coupled);
         read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &plant_axes)
+    }
+
+    /// Goes on without a trial that cannot be used, if others are left to fit all of its axes.
+    fn leave_out(&mut self, entry: &TrialEntry, error: Error) -> Result<(), Error> {
+        let is_left = |dof: &Dof| {
+            let mut others = self.trials.iter().filter(|trial| trial.role() == Role::Fit);
+            others.any(|trial| trial.axis(*dof, VelocitySource::Measured).is_ok())
+        };
+        match error {
+            Error::Model { source, .. } if entry.dof.iter().all(is_left) => {
+                let message = format!("trial `{}` is left out: {source}", entry.name);
+                self.left_out.push(Caveat::warning(CaveatCode::TrialLeftOut, message));
+                Ok(())
+            }
+            error => Err(error),
+        }
     }
 
     fn add(&mut self, SourcedTrial { trial, inputs, offsets, start_s }: SourcedTrial) {

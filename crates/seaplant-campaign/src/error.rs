@@ -110,6 +110,12 @@ pub enum Error {
 }
 
 impl Error {
+    /// Whether a log says too little of a trial, which others may make up for.
+    pub(crate) const fn is_of_log(&self) -> bool {
+        use seaplant::Error as Cause;
+        matches!(self, Self::Model { source: Cause::TooShort { .. } | Cause::NoOverlap { .. }, .. })
+    }
+
     pub(crate) fn model(path: &Path) -> impl FnOnce(seaplant::Error) -> Self + '_ {
         move |source| Self::Model { path: path.to_owned(), source }
     }

@@ -76,6 +76,16 @@ fn spoken_verdict(verdict: &Verdict) -> String {
     format!("{style}{}{style:#}; {}", verdict.trust.name(), with_minus(&verdict.reason))
 }
 
+/// The motion that unseen trials confirm, and how far numbers may be off, each on a line of its own.
+fn push_good_for(text: &mut String, verdict: &Verdict) {
+    if let Some(good_for) = &verdict.good_for {
+        let _ = writeln!(text, "  good for {}", with_minus(&good_for.words));
+    }
+    if let Some(off) = verdict.spoken_off() {
+        let _ = writeln!(text, "  {off}");
+    }
+}
+
 fn plant_block(
     dof: Dof,
     plant: &PlantResult,
@@ -89,6 +99,7 @@ fn plant_block(
         plant.method,
         spoken_verdict(&plant.verdict)
     );
+    push_good_for(&mut text, &plant.verdict);
     let p = &plant.parameters;
     let mass = if dof.is_rotation() { "inertia" } else { "mass" };
     let rows = [

@@ -25,6 +25,7 @@ fn score(trial: &str, e: Option<f64>) -> Score {
         mean_abs_error: e,
         null_error: 0.11,
         r_squared: e.map(|e| 1.0 - e),
+        offset_free_error: e.map(|e| 0.9 * e),
         position_r_squared: None,
         position_mean_abs_error: None,
         samples: 4800,
@@ -95,9 +96,21 @@ pub(crate) fn plant() -> PlantResult {
         left_out: None,
         whiteness: Some(1.4),
         verdict: Verdict {
-            trust: Trust::DoNotUse,
-            reason: "severe caveat: mass below dry mass".to_owned(),
-            codes: vec![CaveatCode::MassBelowDryMass],
+            good_for: Some(GoodFor {
+                words: format!("surge at -0.5 to 0.5 m/s; not motion as in `{HOSTILE}` (surge)"),
+                ..GoodFor::default()
+            }),
+            may_be_off: vec![MayBeOff {
+                number: "mass".to_owned(),
+                part: Some(0.3),
+                because: OffBecause::Method(Method::OutputError),
+                limit: 0.1,
+            }],
+            ..Verdict::new(
+                Trust::DoNotUse,
+                "severe caveat: mass below dry mass",
+                vec![CaveatCode::MassBelowDryMass],
+            )
         },
         caveats: vec![Caveat::note(CaveatCode::ThrustScale, "the scale of thrust <is> unseen")],
     }
@@ -267,28 +280,13 @@ pub(crate) fn plant_of_several_axes() -> CoupledPlant {
         CoupledScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
     };
     CoupledPlant {
-        verdict: Verdict {
-            trust: Trust::Doubtful,
-            reason: HOSTILE.to_owned(),
-            codes: vec![CaveatCode::NotDetermined],
-        },
+        verdict: Verdict::new(Trust::Doubtful, HOSTILE, vec![CaveatCode::NotDetermined]),
         verdicts: BTreeMap::from([
             (
                 Dof::Sway,
-                Verdict {
-                    trust: Trust::UsableWithCare,
-                    reason: "predicts held-out trials".to_owned(),
-                    codes: Vec::new(),
-                },
+                Verdict::new(Trust::UsableWithCare, "predicts held-out trials", Vec::new()),
             ),
-            (
-                Dof::Yaw,
-                Verdict {
-                    trust: Trust::Doubtful,
-                    reason: HOSTILE.to_owned(),
-                    codes: vec![CaveatCode::NotDetermined],
-                },
-            ),
+            (Dof::Yaw, Verdict::new(Trust::Doubtful, HOSTILE, vec![CaveatCode::NotDetermined])),
         ]),
         axes: vec![Dof::Sway, Dof::Yaw],
         method: Method::FilterError,

@@ -1,10 +1,11 @@
 //! Names of methods, caveats and filters in prose.
 
 use seaplant::estimate::Filters;
+use seaplant::results::Verdict;
 use seaplant::signal::LowPass;
 use seaplant::{CaveatCode, Dof, Method, Role, Severity, Term};
 
-use crate::number::chosen;
+use crate::number::{chosen, with_minus};
 use crate::visible::visible;
 
 /// Returns "equation error", "the paper's method".
@@ -112,4 +113,15 @@ pub(crate) fn filters(filters: &Filters) -> String {
 pub(crate) fn escaped(text: &str) -> String {
     let text = visible(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     text.replace('"', "&quot;")
+}
+
+/// Writes the motion that unseen trials confirm; nothing if none was tested.
+pub(crate) fn good_for(verdict: &Verdict) -> String {
+    let words = verdict.good_for.as_ref().map(|good_for| with_minus(&good_for.words));
+    words.map_or_else(String::new, |words| format!("Good for {words}"))
+}
+
+/// Writes by how much numbers may be off; nothing if none is named.
+pub(crate) fn may_be_off(verdict: &Verdict) -> String {
+    verdict.spoken_off().map_or_else(String::new, |off| capitalised(&off))
 }

@@ -5,8 +5,8 @@ mod mistakes;
 mod plausible;
 
 pub(crate) use comparison::{
-    Strokes, better_elsewhere, disagreement, disputed, outdone, reverse_elsewhere, scoring,
-    steady_against_unsteady, worse_trials,
+    Strokes, better_elsewhere, disagreement, disputed, outdone, predicts_as_well,
+    reverse_elsewhere, scoring, steady_against_unsteady,
 };
 
 pub(crate) use mistakes::{Mistake, mistakes};

@@ -37,8 +37,8 @@ use crate::results::{
 };
 use crate::trial::ThrustError;
 use crate::{
-    AxisRecord, Caveat, CoupledPlan, Dof, Error, LumpedParameters, Model, Role, Terms, Trial,
-    Vehicle, VelocitySource, parallel,
+    AxisRecord, Caveat, CaveatCode, CoupledPlan, Dof, Error, LumpedParameters, Model, Role, Terms,
+    Trial, Vehicle, VelocitySource, parallel,
 };
 
 /// What to identify, and how.
@@ -232,17 +232,37 @@ pub fn accumulated_plant(shards: &EquationErrorStatistics) -> Result<Accumulated
 }
 
 /// The trials of one degree of freedom, by role.
+#[derive(Default)]
 struct TrialsOf<'a> {
     fit: Vec<&'a Trial>,
     hold_out: Vec<&'a Trial>,
     steady: Vec<&'a Trial>,
+    /// That trials say too little to be used.
+    left_out: Vec<Caveat>,
 }
 
 impl<'a> TrialsOf<'a> {
+    /// Sorts the trials that can be used by role; if none can be fitted, these stay, and the fit says why.
     fn new(dof: Dof, trials: &'a [Trial]) -> Self {
-        let of =
-            |role| trials.iter().filter(|t| t.role() == role && t.dofs().contains(&dof)).collect();
-        Self { fit: of(Role::Fit), hold_out: of(Role::HoldOut), steady: of(Role::Steady) }
+        let own = || trials.iter().filter(|trial| trial.dofs().contains(&dof));
+        let refused = |trial: &Trial| trial.axis(dof, VelocitySource::Measured).err();
+        let is_fit = |trial: &&Trial| trial.role() == Role::Fit;
+        let is_usable = |trial: &&Trial| refused(trial).is_none();
+        let has_fit = own().filter(is_fit).any(|trial| is_usable(&trial));
+        let of = |role| -> Vec<&Trial> {
+            let all = own().filter(|trial| trial.role() == role);
+            all.filter(|trial| !has_fit && is_fit(trial) || is_usable(trial)).collect()
+        };
+        let left_out = own().filter_map(|trial| {
+            let message = format!("trial `{}` is left out: {}", trial.name(), refused(trial)?);
+            Some(Caveat::warning(CaveatCode::TrialLeftOut, message))
+        });
+        Self {
+            fit: of(Role::Fit),
+            hold_out: of(Role::HoldOut),
+            steady: of(Role::Steady),
+            left_out: left_out.collect(),
+        }
     }
 }
 
@@ -379,8 +399,7 @@ impl Work<'_> {
             return Vec::new();
         }
         let options = self.with_structure_of(recommended);
-        let trials =
-            TrialsOf { fit: self.trials.fit.clone(), hold_out: Vec::new(), steady: Vec::new() };
+        let trials = TrialsOf { fit: self.trials.fit.clone(), ..TrialsOf::default() };
         let work = Work { options: &options, trials: &trials, ..*self };
         let error = |model: &Model, trials: &[&Trial]| {
             score_plant(self.dof, model, trials).ok()?.mean_abs_error

@@ -5,9 +5,11 @@ mod choose;
 mod colour;
 mod coupling;
 mod cross;
+mod good_for;
 mod judged;
 mod linear;
 mod null;
+mod off;
 mod score;
 mod thrust;
 mod verdict;
@@ -20,13 +22,17 @@ pub(crate) use colour::LAGS;
 pub use colour::box_pierce;
 pub(crate) use coupling::Coupling;
 pub(crate) use cross::left_out;
+pub use good_for::{ConfirmedMotion, GoodFor, WorseTrial};
+pub(crate) use good_for::{LEAST_R2, Tested, range};
 pub(crate) use judged::Judged;
 pub(crate) use linear::windows_of;
 pub(crate) use null::Nulls;
 pub use null::{NullModel, NullScore};
+pub use off::{MayBeOff, OffBecause};
+pub(crate) use off::{Number, may_be_off};
 pub use score::{Score, TrialScore, score_plant};
 pub(crate) use score::{Scored, records, score};
-pub(crate) use thrust::{feedback, one_speed, reversed};
+pub(crate) use thrust::{STILL, feedback, one_speed, reversed, still};
 pub(crate) use verdict::{
     KNOWN_DRAG, KNOWN_MASS, MORE, PREDICTS, WIDEST_DRAG, WIDEST_MASS, free_error, intervals,
     vouched,

@@ -20,7 +20,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use crate::judge::{
-    NullModel, NullScore, Part, PlantChange, Score, TrialScore, Trust, Verdict,
+    ConfirmedMotion, GoodFor, MayBeOff, NullModel, NullScore, OffBecause, Part, PlantChange, Score,
+    TrialScore, Trust, Verdict, WorseTrial,
 };
 use crate::{Caveat, Dof, Error, Method};
 

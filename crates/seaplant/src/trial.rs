@@ -103,7 +103,8 @@ pub struct TrialSetup {
 #[derive(Clone, Debug)]
 pub struct Trial {
     setup: TrialSetup,
-    records: BTreeMap<Dof, Records>,
+    /// Why an axis is absent of which the log says too little, beside those of which it says enough.
+    records: BTreeMap<Dof, Result<Records, Error>>,
     mean_heading_rad: Option<f64>,
     beside: Beside,
     rates_hz: BTreeMap<Quantity, f64>,
@@ -134,13 +135,13 @@ impl Trial {
         mut recording: Recording,
         vehicle: &Vehicle,
     ) -> Result<Self, Error> {
-        let mut caveats = suspicious_units(&recording);
+        let mut caveats = suspicious_units(&recording, vehicle);
         caveats.extend(propeller::impossible(&recording, vehicle));
         caveats.extend(coarse_thrust(&setup.name, &recording));
         mask(&mut recording, &mut caveats);
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
         let coupled_of = |axes: &Vec<Dof>| CoupledRecord::new(&setup, &recording, vehicle, axes);
-        let coupled = setup.coupled.iter().map(coupled_of).collect();
+        let coupled: Vec<_> = setup.coupled.iter().map(coupled_of).collect();
         let logged = Logged::new(&setup, &recording, vehicle);
         let (of_thrust, recording) =
             recording.into_iter().partition(|(quantity, _)| quantity.is_of_thrust());
@@ -156,8 +157,9 @@ impl Trial {
         let mut cutter = Cutter::default();
         let mut records = BTreeMap::new();
         for (dof, thrust) in thrust {
-            records.insert(dof, Records::of(&setup, dof, thrust, &navigated, &mut cutter)?);
+            records.insert(dof, Records::of(&setup, dof, thrust, &navigated, &mut cutter));
         }
+        check_records(&setup, &records, &coupled)?;
         let mean_heading_rad = mean_heading_rad(&navigated);
         let beside = navigated.beside;
         Ok(Self {
@@ -230,7 +232,7 @@ impl Trial {
             what: format!("force for {dof}"),
             advice: "name the degree of freedom in the trial's dof = [...]".to_owned(),
         })?;
-        records.from(source)
+        records.as_ref().map_err(Clone::clone)?.from(source)
     }
 
     /// What it says of the axes of a plant of several axes.
@@ -283,6 +285,22 @@ impl Trial {
         }
         caveats.extend(axis.iter().filter_map(AxisRecord::lost_turns));
         caveats
+    }
+}
+
+/// Refuses a trial of which nothing can be used, and one that lacks a channel.
+fn check_records(
+    setup: &TrialSetup,
+    records: &BTreeMap<Dof, Result<Records, Error>>,
+    coupled: &[Result<CoupledRecord, Error>],
+) -> Result<(), Error> {
+    let is_of_log =
+        |error: &Error| matches!(error, Error::TooShort { .. } | Error::NoOverlap { .. });
+    let is_usable = records.values().any(Result::is_ok) || coupled.iter().any(Result::is_ok);
+    let mut refused = setup.dofs.iter().filter_map(|dof| records.get(dof)?.as_ref().err());
+    match refused.find(|error| !is_usable || !is_of_log(error)) {
+        Some(error) => Err(error.clone()),
+        None => Ok(()),
     }
 }
 

@@ -10,7 +10,7 @@ use seaplant::results::{
 };
 use seaplant_report::number::{Rounded, decimals, or_absent};
 
-use super::{align, beside_truth, plain_table, push_caveats, spoken_verdict};
+use super::{align, beside_truth, plain_table, push_caveats, push_good_for, spoken_verdict};
 use crate::output::{FAINT, STRONG};
 
 /// True coefficients by name; an absent one is zero.
@@ -27,6 +27,7 @@ pub(super) fn block(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
         plant.method,
         spoken_verdict(&plant.verdict)
     );
+    push_good_for(&mut text, &plant.verdict);
     let _ = writeln!(text, "{}", coefficients(plant, truth));
     let where_ = if plant.hold_out.is_some() { "held out" } else { "on its own trials" };
     let _ = writeln!(text, "  simulated from forces alone, {where_}:\n{}", scores(plant));

@@ -318,6 +318,26 @@ fn files_whose_clocks_share_no_time_are_refused() {
 }
 
 #[test]
+fn a_trial_that_cannot_be_used_is_left_out_by_name_and_the_campaign_goes_on() {
+    let workshop = Workshop::quick();
+    let campaign = workshop.read("campaign.toml");
+    let burst = "[[trial]]\nname = \"burst\"\nlog = \"log.csv\"\ndof = [\"surge\"]\nto_s = 0.5\n\n[channels]";
+    workshop.write("campaign.toml", campaign.replace("[channels]", burst));
+    let said = workshop.success(&["identify", "campaign.toml", "--out", "out"]);
+    assert!(said.contains("surge by equation-error"), "{said}");
+    let why = "trial `burst` is left out: the surge motion of trial `burst` has 6 samples";
+    assert!(said.contains(why), "{said}");
+    // With no other trial to fit, the error stands.
+    let workshop = Workshop::quick();
+    workshop.write(
+        "campaign.toml",
+        campaign.replace("dof = [\"surge\"]\n", "dof = [\"surge\"]\nto_s = 0.5\n"),
+    );
+    let message = workshop.refusal();
+    assert!(message.contains("has 6 samples and needs at least 10"), "{message}");
+}
+
+#[test]
 fn a_window_outside_of_the_log_is_refused() {
     let workshop = Workshop::new();
     let window = "dof = [\"surge\"]\nfrom_s = 500.0\nto_s = 600.0\n";

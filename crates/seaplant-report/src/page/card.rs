@@ -21,6 +21,10 @@ pub(crate) struct Card {
     pub(super) trust: &'static str,
     pub(super) trust_class: String,
     pub(super) reason: String,
+    /// The motion that unseen trials confirm; empty if none was tested.
+    pub(super) good_for: String,
+    /// By how much numbers may be off; empty if none is named.
+    pub(super) may_be_off: String,
     pub(super) picture: Option<Picture>,
     pub(super) velocity_unit: &'static str,
     /// Prediction error of a null model.
@@ -114,6 +118,8 @@ fn of(dof: Dof, plant: &PlantResult, results: &Results, thumbnails: &Thumbnails)
         trust: judged.trust.name(),
         trust_class: judged.trust.name().replace(' ', "-"),
         reason: words::capitalised(&judged.reason),
+        good_for: words::good_for(judged),
+        may_be_off: words::may_be_off(judged),
         picture: Picture::of(thumbnails.of(None, dof)),
         velocity_unit: plant.fit.quantity.unit(dof),
         still: match plant.fit.quantity {

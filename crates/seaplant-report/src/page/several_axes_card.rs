@@ -32,6 +32,8 @@ pub(super) fn of(
         trust: verdict.trust.name(),
         trust_class: verdict.trust.name().replace(' ', "-"),
         reason: words::capitalised(&verdict.reason),
+        good_for: words::good_for(verdict),
+        may_be_off: words::may_be_off(verdict),
         picture: Picture::of(thumbnails.of(Some(name), dof)),
         velocity_unit: dof.units().velocity,
         still: "Never moving",

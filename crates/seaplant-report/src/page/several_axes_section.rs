@@ -23,6 +23,8 @@ pub(crate) struct SeveralAxesSection {
     trust: &'static str,
     trust_class: String,
     reason: String,
+    good_for: String,
+    may_be_off: String,
     lead: String,
     motions: Vec<Motions>,
     drag: Vec<ChartView>,
@@ -55,6 +57,8 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> 
         trust: plant.verdict.trust.name(),
         trust_class: plant.verdict.trust.name().replace(' ', "-"),
         reason: plant.verdict.reason.clone(),
+        good_for: words::good_for(&plant.verdict),
+        may_be_off: words::may_be_off(&plant.verdict),
         lead: lead(plant),
         motions: motions(
             |role| {

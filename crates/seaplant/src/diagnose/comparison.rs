@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use crate::caveat::{estimated, spoken};
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{Estimate, Fit, Method};
-use crate::judge::{Judged, drag_at, free_error, is_better, vouched};
-use crate::results::{PlantResult, Score, SteadyResult, TrialResult, TrialScore};
+use crate::judge::{Judged, PREDICTS, drag_at, free_error, is_better, vouched};
+use crate::results::{PlantResult, Score, SteadyResult, TrialResult};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
 /// Fits of one degree of freedom that differ by more than their intervals allow.
@@ -44,11 +44,16 @@ const OTHER_MASS: f64 = 0.2;
 /// … and drags by more than this, two drags.
 const OTHER_DRAG: f64 = 0.3;
 
+/// Whether a possible plant predicts unseen trials as well as another does.
+pub(crate) fn predicts_as_well(one: &Judged, other: &Judged) -> bool {
+    let is_worse = one.tested().zip(other.tested()).map(|(a, b)| is_better(&b.parts, &a.parts));
+    one.impossible.is_none() && is_worse == Some(false)
+}
+
 /// That another method predicts unseen trials as well as the recommended one, and finds another
 /// plant; `speed` is where drags are compared.
 pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Caveat> {
-    let (own, others) = (one.tested()?, other.tested()?);
-    if other.impossible.is_some() || is_better(&own.parts, &others.parts) {
+    if !predicts_as_well(other, one) {
         return None;
     }
     let units = one.fit.dof.units();
@@ -102,6 +107,12 @@ pub(crate) fn outdone(one: &Judged, by: &Judged) -> Option<Caveat> {
     })
 }
 
+/// Whether a plant predicts trials worse than their mean does, also with offsets of their own.
+fn contradicts(score: &Score) -> bool {
+    let is_far = free_error(score) > PREDICTS * score.null_error;
+    score.r_squared.is_some_and(|r2| r2 < 0.0) && is_far
+}
+
 /// Doubts about how a plant was scored.
 pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Caveat> {
     let mut caveats = Vec::new();
@@ -122,6 +133,16 @@ pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Ca
             format!("the simulated {dof} velocity diverges on a {which} trial"),
         )),
         Some(_) if vouched => {}
+        Some(_) if hold_out.is_some_and(|held| contradicts(fit) && contradicts(held)) => {
+            caveats.push(Caveat::severe(
+                CaveatCode::NoBetterThanNull,
+                format!(
+                    "the {dof} model predicts both the fitted and the held-out trials worse than their mean speed does (R² {:.2} and {:.2}): it is no model of this motion",
+                    fit.r_squared.unwrap_or(0.0),
+                    score.r_squared.unwrap_or(0.0)
+                ),
+            ));
+        }
         Some(error) if error >= null && free_error(score) >= null => caveats.push(Caveat::severe(
             CaveatCode::NoBetterThanNull,
             format!(
@@ -132,27 +153,6 @@ pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Ca
         Some(_) => {}
     }
     caveats
-}
-
-/// Held-out trials, one by one, that a plant predicts no better than standing still, where
-/// all of them together hide it.
-pub(crate) fn worse_trials(dof: Dof, hold_out: &Score) -> Vec<Caveat> {
-    if hold_out.mean_abs_error.is_none_or(|error| error >= hold_out.null_error) {
-        return Vec::new();
-    }
-    let is_worse =
-        |trial: &&TrialScore| trial.mean_abs_error.is_some_and(|error| error >= trial.null_error);
-    let caveat = |trial: &TrialScore| {
-        let message = format!(
-            "on held-out trial `{}` the {dof} model is off by {} {} on average, no better than a model that never moves ({}), though over all held-out trials it is",
-            trial.trial,
-            spoken(trial.mean_abs_error.unwrap_or(f64::INFINITY)),
-            dof.units().velocity,
-            spoken(trial.null_error)
-        );
-        Caveat::warning(CaveatCode::NoBetterThanNull, message)
-    };
-    hold_out.trials.iter().filter(is_worse).map(caveat).collect()
 }
 
 /// An error below this part of the recommended plant's is clearly better.

@@ -24,6 +24,7 @@ use nalgebra::{DMatrix, Matrix6};
 use super::IdentifyOptions;
 use crate::axes::listed;
 use crate::estimate::{Actuator, CoupledFit, INSTRUMENTS, Tried, fit_coupled, fit_coupled_freely};
+use crate::judge::STILL;
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Driven,
@@ -139,8 +140,11 @@ fn plant(
     }
     check_motion(&structure, &records.fit)?;
     check_scale(&structure, &records.fit)?;
-    let (Scored { fit, of_fit, of_hold_out }, disputed) =
-        best(&structure, &records, vehicle, plan.search)?;
+    let (scored, other) = best(&structure, &records, vehicle, plan.search)?;
+    let rival = other
+        .and_then(|other| Some((rivals::disagreement(&scored, &other, &records.fit)?, other.fit)));
+    let (disputed, rival) = rival.unzip();
+    let Scored { fit, of_fit, of_hold_out } = scored;
     let acted = fit.as_driven(&records.fit)?;
     let records = records.acting(&acted);
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
@@ -162,12 +166,16 @@ fn plant(
             ..caveat
         },
     });
-    let worse = plant.hold_out.iter().flat_map(trials::worse_trials).collect::<Vec<_>>();
+    let of_trials = plant.hold_out.as_ref().map(|held| trials::Confirmed::new(held, &records));
+    let worse = of_trials.iter().flat_map(trials::Confirmed::caveats).collect::<Vec<_>>();
+    let numbers = known::numbers(&fit, rival.as_ref(), plant.hold_out.as_ref(), &records.fit);
     plant.caveats.splice(0..0, below.into_iter().chain(disputed).chain(scale).chain(worse));
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
-    plant.verdict = verdict::verdict(&plant, &fit);
-    plant.verdicts = verdict::by_axis(&plant, &fit, &of_axes);
+    let evidence =
+        verdict::Evidence { fit: &fit, of_trials: of_trials.as_ref(), numbers: &numbers };
+    plant.verdict = verdict::verdict(&plant, &evidence);
+    plant.verdicts = verdict::by_axis(&plant, &evidence, &of_axes);
     Ok((structure.name(), plant, online))
 }
 
@@ -208,7 +216,7 @@ impl Scored {
 }
 
 /// The plant by filter error; where it reads effects, or does not settle, also that by output error,
-/// if it predicts better; and whether the two disagree.
+/// if it predicts better; and that of the other method.
 ///
 /// Filter error explains motion from sample to sample, and a force that a rudder, a propeller or wind
 /// lacks becomes disturbance; output error has to explain all of the motion.
@@ -221,7 +229,7 @@ fn best(
     records: &Records<'_>,
     vehicle: &Vehicle,
     search: bool,
-) -> Result<(Scored, Option<Caveat>), Error> {
+) -> Result<(Scored, Option<Scored>), Error> {
     let body = vehicle.rigid_body.as_ref();
     let filtered = fit_coupled(structure, &records.fit, body, search);
     let filtered = filtered.and_then(|fit| Scored::new(fit, records));
@@ -232,14 +240,10 @@ fn best(
     let free = fit_coupled_freely(structure, &records.fit, body, search);
     let free = free.and_then(|fit| Scored::new(fit, records));
     match (filtered, free) {
-        (Ok(filtered), Ok(free)) => {
-            let (chosen, other) = match free.misfit() < filtered.misfit() {
-                true => (free, filtered),
-                false => (filtered, free),
-            };
-            let disputed = rivals::disagreement(&chosen, &other, &records.fit);
-            Ok((chosen, disputed))
-        }
+        (Ok(filtered), Ok(free)) => Ok(match free.misfit() < filtered.misfit() {
+            true => (free, Some(filtered)),
+            false => (filtered, Some(free)),
+        }),
         (Ok(only), Err(_)) | (Err(_), Ok(only)) => Ok((only, None)),
         (Err(error), Err(_)) => Err(steady::reason(structure, &records.fit).unwrap_or(error)),
     }
@@ -378,9 +382,6 @@ fn check_scale_across(
 
 /// What results call the way from where a velocity sensor is stated to sit to where it does.
 const LEVERS: [&str; 3] = ["lever_x", "lever_y", "lever_z"];
-
-/// Slower than this an axis stands still, m/s or rad/s.
-const STILL: f64 = 1e-4;
 
 fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
     let structure = fit.plant.structure();

@@ -78,7 +78,8 @@ fn doubt_together(plant: &mut CoupledPlant, found: &[Mistake]) {
     let reason = format!("severe caveat: {}", first.code.words());
     let mut codes = plant.verdict.codes.clone();
     codes.splice(0..0, own.iter().map(|caveat| caveat.code));
-    plant.verdict = Verdict { trust: Trust::DoNotUse, reason, codes };
+    let before = std::mem::take(&mut plant.verdict);
+    plant.verdict = Verdict { trust: Trust::DoNotUse, reason, codes, ..before };
     plant.verdicts.values_mut().for_each(|verdict| verdict.clone_from(&plant.verdict));
     plant.caveats.splice(0..0, own);
 }

@@ -4,16 +4,20 @@ use std::collections::BTreeMap;
 
 use super::Work;
 use super::convert::{Scores, plant_result};
+use crate::caveat::spoken;
 use crate::diagnose::{
-    Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, scoring, worse_trials,
+    Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, predicts_as_well, scoring,
 };
 use crate::estimate::{Method, Records, simulated_speed};
 use crate::judge::{
-    Contender, Coupling, Drift, Judged, LAGS, NOT_WHITE, Nulls, Scored, another_plant, box_pierce,
-    choose, feedback, impossible, intervals, left_out, one_speed, records, reversed, score,
-    widened, windows_of, working_speed,
+    Contender, Coupling, Drift, Judged, LAGS, NOT_WHITE, Nulls, Number, Scored, Tested,
+    another_plant, box_pierce, choose, drag_at, feedback, impossible, intervals, left_out,
+    may_be_off, one_speed, records, reversed, score, still, vouched, widened, windows_of,
+    working_speed,
 };
-use crate::results::{Failure, FittedModel, Identification};
+use crate::results::{
+    Failure, FittedModel, GoodFor, Identification, PlantChange, Score, TrialScore,
+};
 use crate::trial::Beside;
 use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Model, Term, Trial, VelocitySource};
 
@@ -182,6 +186,7 @@ impl Work<'_> {
         let reversed = reversed(fitted, &self.options.equation_error);
         let of_thrust = [
             reversed.clone(),
+            still(self.dof, &bench.fitted),
             feedback(self.dof, &bench.fitted),
             one_speed(self.dof, &bench.fitted),
         ];
@@ -196,6 +201,7 @@ impl Work<'_> {
                 method: one.fit.method,
                 impossible: contender(one),
                 tested: one.tested(),
+                fitted: Some(one.own()),
             })
             .collect();
         let chosen = choose(&contenders);
@@ -215,7 +221,9 @@ impl Work<'_> {
                 Some(first) => doubts.extend(disagreement(&first.fit, &one.fit)),
                 None => {}
             }
-            if let Err(error) = self.add(one, bench, doubts, is_recommended, found) {
+            let rivals = judged.iter().filter(|other| is_rival(other, one));
+            let rivals: Vec<&Judged> = rivals.collect();
+            if let Err(error) = self.add(one, &rivals, bench, doubts, is_recommended, found) {
                 found.results.failures.push(self.failure(one.fit.method.name(), &error));
             }
         }
@@ -295,6 +303,72 @@ impl Work<'_> {
         all.into_iter().flatten().collect()
     }
 
+    /// The motion that trials which the plant has not seen confirm.
+    fn good_for(&self, score: &Score, bench: &Bench) -> GoodFor {
+        let is_vouched = vouched(score);
+        let felt = |record: &AxisRecord| -> Option<Vec<f64>> {
+            let felt = record.acceleration.as_ref().filter(|_| !record.knows_velocity())?;
+            Some(felt.windows().map(|mean| mean.mean).collect())
+        };
+        let of = |trial: &'_ TrialScore| {
+            let record = bench.tested().iter().find(|record| record.trial == trial.trial);
+            let moving = record.filter(|record| record.knows_velocity());
+            (moving.and_then(|record| record.velocity().ok()), record.and_then(felt))
+        };
+        let tested = score.trials.iter().map(|trial| {
+            let (speed, acceleration) = of(trial);
+            Tested {
+                trial: &trial.trial,
+                axis: self.dof,
+                error: trial.mean_abs_error,
+                free_error: trial.offset_free_error,
+                null_error: trial.null_error,
+                usual_null_error: score.null_error,
+                r_squared: trial.r_squared,
+                is_explained: false,
+                is_vouched,
+                speed,
+                acceleration,
+            }
+        });
+        let tested: Vec<Tested<'_>> = tested.collect();
+        GoodFor::new(&tested, &BTreeMap::new())
+    }
+
+    /// Mass and drag with all that says how sure they are.
+    fn numbers(&self, one: &Judged, rivals: &[&Judged], bench: &Bench) -> Vec<Number> {
+        let fit = &one.fit;
+        let speed = bench.speed_of(&fit.model());
+        let scores = [Some(&one.own), one.hold_out.as_ref()].into_iter().flatten();
+        let changes: Vec<PlantChange> = scores
+            .filter_map(|scored| scored.score.change)
+            .filter(|change| change.is_confirmed() && !has_drift(fit))
+            .collect();
+        let of = |number: fn(&Fit, f64) -> f64| {
+            let of = |other: &&Judged| (other.fit.method, number(&other.fit, speed));
+            rivals.iter().map(of).collect()
+        };
+        let units = fit.dof.units();
+        let name = if fit.dof.is_rotation() { "inertia" } else { "mass" };
+        let drag = format!("drag at {} {}", spoken(speed), units.velocity);
+        vec![
+            Number {
+                name: name.to_owned(),
+                is_mass: true,
+                estimate: fit.estimates().mass,
+                changes: changes.iter().map(|change| change.mass).collect(),
+                others: of(|fit, _| fit.estimates().mass.value),
+            },
+            Number {
+                name: drag,
+                is_mass: false,
+                estimate: drag_at(fit, speed),
+                changes: changes.iter().map(|change| change.drag).collect(),
+                others: of(|fit, speed| drag_at(fit, speed).value),
+            },
+        ]
+    }
+
     /// That innovations are not white over seconds: a note, for most such plants are good; a
     /// warning where terms were fitted that can stand in for what is missing.
     fn not_white(&self, whiteness: f64, fit: &Fit) -> Option<Caveat> {
@@ -321,6 +395,7 @@ impl Work<'_> {
     fn add(
         &self,
         one: &Judged,
+        rivals: &[&Judged],
         bench: &Bench,
         more: Vec<Caveat>,
         is_recommended: bool,
@@ -328,7 +403,8 @@ impl Work<'_> {
     ) -> Result<(), Error> {
         let Judged { fit, axes, own, hold_out, left_out, .. } = one;
         let evidence = Evidence { fit, axes, trials: &self.trials.fit, vehicle: self.vehicle };
-        let mut doubts = caveats(&evidence)?;
+        let mut doubts = self.trials.left_out.clone();
+        doubts.extend(caveats(&evidence)?);
         doubts.extend(more);
         doubts.extend(intervals(fit, bench.speed_of(&fit.model())));
         let whiteness = box_pierce(&fit.innovations);
@@ -338,16 +414,23 @@ impl Work<'_> {
         let unseen = hold_out.as_ref().and_then(|scored| asks(scored, "held-out"));
         doubts.extend(unseen.or_else(|| asks(own, "fitted")));
         doubts.extend(whiteness.and_then(|whiteness| self.not_white(whiteness, fit)));
+        let good_for = one.tested().map(|scored| self.good_for(&scored.score, bench));
+        let is_hidden =
+            |score: &Score| score.mean_abs_error.is_some_and(|error| error < score.null_error);
+        let held = hold_out.iter().filter(|scored| is_hidden(&scored.score));
+        let worse = held.zip(&good_for).flat_map(|(_, good_for)| good_for.caveats(|_| true));
+        doubts.extend(worse);
         let scores = Scores {
             fit: own.score.clone(),
             hold_out: hold_out.as_ref().map(|scored| scored.score.clone()),
             left_out: left_out.as_ref().map(|scored| scored.score.clone()),
         };
         doubts.extend(scoring(self.dof, &scores.fit, scores.hold_out.as_ref()));
-        doubts.extend(scores.hold_out.iter().flat_map(|score| worse_trials(self.dof, score)));
         doubts.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
         doubts.dedup();
-        let plant = plant_result(fit, scores, doubts);
+        let mut plant = plant_result(fit, scores, doubts);
+        plant.verdict.good_for = good_for;
+        plant.verdict.may_be_off = may_be_off(&self.numbers(one, rivals, bench));
         let (dof, method, model) = (self.dof, fit.method, fit.model());
         found.models.push(FittedModel { dof, method, model });
         if is_recommended {
@@ -356,6 +439,12 @@ impl Work<'_> {
         found.results.methods.entry(dof).or_default().insert(method, plant);
         Ok(())
     }
+}
+
+/// Whether another fit disputes one: it is of another method, and predicts as well.
+fn is_rival(other: &Judged, one: &Judged) -> bool {
+    let is_other = other.fit.method != one.fit.method && other.fit.method != Method::Paper;
+    is_other && predicts_as_well(other, one)
 }
 
 /// Whether the model has a current that varies: a simulation knows its mean only, and what is left of

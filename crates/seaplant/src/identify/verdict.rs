@@ -1,7 +1,7 @@
 //! The verdict on a plant of one axis.
 
 use crate::judge::{PREDICTS, Score, Trust, Verdict, free_error, vouched};
-use crate::results::PlantResult;
+use crate::results::{GoodFor, MayBeOff, PlantResult};
 use crate::{CaveatCode, Dof, ScoredMotion, Severity, Stability};
 
 /// A model that predicts vouches for its plant if its error is below this part, too, of that of the
@@ -17,12 +17,26 @@ const fn is_doubt(code: CaveatCode) -> bool {
     matches!(code, CaveatCode::NotDetermined)
 }
 
-/// Judges a plant by its stability, its caveats and its error on trials that it has not seen.
+/// Judges a plant by its stability, its caveats and its error on trials that it has not seen; the motion
+/// that these confirm, and how far numbers may be off, are those that its verdict has already.
 pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
+    let mut verdict = judged_by_errors(dof, plant);
+    let Verdict { good_for, mut may_be_off, .. } = plant.verdict.clone();
+    if let Some(exceptions) = good_for.as_ref().and_then(GoodFor::exceptions)
+        && verdict.trust >= Trust::UsableWithCare
+    {
+        verdict.trust = Trust::UsableWithCare;
+        verdict.reason += &format!("; but not {exceptions}");
+    }
+    may_be_off.retain(|off| off.matters(verdict.trust));
+    Verdict { good_for, may_be_off, ..verdict }
+}
+
+fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
     let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
     let codes: Vec<CaveatCode> =
         with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
-    let of = |trust, reason: String| Verdict { trust, reason, codes: codes.clone() };
+    let of = |trust, reason: String| Verdict::new(trust, reason, codes.clone());
     let unit = dof.units().velocity;
     if !plant.stable {
         let how = match plant.stability {
@@ -59,6 +73,9 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
     if let Some(reason) = no_better_than_null(score, &trials, unit, vouched) {
         return of(Trust::Doubtful, reason);
     }
+    if plant.verdict.good_for.as_ref().is_some_and(GoodFor::is_nothing) && !vouched {
+        return of(Trust::Doubtful, format!("none of {trials} by itself confirms it"));
+    }
     if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
         return of(
             Trust::Doubtful,
@@ -71,7 +88,10 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
         let reason = "its interval is wide, and on a held-out trial it is no better than a model that never moves";
         return of(Trust::Doubtful, reason.to_owned());
     }
-    if is_wide && warns(CaveatCode::AnotherPlantFits) {
+    // An interval that is wide because it includes what the trials would have is not contradicted.
+    let off = &plant.verdict.may_be_off;
+    let is_beyond = off.is_empty() || off.iter().any(MayBeOff::is_beyond_interval);
+    if is_wide && is_beyond && warns(CaveatCode::AnotherPlantFits) {
         let reason = "its interval is wide, and the trials contradict it nevertheless".to_owned();
         return of(Trust::Doubtful, reason);
     }

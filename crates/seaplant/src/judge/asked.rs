@@ -165,7 +165,7 @@ impl PlantChange {
 
     /// Whether it explains errors that it was not found in: slow forces that happen to look like a
     /// change of the plant in one part do not in another.
-    fn is_confirmed(&self) -> bool {
+    pub(crate) fn is_confirmed(&self) -> bool {
         self.explained > EXPLAINED
     }
 

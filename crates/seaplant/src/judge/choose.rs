@@ -14,6 +14,8 @@ pub(crate) struct Contender<'a> {
     pub(crate) impossible: Option<String>,
     /// Its errors on trials that it has not seen.
     pub(crate) tested: Option<&'a Scored>,
+    /// Its errors on the trials that it was fitted to.
+    pub(crate) fitted: Option<&'a Scored>,
 }
 
 /// A plant that predicts better by less than this is no better: it may be chance.
@@ -24,7 +26,8 @@ const BETTER_PART: f64 = 0.95;
 const CLEARLY_BETTER_PART: f64 = 0.85;
 
 /// The contender to recommend: the first that is possible, unless another predicts unseen
-/// trials better by more than chance; of those the best. `None` if none is possible.
+/// trials better by more than chance, or explains both unseen and fitted trials far better; of those
+/// the best. `None` if none is possible.
 ///
 /// The paper's method keeps its known fault on purpose, so that it is recommended only alone.
 ///
@@ -46,7 +49,11 @@ pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
         };
         let is_clear = total(parts(k)) < CLEARLY_BETTER_PART * total(parts(first));
         let by_parts = is_clear && is_better(parts(k), parts(first));
-        !loses_position(own, than) && (by_parts || is_better_throughout(own, than))
+        let [of_fit, than_fit] = [k, first].map(|k| contenders[k].fitted);
+        let explains = |one: &Scored, other: &Scored| leaves_less(&one.score, &other.score);
+        let by_both = of_fit.zip(than_fit).is_some_and(|(a, b)| explains(a, b));
+        let by_both = by_both && explains(own, than);
+        !loses_position(own, than) && (by_parts || by_both || is_better_throughout(own, than))
     };
     let better = open[1..].iter().copied().filter(is_better);
     let mean = |k: usize| parts(k).iter().sum::<f64>() / parts(k).len() as f64;
@@ -81,6 +88,18 @@ const CLEAR_PART_OVER_ALL: f64 = 0.8;
 
 /// … and so it is below this part beside offsets.
 const CLEAR_PART_BESIDE_OFFSETS: f64 = 0.98;
+
+/// Whether a plant leaves clearly less of the motion of some trials unexplained than another does, and
+/// not only by a constant force in each.
+fn leaves_less(own: &Score, than: &Score) -> bool {
+    let below = |own: Option<f64>, than: Option<f64>, part: f64| {
+        own.zip(than).is_some_and(|(own, than)| own < part * than)
+    };
+    let left = |score: &Score| score.r_squared.map(|r2| 1.0 - r2);
+    // Squares of errors.
+    below(left(own), left(than), CLEARLY_BETTER_PART * CLEARLY_BETTER_PART)
+        && below(own.offset_free_error, than.offset_free_error, CLEAR_PART_BESIDE_OFFSETS)
+}
 
 /// An error of position above this many times another's is clearly larger.
 const CLEARLY_LARGER: f64 = 1.2;
@@ -163,7 +182,7 @@ mod tests {
     }
 
     fn contender<'a>(method: Method, tested: &'a Scored) -> Contender<'a> {
-        Contender { method, impossible: None, tested: Some(tested) }
+        Contender { method, impossible: None, tested: Some(tested), fitted: None }
     }
 
     #[test]
@@ -202,6 +221,29 @@ mod tests {
         assert_eq!(choice([0.6, 0.7, 0.6]), Some(1));
         assert_eq!(choice([0.4, 0.4, 0.8]), Some(0), "one trial is not predicted better");
         assert_eq!(choice([0.85, 1.0, 0.7]), Some(0), "hardly better over all");
+    }
+
+    #[test]
+    fn a_method_that_is_far_worse_in_fitted_and_unseen_trials_is_not_recommended() {
+        let of = |r2: f64, e: f64| {
+            let (r_squared, offset_free_error) = (Some(r2), Some(e));
+            let score =
+                Score { r_squared, offset_free_error, mean_abs_error: Some(e), ..Score::default() };
+            Scored { score, parts: Vec::new() }
+        };
+        let choice = |fitted: [&Scored; 2], tested: [&Scored; 2]| {
+            let one = |k: usize, method| Contender {
+                fitted: Some(fitted[k]),
+                ..contender(method, tested[k])
+            };
+            choose(&[one(0, Method::FilterError), one(1, Method::OutputError)])
+        };
+        let (poor, good) = (of(0.64, 0.06), of(0.78, 0.045));
+        assert_eq!(choice([&poor, &good], [&poor, &good]), Some(1));
+        assert_eq!(choice([&good, &poor], [&poor, &good]), Some(0), "only unseen trials say so");
+        assert_eq!(choice([&poor, &good], [&good, &poor]), Some(0), "only fitted trials say so");
+        let offset = of(0.78, 0.06);
+        assert_eq!(choice([&poor, &offset], [&poor, &offset]), Some(0), "by a constant force");
     }
 
     #[test]

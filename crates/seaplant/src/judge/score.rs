@@ -48,6 +48,10 @@ pub struct TrialScore {
     pub mean_abs_error: Option<f64>,
     /// e of a model that never moves.
     pub null_error: f64,
+    /// e with an initial velocity, a constant force and, in translations, a current fitted to the trial;
+    /// absent where velocity is not what is compared.
+    #[serde(default)]
+    pub offset_free_error: Option<f64>,
     /// R² of velocity.
     pub r_squared: Option<f64>,
     /// R² of position, where position was measured.
@@ -95,7 +99,11 @@ pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result
     }
     score.best_null =
         nulls.best(&outcomes.iter().filter_map(Outcome::comparison).collect::<Vec<_>>());
-    score.offset_free_error = offset_free_error(&windows);
+    score.offset_free_error = offset_free_error(windows.iter());
+    for trial in &mut score.trials {
+        let own = windows.iter().filter(|window| window.trial == trial.trial);
+        trial.offset_free_error = offset_free_error(own);
+    }
     let felt = outcomes.iter().filter_map(Outcome::comparison);
     let felt: Vec<f64> = felt.flat_map(parts_of_acceleration).collect();
     // A long record's simulation takes much memory, and others follow.
@@ -126,8 +134,8 @@ fn parts_of_acceleration(comparison: &Comparison) -> Vec<f64> {
     errors.chunks(MEANS_IN_PART).map(mean).collect()
 }
 
-fn offset_free_error(windows: &[Window]) -> Option<f64> {
-    let errors = windows.iter().flat_map(|window| &window.error);
+fn offset_free_error<'a>(windows: impl Iterator<Item = &'a Window>) -> Option<f64> {
+    let errors = windows.flat_map(|window| &window.error);
     let (sum, count) = errors.fold((0.0, 0_usize), |(sum, n), e| (sum + e.abs(), n + 1));
     (count > 0).then(|| sum / count as f64)
 }
@@ -195,6 +203,7 @@ fn total_score(outcomes: &[Outcome]) -> Score {
                     trial: trial.clone(),
                     mean_abs_error: None,
                     null_error: *null_error,
+                    offset_free_error: None,
                     r_squared: None,
                     position_r_squared: None,
                     position_mean_abs_error: None,
@@ -224,6 +233,7 @@ fn trial_score(comparison: &Comparison) -> TrialScore {
         trial: comparison.trial.clone(),
         mean_abs_error: Some(comparison.velocity.mean_abs_error),
         null_error: comparison.velocity.null_error,
+        offset_free_error: None,
         r_squared: comparison.velocity.r_squared,
         position_r_squared: position.and_then(|agreement| agreement.r_squared),
         position_mean_abs_error: position.map(|agreement| agreement.mean_abs_error),

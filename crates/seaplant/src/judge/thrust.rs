@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::good_for::range;
 use crate::caveat::spoken;
 use crate::estimate::{EquationError, Records};
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Fit};
@@ -110,6 +111,23 @@ fn left(rows: &[[f64; 2 * PAST + 1]], next: &[f64], columns: usize) -> Option<f6
         (next - told).powi(2)
     };
     Some(rows.iter().zip(next).map(error).sum())
+}
+
+/// Slower than this an axis stands still, m/s or rad/s.
+pub(crate) const STILL: f64 = 1e-4;
+
+/// That an axis stands still in all of the trials: what is fitted to it is noise.
+pub(crate) fn still(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
+    let speeds = axes.iter().filter_map(|axis| axis.velocity().ok());
+    let usual: Vec<f64> = speeds.filter_map(|speed| range(speed.values())).flatten().collect();
+    let greatest = usual.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    (!usual.is_empty() && greatest < STILL).then(|| {
+        let message = format!(
+            "{dof} does not move in any trial to fit (its speed is {greatest:.1e} {} at most): drive it, or leave it out",
+            dof.units().velocity
+        );
+        Caveat::severe(CaveatCode::NotDetermined, message)
+    })
 }
 
 /// Speeds within this part of the greatest are one speed.

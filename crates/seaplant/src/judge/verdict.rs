@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::good_for::GoodFor;
+use super::off::MayBeOff;
 use super::score::{Score, TrialScore};
 use super::working::drag_at;
 use crate::caveat::spoken;
@@ -45,13 +47,33 @@ pub struct Verdict {
     pub reason: String,
     /// The caveats that decided it, the worst first.
     pub codes: Vec<CaveatCode>,
+    /// The motion that unseen trials confirm; absent where no trial was held out or left out in turn.
+    #[serde(default)]
+    pub good_for: Option<GoodFor>,
+    /// By how much numbers may be off: all of a doubtful plant, else those that are known less well than a
+    /// user takes them for.
+    #[serde(default)]
+    pub may_be_off: Vec<MayBeOff>,
+}
+
+impl Verdict {
+    /// Makes a verdict that says nothing yet of motion and numbers.
+    pub fn new(trust: Trust, reason: impl Into<String>, codes: Vec<CaveatCode>) -> Self {
+        Self { trust, reason: reason.into(), codes, good_for: None, may_be_off: Vec::new() }
+    }
+
+    /// Writes by how much numbers may be off, in a sentence; `None` if none is named.
+    pub fn spoken_off(&self) -> Option<String> {
+        let all: Vec<String> = self.may_be_off.iter().map(MayBeOff::spoken).collect();
+        (!all.is_empty()).then(|| format!("may be off: {}", all.join("; ")))
+    }
 }
 
 impl Default for Verdict {
     /// Of results that were written before plants were judged.
     fn default() -> Self {
         let reason = "it was not judged when these results were written".to_owned();
-        Self { trust: Trust::Doubtful, reason, codes: Vec::new() }
+        Self::new(Trust::Doubtful, reason, Vec::new())
     }
 }
 

@@ -13,8 +13,10 @@ enum Fault {
     RateIsDead,
     /// The angle is constant, though the rate is not.
     AngleIsDead,
-    /// The angle contradicts the integral of the rate, by a scale factor or altogether.
+    /// The angle is this multiple of the integral of the rate.
     RateContradicts { scale: f64 },
+    /// The angle moves in other ways than the rate says: one that was fused breaks the kinematics.
+    AngleContradicts,
 }
 
 /// Removes impossible rates, and a stuck heading, with a caveat for each.
@@ -25,10 +27,12 @@ pub(super) fn remove_dead(trial: &str, recording: &mut Recording) -> Vec<Caveat>
         let (wrong, why) = match fault {
             Fault::RateIsDead => (&rate, format!("{rate} never changes, though {angle} does")),
             Fault::AngleIsDead => (&angle, format!("{angle} never changes, though {rate} does")),
-            Fault::RateContradicts { scale } => (
-                &rate,
-                format!("{angle} moves {scale:.2} times as far as {rate} says, or in other ways"),
-            ),
+            Fault::RateContradicts { scale } => {
+                (&rate, format!("{angle} moves {scale:.2} times as far as {rate} says"))
+            }
+            Fault::AngleContradicts => {
+                (&angle, format!("{angle} does not move as {rate} says, at any scale"))
+            }
         };
         let other = if *wrong == rate { &angle } else { &rate };
         let message = format!(
@@ -77,10 +81,25 @@ fn fault(recording: &Recording, rate: &Quantity, angle: &Quantity) -> Option<Fau
         (false, true) => spans.rate_moves().then_some(Fault::AngleIsDead),
         // Roll and pitch rates mix with the others once the vehicle tilts.
         (false, false) if !matches!(rate, Quantity::Rate(Axis::X | Axis::Y)) => {
-            spans.contradiction().map(|scale| Fault::RateContradicts { scale })
+            let found = spans.contradiction()?;
+            Some(match found {
+                // Positions, and velocities over ground, need the heading.
+                Fault::AngleContradicts if needs_heading(recording) => {
+                    Fault::RateContradicts { scale: spans.scale() }
+                }
+                found => found,
+            })
         }
         (false, false) => None,
     }
+}
+
+/// Whether a recording has motion in world axes, which is nothing without heading.
+fn needs_heading(recording: &Recording) -> bool {
+    let is_of_world = |quantity: &Quantity| {
+        matches!(quantity, Quantity::Position(_) | Quantity::WorldVelocity(_))
+    };
+    recording.keys().any(is_of_world)
 }
 
 fn is_constant(series: &Timed) -> bool {
@@ -139,17 +158,34 @@ impl Spans {
         self.is_clear(&self.rate, self.rate_noise)
     }
 
-    /// Returns the scale of `Δangle = s ∫rate dt`, if the two are not of one motion.
-    fn contradiction(&self) -> Option<f64> {
-        if !self.is_clear(&self.angle, self.angle_noise.hypot(self.rate_noise)) {
-            return None;
-        }
+    /// Returns the scale of `Δangle = s ∫rate dt`, and the part of the angle's motion that it explains.
+    fn regressed(&self) -> (f64, f64) {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let of_rate = dot(&self.rate, &self.rate).max(f64::MIN_POSITIVE);
         let both = dot(&self.rate, &self.angle);
-        let (scale, explained) =
-            (both / of_rate, both * both / of_rate / dot(&self.angle, &self.angle));
-        ((scale - 1.0).abs() > WRONG_SCALE || explained < LEAST_EXPLAINED).then_some(scale)
+        (both / of_rate, both * both / of_rate / dot(&self.angle, &self.angle))
+    }
+
+    fn scale(&self) -> f64 {
+        self.regressed().0
+    }
+
+    /// Which of the two is wrong, if they are not of one motion: a rate in another unit or of another sign
+    /// follows the angle; where it does not follow, the gyroscope measures, and an attitude is computed.
+    fn contradiction(&self) -> Option<Fault> {
+        if !self.is_clear(&self.angle, self.angle_noise.hypot(self.rate_noise)) {
+            return None;
+        }
+        let (scale, explained) = self.regressed();
+        if explained < LEAST_EXPLAINED {
+            // A rate that is still, but for its noise, measures nothing.
+            let rate_moves = self.is_clear(&self.rate, self.rate_noise);
+            return Some(match rate_moves {
+                true => Fault::AngleContradicts,
+                false => Fault::RateContradicts { scale },
+            });
+        }
+        ((scale - 1.0).abs() > WRONG_SCALE).then_some(Fault::RateContradicts { scale })
     }
 }
 
@@ -191,8 +227,24 @@ mod tests {
             assert_eq!(left, [HEADING], "{scale}");
             assert!(message.contains(said), "{message}");
         }
-        let (left, _) = left(|t| 0.3 * (1.7 * t).cos(), heading);
-        assert_eq!(left, [HEADING]);
+    }
+
+    #[test]
+    fn a_heading_that_breaks_the_kinematics_gives_way_to_the_gyro() {
+        let (left, message) = left(|t| 0.3 * (0.37 * t).cos(), heading);
+        assert_eq!(left, [RATE], "{message}");
+        assert!(message.contains("at any scale"), "{message}");
+    }
+
+    #[test]
+    fn a_heading_that_positions_need_stays() {
+        let mut recording = Recording::from([
+            (RATE, series(|t| 0.3 * (0.37 * t).cos())),
+            (HEADING, series(heading)),
+            (Quantity::Position(crate::quantity::World::North), series(f64::sin)),
+        ]);
+        let caveats = remove_dead("test", &mut recording);
+        assert!(!caveats.is_empty() && recording.contains_key(&HEADING));
     }
 
     #[test]

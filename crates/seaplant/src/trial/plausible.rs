@@ -4,7 +4,7 @@ use super::count;
 use crate::navigation::Recording;
 use crate::quantity::Kind;
 use crate::signal::{Hampel, Masked, spikes};
-use crate::{Caveat, CaveatCode, Quantity, Timed};
+use crate::{Caveat, CaveatCode, Quantity, Timed, Vehicle};
 
 /// Outliers of a measured velocity: a second of neighbours, eight standard deviations.
 const VELOCITY_OUTLIERS: Hampel = Hampel { half_width: 5, threshold: 8.0, floor: 0.0 };
@@ -55,8 +55,10 @@ pub(crate) fn without_outliers(mut recording: Recording) -> Recording {
 }
 
 /// Values that no vehicle has in the unit that was stated.
-pub(super) fn suspicious_units(recording: &Recording) -> Vec<Caveat> {
-    recording.iter().filter_map(|(quantity, series)| suspicious(quantity, series)).collect()
+pub(super) fn suspicious_units(recording: &Recording, vehicle: &Vehicle) -> Vec<Caveat> {
+    let highest_rate = highest_rate(vehicle);
+    let of = |(quantity, series)| suspicious(quantity, series, highest_rate);
+    recording.iter().filter_map(of).collect()
 }
 
 /// Thrust that is logged at longer intervals than this is coarse beside a vehicle's motion, s.
@@ -85,11 +87,26 @@ pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat
 /// Beyond these a unit is more likely wrong than the vehicle fast, deep or odd.
 const HIGHEST_SPEED_M_S: f64 = 20.0;
 const HIGHEST_RATE_RAD_S: f64 = 6.0;
+/// A small vehicle turns faster: its ends move through the water at most as fast as this, m/s.
+const HIGHEST_SPEED_OF_ENDS_M_S: f64 = 3.0;
+/// Density of water, kg/m³: a vehicle that floats has the volume of its mass.
+const WATER: f64 = 1000.0;
 const DEEPEST_M: f64 = 12_000.0;
 const HIGHEST_ANGLE_RAD: f64 = 8.0;
 const HIGHEST_SURFACE_ANGLE_RAD: f64 = 1.6;
 
-fn suspicious(quantity: &Quantity, series: &Timed) -> Option<Caveat> {
+/// The rate of turn beyond which a unit is more likely wrong, rad/s: by the vehicle's greatest length, or
+/// that of a cube of its mass.
+fn highest_rate(vehicle: &Vehicle) -> f64 {
+    let of_size = vehicle.size_m.map(|size| size.into_iter().fold(0.0, f64::max));
+    let length = of_size.or(vehicle.dry_mass_kg.map(|mass| (mass / WATER).cbrt()));
+    let of_ends = length.filter(|length| *length > 0.0);
+    of_ends.map_or(HIGHEST_RATE_RAD_S, |length| {
+        (2.0 * HIGHEST_SPEED_OF_ENDS_M_S / length).max(HIGHEST_RATE_RAD_S)
+    })
+}
+
+fn suspicious(quantity: &Quantity, series: &Timed, highest_rate: f64) -> Option<Caveat> {
     let peak = series.values().iter().fold(0.0_f64, |peak, x| peak.max(x.abs()));
     let low = series.values().iter().copied().fold(f64::INFINITY, f64::min);
     let (limit, hint) = match quantity.kind() {
@@ -100,7 +117,7 @@ fn suspicious(quantity: &Quantity, series: &Timed) -> Option<Caveat> {
         Kind::AngularVelocity if matches!(quantity, Quantity::Thruster { .. }) => {
             return None;
         }
-        Kind::AngularVelocity => (HIGHEST_RATE_RAD_S, "is it deg/s?"),
+        Kind::AngularVelocity => (highest_rate, "is it deg/s?"),
         Kind::Length => (DEEPEST_M, "is it mm or cm?"),
         // Headings run to 2π; a log that is already unwrapped may go on, but slowly.
         Kind::Angle if has_jump(series, HIGHEST_ANGLE_RAD) || peak > 100.0 => {
@@ -121,4 +138,21 @@ fn suspicious(quantity: &Quantity, series: &Timed) -> Option<Caveat> {
 
 fn has_jump(series: &Timed, size: f64) -> bool {
     series.values().windows(2).any(|pair| (pair[1] - pair[0]).abs() > size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_vehicle_may_turn_once_a_second_and_a_large_one_may_not() {
+        let small = Vehicle { size_m: Some([0.33, 0.28, 0.14]), ..Vehicle::default() };
+        let light = Vehicle { dry_mass_kg: Some(13.5), ..Vehicle::default() };
+        let large = Vehicle { size_m: Some([3.4, 2.2, 2.4]), ..Vehicle::default() };
+        let highest = [&small, &light, &large, &Vehicle::default()].map(highest_rate);
+        assert!(highest[0] > 6.3 && highest[1] > 6.3, "{highest:?}");
+        assert_eq!(highest[2..], [HIGHEST_RATE_RAD_S; 2]);
+        // Degrees for radians stay far beyond.
+        assert!(highest[1] < 57.3);
+    }
 }

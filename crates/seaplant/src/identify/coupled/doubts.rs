@@ -3,7 +3,7 @@
 use super::{Records, correlation, known, scale, thrusters, under_way};
 use crate::caveat::{estimated, spoken};
 use crate::estimate::{Actuator, CoupledFit, NEGLIGIBLE_POWER, damping_power};
-use crate::judge::{NOT_WHITE, PREDICTS};
+use crate::judge::{LEAST_R2, NOT_WHITE, PREDICTS};
 use crate::plant::{Basis, EffectForce};
 use crate::results::{AxisChange, AxisScore, CoupledPlant, CoupledScore, ToldBy};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Method, Vehicle};
@@ -16,9 +16,6 @@ const ALIKE: f64 = 0.9;
 const INFLATED: f64 = 10.0;
 /// A coefficient with a standard deviation of more than this part of it is not known well.
 const BLURRED: f64 = 0.05;
-
-/// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
-const LEAST_R2: f64 = 0.28;
 
 /// All doubts, the worst first; `of_axes` are those that [`known::doubts`] has of single axes.
 ///

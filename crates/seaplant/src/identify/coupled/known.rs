@@ -6,9 +6,9 @@ use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::{below_dry_mass, impossible_mass};
 use crate::estimate::{CoupledFit, fit_coupled};
-use crate::judge::{KNOWN_DRAG, KNOWN_MASS, MORE, WIDEST_DRAG, WIDEST_MASS};
+use crate::judge::{KNOWN_DRAG, KNOWN_MASS, MORE, Number, WIDEST_DRAG, WIDEST_MASS};
 use crate::plant::{Basis, Product, RigidBody, Structure};
-use crate::results::{Coefficient, Parameter};
+use crate::results::{Coefficient, CoupledScore, Parameter};
 use crate::signal::rms;
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Estimate, Vehicle};
 
@@ -158,6 +158,50 @@ pub(super) fn drag_at(fit: &CoupledFit, dof: Dof, speed: f64) -> Option<Estimate
     let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * fit.covariance[(*i, *j)]).sum();
     let std = variance.max(0.0).sqrt();
     (!terms.is_empty()).then(|| Estimate::new(drag, std, fit.samples as f64))
+}
+
+/// Mass and drag of each axis with all that says how sure they are; `rival` is another method's plant
+/// that predicts as well.
+pub(super) fn numbers(
+    fit: &CoupledFit,
+    rival: Option<&CoupledFit>,
+    held: Option<&CoupledScore>,
+    records: &[&CoupledRecord],
+) -> Vec<(Dof, Number)> {
+    let sure = |fit: &CoupledFit| fit.of_sure_thrust();
+    let (own, rival) = (sure(fit), rival.map(sure));
+    let free = |dof: &&Dof| fit.std(&Basis::Mass(**dof, **dof)).is_some_and(|std| std > 0.0);
+    let of = |&dof: &Dof| {
+        let speed = usual_speed(dof, records);
+        let change = held.and_then(|held| held.by_axis.get(&dof)?.change);
+        let mass = |fit: &CoupledFit| {
+            let term = Basis::Mass(dof, dof);
+            let (value, std) = (fit.plant.coefficient(&term)?, fit.std(&term)?);
+            Some(Estimate::new(value, std, fit.samples as f64))
+        };
+        let drag = |fit: &CoupledFit| drag_at(fit, dof, speed);
+        let other = |of: &dyn Fn(&CoupledFit) -> Option<Estimate>| {
+            let other = rival.as_ref().and_then(|fit| Some((fit.method, of(fit)?.value)));
+            other.into_iter().collect()
+        };
+        let drag_name = format!("{dof}: drag at {} {}", spoken(speed), dof.units().velocity);
+        let of_mass = mass(&own).map(|estimate| Number {
+            name: format!("mass.{dof}"),
+            is_mass: true,
+            estimate,
+            changes: change.iter().map(|change| change.mass).collect(),
+            others: other(&mass),
+        });
+        let of_drag = drag(&own).map(|estimate| Number {
+            name: drag_name,
+            is_mass: false,
+            estimate,
+            changes: change.iter().map(|change| change.drag).collect(),
+            others: other(&drag),
+        });
+        [of_mass, of_drag].into_iter().flatten().map(move |number| (dof, number))
+    };
+    fit.plant.axes().iter().filter(free).flat_map(of).collect()
 }
 
 fn unknown_drag(fit: &CoupledFit, dof: Dof, records: &[&CoupledRecord]) -> Option<Caveat> {

@@ -1,79 +1,82 @@
-//! Held-out trials that a plant predicts badly, where all of them together hide it.
+//! Held-out trials of a plant of several axes, one by one.
 
-use crate::caveat::spoken;
+use std::collections::BTreeMap;
+
+use crate::judge::{GoodFor, Tested};
 use crate::results::{AxisScore, CoupledScore};
-use crate::{Caveat, CaveatCode, Dof};
+use crate::{Caveat, Dof};
 
+use super::Records;
 use super::doubts::falls_short;
+use super::under_way::drift_angles;
 
-/// A trial tests an axis if its mean speed there is this part of that of all trials.
-const TESTS: f64 = 0.3;
-
-/// Names each held-out trial on which an axis is predicted no better than by a model that never
-/// moves, or that keeps its mean speed.
-///
-/// Trials whose error forces that are not logged explain, and axes that all trials together show to
-/// be badly predicted, are left to the other caveats.
-pub(super) fn worse_trials(score: &CoupledScore) -> Vec<Caveat> {
-    let all = score
-        .trials
-        .iter()
-        .flat_map(|(trial, axes)| axes.iter().map(move |(dof, own)| (trial.as_str(), *dof, own)));
-    all.filter_map(|(trial, dof, own)| worse(trial, dof, own, score.by_axis.get(&dof)?)).collect()
+/// The motion that held-out trials confirm, and how well they are predicted there.
+pub(super) struct Confirmed<'a> {
+    score: &'a CoupledScore,
+    pub(super) good_for: GoodFor,
 }
 
-fn worse(trial: &str, dof: Dof, own: &AxisScore, pooled: &AxisScore) -> Option<Caveat> {
-    let error = own.mean_abs_error?;
-    let is_tested = own.null_error >= TESTS * pooled.null_error;
-    let is_hidden = !falls_short(pooled) && !pooled.is_vouched() && !own.is_of_disturbance();
-    let null = spoken(own.null_error);
-    let than = match own.r2 {
-        _ if !(is_tested && is_hidden) => return None,
-        _ if error >= own.null_error => format!("a model that never moves ({null})"),
-        Some(r2) if r2 < 0.0 => format!("a model that keeps its mean speed (R² {r2:.1})"),
-        _ => return None,
-    };
-    let message = format!(
-        "on held-out trial `{trial}` the error of {dof} is {} {}, no better than {than}, although it is over all held-out trials; do not use the plant for that kind of motion",
-        spoken(error),
-        dof.units().velocity
-    );
-    Some(Caveat::warning(CaveatCode::NoBetterThanNull, message))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn axis(error: f64, null_error: f64, r2: f64) -> AxisScore {
-        let (mean_abs_error, r2) = (Some(error), Some(r2));
-        AxisScore { mean_abs_error, null_error, r2, samples: 100, ..AxisScore::default() }
+impl<'a> Confirmed<'a> {
+    pub(super) fn new(score: &'a CoupledScore, records: &Records<'_>) -> Self {
+        let record =
+            |trial: &str| records.hold_out.iter().find(|record| record.trial == trial).copied();
+        let all = score.trials.iter().flat_map(|(trial, axes)| {
+            axes.iter().map(move |(dof, own)| (trial.as_str(), *dof, own))
+        });
+        let tested = |(trial, axis, own): (&'a str, Dof, &AxisScore)| {
+            let pooled = score.by_axis.get(&axis)?;
+            let series = record(trial).and_then(|record| record.velocity[axis.index()].clone());
+            Some(Tested {
+                trial,
+                axis,
+                error: own.mean_abs_error,
+                free_error: None,
+                null_error: own.null_error,
+                usual_null_error: pooled.null_error,
+                r_squared: own.r2,
+                is_explained: own.is_of_disturbance(),
+                is_vouched: pooled.is_vouched(),
+                speed: series,
+                acceleration: None,
+            })
+        };
+        let tested: Vec<Tested<'_>> = all.filter_map(tested).collect();
+        let drift = records
+            .hold_out
+            .iter()
+            .filter_map(|record| Some((record.trial.as_str(), drift_angles(record)?)));
+        let drift: BTreeMap<&str, [f64; 2]> = drift.collect();
+        Self { score, good_for: GoodFor::new(&tested, &drift) }
     }
 
-    fn named(pooled: AxisScore, own: AxisScore) -> Option<String> {
-        let of = |score| [(Dof::Yaw, score)].into();
-        let trials = [("berthing".to_owned(), of(own))].into();
-        let caveats = worse_trials(&CoupledScore { by_axis: of(pooled), trials });
-        caveats.into_iter().next().map(|caveat| caveat.message)
+    /// Whether all trials together show an axis to be predicted.
+    fn is_predicted(&self, dof: Dof) -> bool {
+        self.score.by_axis.get(&dof).is_some_and(|pooled| !falls_short(pooled))
     }
 
-    #[test]
-    fn a_trial_worse_than_no_plant_is_named_where_all_trials_hide_it() {
-        let good = axis(0.01, 0.1, 0.9);
-        let worse = named(good, axis(0.09, 0.08, -0.4)).expect("named");
-        assert!(worse.contains("`berthing`") && worse.contains("never moves"), "{worse}");
-        let worse = named(good, axis(0.05, 0.08, -2.7)).expect("named");
-        assert!(worse.contains("mean speed (R² -2.7)"), "{worse}");
-        assert_eq!(named(good, axis(0.01, 0.08, 0.8)), None);
+    /// Names each trial that all of them together hide; axes that these show to be badly predicted are
+    /// left to other caveats.
+    pub(super) fn caveats(&self) -> Vec<Caveat> {
+        self.good_for.caveats(|dof| self.is_predicted(dof))
     }
 
-    #[test]
-    fn a_trial_that_hardly_moves_or_is_disturbed_says_nothing_of_the_plant() {
-        let good = axis(0.01, 0.1, 0.9);
-        assert_eq!(named(good, axis(0.02, 0.01, -2.0)), None);
-        let disturbed = AxisScore { disturbance_error: Some(0.08), ..axis(0.09, 0.08, -0.4) };
-        assert_eq!(named(good, disturbed), None);
-        // All trials together are bad: another caveat says so.
-        assert_eq!(named(axis(0.09, 0.1, -0.4), axis(0.09, 0.08, -0.4)), None);
+    /// Whether trials are worse than without a plant in an axis that all together show to be predicted.
+    pub(super) fn has_hidden(&self) -> bool {
+        self.good_for.not_as_in.iter().any(|worse| self.is_predicted(worse.axis))
+    }
+
+    /// The least R² of some axes over the trials that confirm them.
+    pub(super) fn least_r2(&self, axes: &[Dof]) -> Option<f64> {
+        let r2 = axes.iter().filter_map(|dof| {
+            let own = &self.good_for.motion.get(dof)?.trials;
+            let of = |trial: &String| self.score.trials.get(trial)?.get(dof)?.r2;
+            own.iter().filter_map(of).min_by(f64::total_cmp)
+        });
+        r2.min_by(f64::total_cmp)
+    }
+
+    /// The same of one axis.
+    pub(super) fn of_axis(&self, dof: Dof) -> GoodFor {
+        self.good_for.of_axis(dof)
     }
 }

@@ -3,6 +3,7 @@
 
 use super::Records;
 use crate::caveat::spoken;
+use crate::judge::range;
 use crate::plant::Signal;
 use crate::results::{CoupledPlant, ToldBy};
 use crate::signal::rms;
@@ -146,12 +147,21 @@ fn is_pushed_sideways(record: &CoupledRecord) -> bool {
 const SIDEWAYS_PART: f64 = 0.2;
 
 fn greatest_drift(record: &CoupledRecord) -> f64 {
-    let [Some(surge), Some(sway), ..] = &record.velocity else { return 0.0 };
-    let of = |(&t, &u): (&f64, &f64)| {
-        let v = sway.at(t);
-        if u > UNDER_WAY { v.atan2(u).abs() } else { 0.0 }
-    };
-    surge.time_s().iter().zip(surge.values()).map(of).fold(0.0, f64::max)
+    drifts(record).into_iter().fold(0.0, |most, drift| most.max(drift.abs()))
+}
+
+/// Drift angles of a record under way, rad.
+fn drifts(record: &CoupledRecord) -> Vec<f64> {
+    let [Some(surge), Some(sway), ..] = &record.velocity else { return Vec::new() };
+    let under_way = surge.time_s().iter().zip(surge.values()).filter(|(_, u)| **u > UNDER_WAY);
+    under_way.map(|(&t, &u)| sway.at(t).atan2(u)).collect()
+}
+
+/// The drift angles under way of a vehicle that nothing pushes sideways, deg: a range that holds 95 % of
+/// them.
+pub(super) fn drift_angles(record: &CoupledRecord) -> Option<[f64; 2]> {
+    let angles = range(&drifts(record)).filter(|_| !is_pushed_sideways(record))?;
+    Some(angles.map(f64::to_degrees))
 }
 
 /// The angles of a rudder or fin in all trials, rad.

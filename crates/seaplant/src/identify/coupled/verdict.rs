@@ -3,16 +3,45 @@
 use std::collections::BTreeMap;
 
 use super::doubts::{falls_short, is_coloured, is_too_early, shortfall};
+use super::trials::Confirmed;
 use crate::estimate::CoupledFit;
+use crate::judge::{Number, may_be_off};
 use crate::results::{AxisScore, CoupledPlant, CoupledScore, Trust, Verdict};
 use crate::{Caveat, CaveatCode, Dof, Severity};
 
+/// What a plant is judged by, beside its caveats and scores.
+pub(super) struct Evidence<'a> {
+    pub(super) fit: &'a CoupledFit,
+    /// Held-out trials one by one, if there are any.
+    pub(super) of_trials: Option<&'a Confirmed<'a>>,
+    pub(super) numbers: &'a [(Dof, Number)],
+}
+
+impl Evidence<'_> {
+    /// Adds the motion that trials confirm, and how far numbers may be off; of one axis, or of all.
+    fn with(&self, axis: Option<Dof>, verdict: Verdict) -> Verdict {
+        let good_for = self.of_trials.map(|trials| match axis {
+            Some(dof) => trials.of_axis(dof),
+            None => trials.good_for.clone(),
+        });
+        let own = self.numbers.iter().filter(|(dof, _)| axis.is_none_or(|axis| axis == *dof));
+        let mut may_be_off = may_be_off(own.map(|(_, number)| number));
+        may_be_off.retain(|off| off.matters(verdict.trust));
+        Verdict { good_for, may_be_off, ..verdict }
+    }
+}
+
 /// Judges a plant by its caveats, its innovations and its error on trials that it has not seen.
-pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
+pub(super) fn verdict(plant: &CoupledPlant, evidence: &Evidence<'_>) -> Verdict {
+    evidence.with(None, judged_by_errors(plant, evidence))
+}
+
+fn judged_by_errors(plant: &CoupledPlant, evidence: &Evidence<'_>) -> Verdict {
+    let fit = evidence.fit;
     let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
     let codes: Vec<CaveatCode> =
         with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
-    let of = |trust, reason: String| Verdict { trust, reason, codes: codes.clone() };
+    let of = |trust, reason: String| Verdict::new(trust, reason, codes.clone());
     if let Some(severe) = with(Severity::Severe).next() {
         return of(Trust::DoNotUse, format!("severe caveat: {}", severe.code.words()));
     }
@@ -39,9 +68,13 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
     if !untested.is_empty() {
         return of(Trust::Doubtful, masked(&untested));
     }
-    let r2 = seen.iter().filter_map(|(_, score)| score.r2);
+    // What all trials together have says nothing of those that are worse than without a plant.
+    let hiding = evidence.of_trials.filter(|trials| trials.has_hidden());
+    let seen_axes: Vec<Dof> = seen.iter().map(|(dof, _)| **dof).collect();
+    let pooled = seen.iter().filter_map(|(_, score)| score.r2).fold(f64::INFINITY, f64::min);
+    let r2 = hiding.map_or(Some(pooled), |trials| trials.least_r2(&seen_axes)).unwrap_or(pooled);
     // Rounded down: "or more" has to hold.
-    let least = (100.0 * r2.fold(f64::INFINITY, f64::min)).floor() / 100.0;
+    let least = (100.0 * r2).floor() / 100.0;
     let allowed = match hidden.iter().all(|(_, score)| score.is_vouched()) {
         true => ", which ask for the same plant there where these are allowed for",
         false => "",
@@ -64,7 +97,11 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
             names(&hidden)
         ),
     };
+    let exceptions = hiding.and_then(|trials| trials.good_for.exceptions());
+    let but = exceptions.map_or(String::new(), |trials| format!("; but not {trials}"));
+    let predicts = format!("{predicts}{but}");
     match with(Severity::Warning).count() {
+        0 if hiding.is_some() => of(Trust::UsableWithCare, predicts),
         0 => of(Trust::Usable, format!("no warning, {predicts}")),
         1 => of(Trust::UsableWithCare, format!("1 warning, {predicts}")),
         n => of(Trust::UsableWithCare, format!("{n} warnings, {predicts}")),
@@ -75,10 +112,10 @@ pub(super) fn verdict(plant: &CoupledPlant, fit: &CoupledFit) -> Verdict {
 /// care. What makes all of it doubtful or unfit to use counts for every axis.
 pub(super) fn by_axis(
     plant: &CoupledPlant,
-    fit: &CoupledFit,
+    evidence: &Evidence<'_>,
     of_axes: &[(Dof, Caveat)],
 ) -> BTreeMap<Dof, Verdict> {
-    let whole = &plant.verdict;
+    let (whole, fit) = (&plant.verdict, evidence.fit);
     let of = |&dof: &Dof| {
         let verdict = match &plant.hold_out {
             Some(held) if whole.trust == Trust::Doubtful => {
@@ -97,7 +134,7 @@ pub(super) fn by_axis(
             }
             _ => whole.clone(),
         };
-        (dof, verdict)
+        (dof, evidence.with(Some(dof), verdict))
     };
     plant.axes.iter().map(of).collect()
 }
@@ -174,7 +211,7 @@ fn beside_doubtful(score: Option<&AxisScore>, whole: &Verdict) -> Verdict {
         None => "forces that are not logged mask it in held-out trials".to_owned(),
     };
     let reason = format!("{predicted}; other axes of the plant are doubtful");
-    Verdict { trust: Trust::UsableWithCare, reason, codes: whole.codes.clone() }
+    Verdict::new(Trust::UsableWithCare, reason, whole.codes.clone())
 }
 
 fn first_sentence(message: &str) -> String {

@@ -1,0 +1,149 @@
+//! How far the numbers of a plant may be off.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::asked::Part;
+use super::verdict::{KNOWN_DRAG, KNOWN_MASS, Trust};
+use crate::{Estimate, Method};
+
+/// By how much a number may be off, and what says so.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MayBeOff {
+    /// Which number: "mass", or "surge: drag at 0.4 m/s" of a plant of several axes.
+    pub number: String,
+    /// By which part of it: 0.3 where the truth may be 30 % more or less, 2 where it may be three times as
+    /// much or a third; absent where it may be anything.
+    pub part: Option<f64>,
+    /// What says so.
+    pub because: OffBecause,
+    /// By so much a user takes the number of a usable plant to be off at most.
+    pub limit: f64,
+}
+
+/// What says that a number may be off.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OffBecause {
+    /// Its 95 % interval.
+    Interval,
+    /// The change that would make the errors of simulated trials least.
+    AnotherPlantFits,
+    /// Another method that predicts as well.
+    Method(Method),
+}
+
+/// A number with all that says how sure it is.
+pub(crate) struct Number {
+    pub(crate) name: String,
+    pub(crate) is_mass: bool,
+    pub(crate) estimate: Estimate,
+    /// What trials would have of it.
+    pub(crate) changes: Vec<Part>,
+    /// What methods that predict as well have.
+    pub(crate) others: Vec<(Method, f64)>,
+}
+
+impl Number {
+    /// What says that it may be off by most.
+    fn off(&self) -> MayBeOff {
+        let Estimate { value, low95, high95, .. } = self.estimate;
+        let half = 0.5 * (high95 - low95) / value.abs();
+        let by_interval = (half, OffBecause::Interval);
+        // A change that may be none is chance.
+        let is_sure = |change: &&Part| change.low95 > 0.0 || change.high95 < 0.0;
+        let changes = self.changes.iter().filter(is_sure);
+        let changes = changes.map(|change| (change.value.abs(), OffBecause::AnotherPlantFits));
+        let factor = |other: f64| match other / value {
+            ratio if ratio > 0.0 => ratio.max(1.0 / ratio) - 1.0,
+            _ => f64::INFINITY,
+        };
+        let others = self.others.iter();
+        let others = others.map(|(method, x)| (factor(*x), OffBecause::Method(*method)));
+        let all = [by_interval].into_iter().chain(changes).chain(others);
+        let order = |part: f64| if part.is_nan() { f64::INFINITY } else { part };
+        let most = all.map(|(part, because)| (order(part), because));
+        let (part, because) = most
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((f64::INFINITY, OffBecause::Interval));
+        // An interval that includes zero leaves everything open.
+        let is_open = part >= 1.0 && because == OffBecause::Interval || !part.is_finite();
+        let (number, part) = (self.name.clone(), (!is_open).then_some(part));
+        MayBeOff { number, part, because, limit: self.limit() }
+    }
+
+    fn limit(&self) -> f64 {
+        if self.is_mass { KNOWN_MASS } else { KNOWN_DRAG }
+    }
+}
+
+/// Lists how far numbers may be off, if nothing is known of the plant's trust yet.
+pub(crate) fn may_be_off<'a>(numbers: impl IntoIterator<Item = &'a Number>) -> Vec<MayBeOff> {
+    numbers.into_iter().map(Number::off).collect()
+}
+
+impl MayBeOff {
+    /// Whether it is told: all numbers of a doubtful plant are, of others those that are known less well
+    /// than a user takes them for.
+    pub(crate) fn matters(&self, trust: Trust) -> bool {
+        trust <= Trust::Doubtful || self.part.is_none_or(|part| part > self.limit)
+    }
+
+    /// Whether something else than the number's interval says that it may be off by more than that.
+    pub(crate) fn is_beyond_interval(&self) -> bool {
+        self.because != OffBecause::Interval
+    }
+
+    /// Writes it as "mass by 30 % (its interval)".
+    pub fn spoken(&self) -> String {
+        let by = match self.part {
+            None => "by any factor".to_owned(),
+            Some(part) if part >= 1.0 => format!("by a factor of {:.1}", 1.0 + part),
+            Some(part) => format!("by {:.0} %", (100.0 * part).max(1.0)),
+        };
+        let because = match &self.because {
+            OffBecause::Interval => "its 95 % interval".to_owned(),
+            OffBecause::AnotherPlantFits => "what trials would have".to_owned(),
+            OffBecause::Method(method) => format!("by {method}"),
+        };
+        format!("{} {by} ({because})", self.number)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn number(half: f64) -> Number {
+        let estimate =
+            Estimate { value: 10.0, std: half / 2.0, low95: 10.0 - half, high95: 10.0 + half };
+        let name = "mass".to_owned();
+        Number { name, is_mass: true, estimate, changes: Vec::new(), others: Vec::new() }
+    }
+
+    fn said(number: Number, trust: Trust) -> Vec<String> {
+        let all = may_be_off(&[number]);
+        all.iter().filter(|off| off.matters(trust)).map(MayBeOff::spoken).collect()
+    }
+
+    #[test]
+    fn a_doubtful_number_says_by_how_much_it_may_be_off() {
+        assert_eq!(said(number(0.5), Trust::Doubtful), ["mass by 5 % (its 95 % interval)"]);
+        assert_eq!(said(number(0.5), Trust::UsableWithCare), [""; 0]);
+        assert_eq!(said(number(2.0), Trust::UsableWithCare), ["mass by 20 % (its 95 % interval)"]);
+        assert_eq!(said(number(30.0), Trust::Doubtful), ["mass by any factor (its 95 % interval)"]);
+    }
+
+    #[test]
+    fn what_says_most_counts() {
+        let part = |value| Part { value, std: 0.01, low95: value - 0.02, high95: value + 0.02 };
+        let changed = Number { changes: vec![part(0.01), part(-0.4)], ..number(0.5) };
+        assert_eq!(said(changed, Trust::Doubtful), ["mass by 40 % (what trials would have)"]);
+        let chance = Number { changes: vec![part(0.01)], ..number(0.5) };
+        assert!(!may_be_off(&[chance]).iter().any(MayBeOff::is_beyond_interval));
+        let disputed = Number { others: vec![(Method::OutputError, 30.0)], ..number(0.5) };
+        assert_eq!(said(disputed, Trust::Doubtful), ["mass by a factor of 3.0 (by output-error)"]);
+        let absurd = Number { others: vec![(Method::OutputError, -30.0)], ..number(0.5) };
+        assert_eq!(said(absurd, Trust::Doubtful), ["mass by any factor (by output-error)"]);
+    }
+}
