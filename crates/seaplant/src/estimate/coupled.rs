@@ -199,7 +199,7 @@ fn fit_as(
         let records = if acting.is_empty() { records } else { &acting };
         let fitted = match search {
             true => {
-                let fitted = fitted.with_gains_that_show(records)?;
+                let fitted = fitted.with_gains_that_show(records)?.with_load_that_shows()?;
                 let found = fitted.with_speeds_as_they_are(records)?.searched(records)?;
                 // What a coupling explains an actuator need not.
                 let found = found.with_actuator_that_shows()?.with_drift_that_shows()?;
@@ -368,6 +368,29 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             let iterations = optimum.iterations + found.iterations;
             self.optimum = Optimum { iterations, ..found };
             self.problem = limited;
+            return self.with_actuator_that_shows();
+        }
+        Ok(self)
+    }
+
+    /// The same with thrust that changes under the load of all thrusters, if that is likelier by more than
+    /// chance beside the colour of innovations.
+    fn with_load_that_shows(mut self) -> Result<Self, Error> {
+        let Self { problem, optimum, .. } = &self;
+        if !problem.has_thrusters || problem.fits[Actuator::LOADED] {
+            return Ok(self);
+        }
+        let mut loaded = problem.with_terms(problem.structure.clone());
+        loaded.fits[Actuator::LOADED] = true;
+        // A descent that does not settle finds no change.
+        let Ok(found) = loaded.descent_at_noise(optimum.point.clone(), Tolerance::COARSE) else {
+            return Ok(self);
+        };
+        let colour = self.colour_of_translations()?;
+        if 2.0 * (optimum.cost - found.cost) > search::ADMITTED * colour {
+            let iterations = optimum.iterations + found.iterations;
+            self.optimum = Optimum { iterations, ..found };
+            self.problem = loaded;
             return self.with_actuator_that_shows();
         }
         Ok(self)

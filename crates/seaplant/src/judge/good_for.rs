@@ -80,6 +80,11 @@ pub(crate) struct Tested<'a> {
 /// A trial tests an axis if its mean speed there is this part of that of all trials.
 const TESTS: f64 = 0.3;
 
+/// A plant that moves this many times as far as a vehicle that hardly moves is refuted, …
+const HELD: f64 = 10.0;
+/// … if the error is this part of the usual motion of the trials.
+const MATERIAL: f64 = 0.05;
+
 /// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
 pub(crate) const LEAST_R2: f64 = 0.28;
 
@@ -99,8 +104,11 @@ impl Tested<'_> {
     /// The model without a plant that predicts the trial as well.
     fn worse_than(&self) -> Option<NullModel> {
         let is_far = self.least_error().is_none_or(|error| error > PREDICTS * self.null_error);
+        // A vehicle that is held hardly moves, and a plant that has it move is refuted all the same.
+        let least = (HELD * self.null_error).max(MATERIAL * self.usual_null_error);
+        let is_material = self.least_error().is_none_or(|error| error >= least);
         match self.least_error() {
-            _ if !self.tests() => None,
+            _ if !self.tests() && !is_material => None,
             None => Some(NullModel::NeverMoves),
             Some(error) if error >= self.null_error => Some(NullModel::NeverMoves),
             _ => {

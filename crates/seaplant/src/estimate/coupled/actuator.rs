@@ -148,6 +148,9 @@ impl Actuator {
     /// Where the ratio of lags stands among them, and the slew time.
     pub(super) const LAG_RATIO: usize = 3;
     pub(super) const SLEW: usize = 5;
+
+    /// Where the change of thrust under load stands among them.
+    pub(super) const LOADED: usize = 8;
     /// Where the scale of all thrust stands among them.
     pub(super) const SCALE: usize = 9;
 
@@ -183,18 +186,18 @@ impl Actuator {
         }
     }
 
-    /// Which of its numbers are fitted: of a wrench that nobody knows the thrusters of, not how these
+    /// Which of its numbers a fit begins with: of a wrench that nobody knows the thrusters of, not how these
     /// push; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
-    /// it looks like all of them stronger; of one trial, no change from trial to trial; of one thruster, no
-    /// load of others. Without a known force no scale is fitted. A slew time has no slope where it is zero: a fit with one begins elsewhere.
+    /// it looks like all of them stronger; of one trial, no change from trial to trial; without a known
+    /// force, no scale. A slew time has no slope where it is zero, and the change under load imitates
+    /// thrusters that are not alike: both are tried later.
     pub(super) fn fitted(records: &[&CoupledRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
         let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let push = records.iter().any(|record| !record.thrusters.is_empty());
         let reverse = push && !is_reverse_in_proportion(records, axes);
-        let several = records.iter().any(|record| record.thrusters.len() > 1);
         let scale = lag && records.iter().any(|record| !record.known.is_empty());
         let between = lag && records.len() > 1;
-        [lag, lag, reverse, push, push, false, lag, between, several, scale]
+        [lag, lag, reverse, push, push, false, lag, between, false, scale]
     }
 
     /// What is fitted of it, in the order of its fields.
@@ -685,7 +688,7 @@ mod tests {
                 ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.2, -0.1, 0.0, 0.0], 0.1),
                 ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
                 ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
+                ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
             ];
             for (base, near) in some {
                 let pushes = |k: usize, step: f64| {
