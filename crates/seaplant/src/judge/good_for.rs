@@ -135,7 +135,8 @@ impl Tested<'_> {
             r_squared: self.r_squared.filter(|_| self.error.is_some()),
             than,
             null_error: self.null_error,
-            is_explained: self.is_explained || self.is_vouched,
+            // Trials in which the vehicle hardly moves say nothing of what the others require.
+            is_explained: self.is_explained || self.is_vouched && self.tests(),
         })
     }
 }
