@@ -47,7 +47,14 @@ def policy(script: str) -> str:
 
 def packed(program: bytes) -> bytes:
     """LZMA, a third less than gzip; servers cannot make that up, for base64 hides what repeats."""
-    coder = {"id": lzma.FILTER_LZMA1, "preset": 7, "dict_size": 1 << 25, "lc": 3, "lp": 0, "pb": 0}
+    coder = {
+        "id": lzma.FILTER_LZMA1,
+        "preset": 7,
+        "dict_size": 1 << 25,
+        "lc": 3,
+        "lp": 0,
+        "pb": 0,
+    }
     made = lzma.compress(program, format=lzma.FORMAT_ALONE, filters=[coder])
     # The header's number of bytes, which Python leaves open.
     return made[:5] + len(program).to_bytes(8, "little") + made[13:]

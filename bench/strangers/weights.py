@@ -34,7 +34,7 @@ def draw(folder, seed, weight_n, times, tether_n):
     period = SECONDS / times
     hung = [((k + 0.5) * period, (k + 1.0) * period) for k in range(times)]
     full = 100.0 / 250.0**2
-    w = rpm = force = depth = tether = 0.0
+    w = rpm = depth = tether = 0.0
     command, until, rows = 0.0, 0.0, []
     decay = math.exp(-STEP / 30.0)
     kick = tether_n * math.sqrt(1 - decay * decay)
@@ -119,7 +119,12 @@ def part(values, p):
 
 
 def main():
-    program, out, number, seed = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])
+    program, out, number, seed = (
+        sys.argv[1],
+        Path(sys.argv[2]),
+        int(sys.argv[3]),
+        int(sys.argv[4]),
+    )
     one = [tuple(float(x) for x in sys.argv[5:8])] if len(sys.argv) > 5 else []
     rows = one or [(w, n, s) for (w, n), own in BOUNDS.items() for s in own]
     for weight_n, times, tether_n in rows:

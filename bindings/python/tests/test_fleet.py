@@ -1,4 +1,4 @@
-"""A fleet loses no dive: neither to failures, nor to a killed worker, nor to an interruption."""
+"""A fleet loses no dive: not to failures, a killed worker or an interruption."""
 
 import datetime as dt
 import os

@@ -26,8 +26,7 @@ _Named: TypeAlias = dict[str, tuple[str | None, ArrayLike]]
 def tables_of(
     data: Data, time: str | None, time_unit: str | None
 ) -> Iterator[tuple[Floats, list[_Column]]]:
-    """Returns times in s and the columns of a table of any type; for a dataset, one table per
-    clock."""
+    """Returns times in s and the columns of a table; of a dataset, one table per clock."""
     if hasattr(data, "data_vars"):
         for clock in _clocks(data) if time is None else [time]:
             yield _table(dict(_series(data, clock)), clock, time_unit)

@@ -298,8 +298,7 @@ class _NoChannelError(InputError, KeyError):
 
 
 def _is_wanted(channel: Channel, words: Iterable[str]) -> bool:
-    """Returns whether a column contains one of some words; without words, whether the channel
-    varies."""
+    """Returns whether a column contains a word; without words, whether the channel varies."""
     wanted = list(words)
     if not wanted:
         return bool(channel.values.min() != channel.values.max())

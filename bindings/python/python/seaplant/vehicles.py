@@ -39,8 +39,7 @@ Vector: TypeAlias = Sequence[float]
 
 @dataclass(frozen=True)
 class QuadraticCurve:
-    """Force proportional to the squared input, ``F = k s|s|``, s being the input beyond the
-    deadband.
+    """Force proportional to the squared input beyond the deadband, ``F = k s|s|``.
 
     Attributes
     ----------

@@ -364,7 +364,9 @@ def test_every_control_is_reached_by_the_keyboard(browser: Browser, tmp_path: Pa
         page.evaluate("document.activeElement.blur(); scrollTo(0, 0)")
         order = focus_order(page, 60)
         visible = "[...document.querySelectorAll('button, input, select, textarea, [tabindex=\"0\"]')]"
-        wanted = page.evaluate(f"{visible}.filter((e) => e.checkVisibility() && !e.disabled).length")
+        wanted = page.evaluate(
+            f"{visible}.filter((e) => e.checkVisibility() && !e.disabled).length"
+        )
         # The link that skips is one more, and the end of the page another.
         assert order[0] == "Skip to the logs" and order[-1] == "BODY"
         assert len(order) >= wanted, order
@@ -375,7 +377,9 @@ def test_every_control_is_reached_by_the_keyboard(browser: Browser, tmp_path: Pa
             name for name in steps if order.count(name) == 1
         ]
         # Progress is read aloud where it begins and ends, and not every second.
-        expect(page.get_by_role("status").first).to_have_text(re.compile("^Reading the logs: done"))
+        expect(page.get_by_role("status").first).to_have_text(
+            re.compile("^Reading the logs: done")
+        )
 
 
 def test_a_fit_can_be_stopped_and_the_page_goes_on(browser: Browser) -> None:
@@ -396,7 +400,9 @@ def test_a_fit_can_be_stopped_and_the_page_goes_on(browser: Browser) -> None:
         assert page.evaluate("FORMATS") == formats.split(", ")
 
 
-def test_a_tab_that_is_closed_loses_nothing_that_was_written(browser: Browser, demo: Path) -> None:
+def test_a_tab_that_is_closed_loses_nothing_that_was_written(
+    browser: Browser, demo: Path
+) -> None:
     context = browser.new_context()
     page = context.new_page()
     page.goto(PAGE.as_uri())
@@ -418,7 +424,9 @@ def test_a_tab_that_is_closed_loses_nothing_that_was_written(browser: Browser, d
     again = context.new_page()
     again.goto(PAGE.as_uri())
     expect(again.get_by_label("campaign.toml")).to_have_value(written)
-    expect(again.get_by_label("vehicle.toml")).to_have_value((demo / "vehicle.toml").read_text())
+    expect(again.get_by_label("vehicle.toml")).to_have_value(
+        (demo / "vehicle.toml").read_text()
+    )
     expect(again.get_by_label("Axis of trial 1")).to_have_value("yaw")
     # Marks without the logs that they are on are kept, and said to lack them.
     again.get_by_role("button", name="Write them into").press("Enter")
