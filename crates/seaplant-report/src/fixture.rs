@@ -103,7 +103,7 @@ pub(crate) fn plant() -> PlantResult {
             may_be_off: vec![MayBeOff {
                 number: "mass".to_owned(),
                 part: Some(0.3),
-                because: OffBecause::Method(Method::OutputError),
+                because: OffBecause::Method { method: Method::OutputError },
                 limit: 0.1,
             }],
             ..Verdict::new(

@@ -23,6 +23,7 @@ __all__ = [
     "ClockOffset",
     "Coefficient",
     "CoefficientRow",
+    "ConfirmedMotion",
     "Consequence",
     "Correlation",
     "CoupledOnline",
@@ -40,6 +41,7 @@ __all__ = [
     "FileOffset",
     "Filters",
     "Foil",
+    "GoodFor",
     "Identifiability",
     "Innovations",
     "InputFile",
@@ -50,12 +52,14 @@ __all__ = [
     "LowPass",
     "LumpedParameters",
     "MatrixResult",
+    "MayBeOff",
     "Method",
     "MonteCarloTable",
     "NoiseLevel",
     "NomotoResult",
     "NullModel",
     "NullScore",
+    "OffBecause",
     "OffsetPair",
     "OnlineHistory",
     "OpenWater",
@@ -110,6 +114,7 @@ __all__ = [
     "Verdict",
     "WakeByDrift",
     "WholeMonteCarloTable",
+    "WorseTrial",
 ]
 
 Candidate: TypeAlias = Literal[
@@ -246,7 +251,7 @@ InspectedEpoch: TypeAlias = Literal[
     "start",
     "unstated",
 ]
-"""What the times of a file count from."""
+"""Epoch of a file's times."""
 
 Method: TypeAlias = Literal[
     "paper",
@@ -713,6 +718,21 @@ class CoefficientRow(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class ConfirmedMotion(Record):
+    """The motion of an axis in the trials that confirm a plant there: each range holds 95 %
+    of it."""
+
+    trials: tuple[str, ...]
+    """The trials."""
+
+    acceleration: Floats | None
+    """Lowest and highest acceleration, m/s² or rad/s²."""
+
+    speed: Floats | None
+    """Lowest and highest speed, m/s or rad/s; absent where speed was not measured."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Consequence(Record):
     """A number that follows from a plant's coefficients."""
 
@@ -1069,6 +1089,25 @@ class Foil(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class GoodFor(Record):
+    """The motion for which unseen trials confirm a plant: that of those which it predicts."""
+
+    words: str
+    """The same in words."""
+
+    motion: dict[str, ConfirmedMotion]
+    """The motion of each axis in the trials that confirm it."""
+
+    not_as_in: tuple[WorseTrial, ...]
+    """Trials that the plant predicts worse than a model without a plant: it is not good for
+    their kind of motion."""
+
+    drift_deg: Floats | None
+    """Drift angles under way in the trials that confirm sway, deg; absent of plants without
+    surge and sway."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Identifiability(Record):
     """How well trials determine coefficients."""
 
@@ -1202,7 +1241,7 @@ class LowPass(Record):
     """A Butterworth low-pass filter."""
 
     cutoff_hz: float
-    """Where a single pass halves power, Hz."""
+    """Frequency at which a single pass halves power, Hz."""
 
     order: int
     """The order of a single pass, 1 to 8."""
@@ -1234,6 +1273,24 @@ class MatrixResult(Record):
 
     std: Floats
     """Their standard deviations; zero where there is no term."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MayBeOff(Record):
+    """By how much a number may be off, and what says so."""
+
+    number: str
+    """Which number: "mass", or "surge: drag at 0.4 m/s" of a plant of several axes."""
+
+    because: OffBecause
+    """What says so."""
+
+    limit: float
+    """By so much a user takes the number of a usable plant to be off at most."""
+
+    part: float | None
+    """By which part of it: 0.3 where the truth may be 30 % more or less, 2 where it may be
+    three times as much or a third; absent where it may be anything."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1313,6 +1370,17 @@ class NullScore(Record):
 
     mean_abs_error: float
     """e = mean |v_model − v|, m/s or rad/s."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OffBecause(Record):
+    """What says that a number may be off."""
+
+    kind: str
+    """One of interval, another-plant-fits, method."""
+
+    method: Method | None = None
+    """Which."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2116,6 +2184,10 @@ class TrialScore(Record):
     mean_abs_error: float | None
     """e = mean |v_model − v| on raw velocity; absent if the simulation diverged."""
 
+    offset_free_error: float | None
+    """e with an initial velocity, a constant force and, in translations, a current fitted to
+    the trial; absent where velocity is not what is compared."""
+
     position_mean_abs_error: float | None
     """Mean |model − measured| of position, m or rad."""
 
@@ -2317,6 +2389,14 @@ class Verdict(Record):
     codes: tuple[CaveatCode, ...]
     """The caveats that decided it, the worst first."""
 
+    good_for: GoodFor | None
+    """The motion that unseen trials confirm; absent where no trial was held out or left out
+    in turn."""
+
+    may_be_off: tuple[MayBeOff, ...]
+    """By how much numbers may be off: all of a doubtful plant, else those that are known less
+    well than a user takes them for."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WakeByDrift(Record):
@@ -2351,3 +2431,29 @@ class WholeMonteCarloTable(Record):
 
     failures: dict[str, str]
     """Reasons why plants were not identified, by seed."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WorseTrial(Record):
+    """An axis of a trial that is predicted worse than by a model without a plant."""
+
+    trial: str
+    """Which trial."""
+
+    axis: Dof
+    """Which axis."""
+
+    than: NullModel
+    """The model that does as well or better, and its error where that is known."""
+
+    null_error: float
+    """The error of a model that never moves."""
+
+    is_explained: bool
+    """Whether forces that are not logged, or a current of the trial's own, explain it."""
+
+    mean_abs_error: float | None
+    """Mean |model − measured|; absent if the simulation diverges."""
+
+    r_squared: float | None
+    """R²; absent if nothing moved or the simulation diverges."""

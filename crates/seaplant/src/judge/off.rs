@@ -23,14 +23,17 @@ pub struct MayBeOff {
 
 /// What says that a number may be off.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum OffBecause {
     /// Its 95 % interval.
     Interval,
     /// The change that would make the errors of simulated trials least.
     AnotherPlantFits,
     /// Another method that predicts as well.
-    Method(Method),
+    Method {
+        /// Which.
+        method: Method,
+    },
 }
 
 /// A number with all that says how sure it is.
@@ -59,7 +62,7 @@ impl Number {
             _ => f64::INFINITY,
         };
         let others = self.others.iter();
-        let others = others.map(|(method, x)| (factor(*x), OffBecause::Method(*method)));
+        let others = others.map(|(method, x)| (factor(*x), OffBecause::Method { method: *method }));
         let all = [by_interval].into_iter().chain(changes).chain(others);
         let order = |part: f64| if part.is_nan() { f64::INFINITY } else { part };
         let most = all.map(|(part, because)| (order(part), because));
@@ -104,7 +107,7 @@ impl MayBeOff {
         let because = match &self.because {
             OffBecause::Interval => "its 95 % interval".to_owned(),
             OffBecause::AnotherPlantFits => "what trials would have".to_owned(),
-            OffBecause::Method(method) => format!("by {method}"),
+            OffBecause::Method { method } => format!("by {method}"),
         };
         format!("{} {by} ({because})", self.number)
     }
