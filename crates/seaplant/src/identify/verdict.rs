@@ -1,8 +1,8 @@
 //! The verdict on a plant of one axis.
 
-use crate::judge::{PREDICTS, Score, Trust, Verdict, free_error, vouched};
+use crate::judge::{PREDICTS, Score, Trust, Verdict, explains, free_error, vouched};
 use crate::results::{GoodFor, MayBeOff, PlantResult};
-use crate::{CaveatCode, Dof, ScoredMotion, Severity, Stability};
+use crate::{CaveatCode, Dof, Severity, Stability};
 
 /// A model that predicts vouches for its plant if its error is below this part, too, of that of the
 /// best model without a plant.
@@ -67,7 +67,10 @@ fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
         score.quantity.null_model(),
     );
     let vouched = vouched(score);
-    if free_error(score) > PREDICTS * score.null_error && !vouched && !explains(score) {
+    if free_error(score) > PREDICTS * score.null_error
+        && !vouched
+        && !explains(score.quantity, score.r_squared)
+    {
         return of(Trust::Doubtful, format!("it predicts {against}"));
     }
     if let Some(reason) = no_better_than_null(score, &trials, unit, vouched) {
@@ -107,16 +110,6 @@ fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
         1 => of(Trust::UsableWithCare, format!("1 warning, predicts {against}")),
         n => of(Trust::UsableWithCare, format!("{n} warnings, predicts {against}")),
     }
-}
-
-/// Of acceleration a plant that predicts explains this part of the variance; the rest may be
-/// vibration.
-const EXPLAINED: f64 = 0.5;
-
-/// Whether it explains most of the acceleration of trials where nothing else was measured.
-fn explains(score: &Score) -> bool {
-    let explained = score.r_squared.is_some_and(|r_squared| r_squared > EXPLAINED);
-    score.quantity == ScoredMotion::Acceleration && explained
 }
 
 /// Null models are given the trials' offsets, so that the plant is, too.

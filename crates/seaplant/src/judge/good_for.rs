@@ -6,11 +6,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::null::NullModel;
-use super::verdict::PREDICTS;
+use super::verdict::{PREDICTS, explains};
 use crate::axes::listed;
 use crate::caveat::spoken;
 use crate::signal::slope_around;
-use crate::{Caveat, CaveatCode, Dof, Timed};
+use crate::{Caveat, CaveatCode, Dof, ScoredMotion, Timed};
 
 /// The motion for which unseen trials confirm a plant: that of those which it predicts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -119,8 +119,17 @@ impl Tested<'_> {
         }
     }
 
+    /// What the error is of.
+    fn quantity(&self) -> ScoredMotion {
+        match self.acceleration {
+            Some(_) => ScoredMotion::Acceleration,
+            None => ScoredMotion::Velocity,
+        }
+    }
+
     fn confirms(&self) -> bool {
-        let is_near = self.least_error().is_some_and(|error| error <= PREDICTS * self.null_error);
+        let is_near = self.least_error().is_some_and(|error| error <= PREDICTS * self.null_error)
+            || explains(self.quantity(), self.r_squared);
         let is_explained =
             self.free_error.is_some() || self.r_squared.is_none_or(|r2| r2 >= LEAST_R2);
         self.tests() && self.worse_than().is_none() && (is_near && is_explained || self.is_vouched)

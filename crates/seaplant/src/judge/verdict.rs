@@ -8,7 +8,7 @@ use super::off::MayBeOff;
 use super::score::{Score, TrialScore};
 use super::working::drag_at;
 use crate::caveat::spoken;
-use crate::{Caveat, CaveatCode, Estimate, Fit, Term};
+use crate::{Caveat, CaveatCode, Estimate, Fit, ScoredMotion, Term};
 
 /// How far a plant may be trusted.
 #[derive(
@@ -145,6 +145,15 @@ pub(crate) fn vouched(score: &Score) -> bool {
     let follows = |trial: &TrialScore| trial.position_r_squared.is_some_and(|r| r > FOLLOWED);
     let follows_all = !score.trials.is_empty() && score.trials.iter().all(follows);
     follows_all || score.change.is_some_and(|change| change.vouches())
+}
+
+/// A plant that predicts explains this part of the variance of acceleration; the rest may be
+/// vibration.
+const EXPLAINED: f64 = 0.5;
+
+/// Whether a plant explains most of the acceleration of trials where nothing else was measured.
+pub(crate) fn explains(quantity: ScoredMotion, r_squared: Option<f64>) -> bool {
+    quantity == ScoredMotion::Acceleration && r_squared.is_some_and(|r2| r2 > EXPLAINED)
 }
 
 /// Its error without what a current or a tether adds to every model's.
