@@ -15,7 +15,7 @@ use crate::bench::{Bench, read_bench};
 use crate::campaign_file::{
     BollardPullEntry, CampaignFile, ChannelEntry, ChannelMap, LogEntry, TrialEntry,
 };
-use crate::known_file::check_known;
+use crate::known::check_known;
 use crate::missing_code::STOPPED_US;
 use crate::plant_file::{axes_of_plans, check_plans, plans};
 use crate::recording::{SourcedTrial, read_trial, trial_of};

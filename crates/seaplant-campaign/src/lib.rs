@@ -13,6 +13,7 @@ mod doubts;
 mod error;
 mod excerpt;
 mod inspect;
+mod known;
 mod known_file;
 mod missing_code;
 mod monte_carlo;

@@ -15,7 +15,7 @@ use crate::campaign_file::{
 };
 use crate::clocks::{self, Alignment};
 use crate::doubts::{check_time_units, doubts};
-use crate::known_file::known_forces;
+use crate::known::known_forces;
 use crate::missing_code::{stop_without_pulse, without_codes};
 use crate::units::dimension_of;
 
