@@ -10,7 +10,7 @@ use comfy_table::{CellAlignment, Table};
 use seaplant::results::{
     NullModel, Parameter, PlantResult, Results, Score, SteadyResult, TruePlant, Trust, Verdict,
 };
-use seaplant::{Caveat, Dof, Severity};
+use seaplant::{Caveat, Dof, Estimate, Severity};
 use seaplant_report::number::{Rounded, decimals, signed_percent, significant, with_minus};
 
 use crate::output::{FAINT, SEVERE, STRONG, WARNING};
@@ -27,7 +27,8 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     }
     for (dof, plant) in &results.plants {
         let truth = results.truth.as_ref().and_then(|truth| truth.get(dof));
-        text.push_str(&plant_block(*dof, plant, truth, sketches));
+        let drag = results.drag_forces(*dof);
+        text.push_str(&plant_block((*dof, plant), &drag, truth, sketches));
     }
     for (dof, steady) in &results.steady {
         text.push_str(&steady_block(*dof, steady));
@@ -86,9 +87,10 @@ fn push_good_for(text: &mut String, verdict: &Verdict) {
     }
 }
 
+/// Writes the block of one axis; `drag` has speeds and the drag at each.
 fn plant_block(
-    dof: Dof,
-    plant: &PlantResult,
+    (dof, plant): (Dof, &PlantResult),
+    drag: &[(f64, Estimate)],
     truth: Option<&TruePlant>,
     sketches: &Sketches,
 ) -> String {
@@ -113,6 +115,12 @@ fn plant_block(
         if let Some(parameter) = parameter {
             table.add_row(parameter_row(name, parameter, truth));
         }
+    }
+    let units = dof.units();
+    for (speed, force) in drag {
+        let name = format!("drag at {speed} {}", units.velocity);
+        let truth = truth.map(|t| t.quadratic_drag * speed * speed + t.linear_drag * speed);
+        table.add_row(parameter_row(&name, &Parameter::new(*force, units.force), truth));
     }
     align(&mut table, 1..4);
     let _ = writeln!(text, "{}", table.to_string().trim_end());

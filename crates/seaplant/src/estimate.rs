@@ -6,6 +6,7 @@ mod equation_error;
 mod filter_error;
 mod filtered;
 pub(crate) mod fit;
+mod inputs;
 pub(crate) mod method;
 pub(crate) mod model;
 mod nomoto;

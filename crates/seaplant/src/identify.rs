@@ -33,7 +33,7 @@ use crate::exchange::{Draws, PlantModel};
 use crate::judge::score_plant;
 use crate::results::{
     AccumulatedPlant, Consequence, CoupledPlant, Failure, Identification, Results, SteadyResult,
-    SubsetResult,
+    SubsetResult, two_digits,
 };
 use crate::trial::ThrustError;
 use crate::{
@@ -175,16 +175,27 @@ fn is_scale_told(results: &Results) -> bool {
         && results.coupled.values().all(is_told)
 }
 
-/// Two digits of a number, towards zero: a force that was within the trials.
-fn two_digits(x: f64) -> f64 {
-    let unit = 10_f64.powi(x.abs().log10().floor() as i32 - 1);
-    // Divided once more, so that 2300 is no 2300.0000000000005.
-    let digits = (x / unit).trunc();
-    if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit.round() }
+/// What follows from the recommended plants: at the greatest force of the trials, to two digits, and
+/// the drag of single axes at the speeds of the trials.
+fn consequences(results: &Results) -> Vec<Consequence> {
+    let mut all: Vec<Consequence> =
+        results.plants.keys().flat_map(|dof| drag_forces(*dof, results)).collect();
+    all.extend(of_forces(results));
+    all
 }
 
-/// What follows from the recommended plants at the greatest force of the trials, to two digits.
-fn consequences(results: &Results) -> Vec<Consequence> {
+fn drag_forces(dof: Dof, results: &Results) -> impl Iterator<Item = Consequence> {
+    let units = dof.units();
+    results.drag_forces(dof).into_iter().map(move |(speed, force)| Consequence {
+        name: format!("drag at {speed} {}", units.velocity),
+        axis: dof,
+        value: force.value,
+        interval95: Some([force.low95, force.high95]),
+        unit: units.force.to_owned(),
+    })
+}
+
+fn of_forces(results: &Results) -> Vec<Consequence> {
     // Without a plant, or with one that no vehicle can have, nothing follows; its caveats say so.
     let Ok(model) = PlantModel::of_results(results, "results.json", None) else {
         return Vec::new();
@@ -465,18 +476,4 @@ fn with_thrust_errors(
     let others: Vec<LumpedParameters> =
         errors.into_iter().map(with_off).collect::<Result<_, Error>>()?;
     Ok(found.with_thrust_off(&others))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::two_digits;
-
-    #[test]
-    fn forces_are_cut_to_two_digits() {
-        for (force, cut) in
-            [(2378.686, 2300.0), (99.9, 99.0), (5.27, 5.2), (0.0123, 0.012), (3.0, 3.0)]
-        {
-            assert_eq!(two_digits(force), cut);
-        }
-    }
 }

@@ -29,6 +29,7 @@ pub use crate::estimate::online::{OnlineHistory, PlantChanged};
 pub use campaign::{
     AxisResult, BollardPullResult, FileOffset, SensorResult, ThrusterResult, TrialResult,
 };
+pub(crate) use consequence::two_digits;
 pub use consequence::{Consequence, Driven};
 pub use drag::DragCurve;
 pub use online::CoupledOnline;

@@ -341,7 +341,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     /// than chance than the lag, the ratio of lags and the delay that imitate it.
     ///
     /// A slew time has no slope where it is zero, so that the descent begins at several.
-    fn with_slew_that_shows(mut self) -> Result<Self, Error> {
+    fn with_slew_that_shows(self) -> Result<Self, Error> {
         let Self { problem, optimum, .. } = &self;
         let actuator = optimum.point.actuator;
         let is_late = actuator.lag_s > 0.0 || actuator.delay_s > 0.0;
@@ -364,36 +364,43 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
         // A descent that does not settle finds no slew time.
         let Ok(found) = limited.descent_at_noise(start, Tolerance::COARSE) else { return Ok(self) };
-        if 2.0 * (optimum.cost - found.cost) > search::ADMITTED {
-            let iterations = optimum.iterations + found.iterations;
-            self.optimum = Optimum { iterations, ..found };
-            self.problem = limited;
-            return self.with_actuator_that_shows();
-        }
-        Ok(self)
+        self.or_if_likelier(limited, found, search::ADMITTED)
     }
 
     /// The same with thrust that changes under the load of all thrusters, if that is likelier by more than
     /// chance beside the colour of innovations.
-    fn with_load_that_shows(mut self) -> Result<Self, Error> {
+    fn with_load_that_shows(self) -> Result<Self, Error> {
         let Self { problem, optimum, .. } = &self;
         if !problem.has_thrusters || problem.fits[Actuator::LOADED] {
             return Ok(self);
         }
         let mut loaded = problem.with_terms(problem.structure.clone());
         loaded.fits[Actuator::LOADED] = true;
+        if loaded.score(&optimum.point, Actuator::LOADED).is_none_or(|x| x < search::ADMITTED) {
+            return Ok(self);
+        }
         // A descent that does not settle finds no change.
         let Ok(found) = loaded.descent_at_noise(optimum.point.clone(), Tolerance::COARSE) else {
             return Ok(self);
         };
         let colour = self.colour_of_translations()?;
-        if 2.0 * (optimum.cost - found.cost) > search::ADMITTED * colour {
-            let iterations = optimum.iterations + found.iterations;
-            self.optimum = Optimum { iterations, ..found };
-            self.problem = loaded;
-            return self.with_actuator_that_shows();
+        self.or_if_likelier(loaded, found, search::ADMITTED * colour)
+    }
+
+    /// Returns this fit, or that of a problem with more numbers of the actuator if twice the gain in
+    /// ln-likelihood exceeds `least`.
+    fn or_if_likelier(
+        self,
+        problem: Problem,
+        found: Optimum<N, M>,
+        least: f64,
+    ) -> Result<Self, Error> {
+        if 2.0 * (self.optimum.cost - found.cost) <= least {
+            return Ok(self);
         }
-        Ok(self)
+        let iterations = self.optimum.iterations + found.iterations;
+        let optimum = Optimum { iterations, ..found };
+        Self { problem, optimum, ..self }.with_actuator_that_shows()
     }
 
     /// The same with a current that changes in the course of trials, if the trials show that: by a

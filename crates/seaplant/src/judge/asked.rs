@@ -13,14 +13,34 @@ use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Estimate, Fit, Model};
 
 /// The change of the plant that some records ask for; `None` if they cannot tell.
 ///
-/// Least squares on the errors of the simulation, linear in the change. A large change is made in
-/// steps, each simulated anew, for the errors are linear in small changes only.
+/// Where thrust that acts later or earlier explains a tenth of the errors that such a change
+/// leaves, the change beside that: steps of thrust show a lag or a limited rate of propellers that
+/// slower thrust does not.
 pub(super) fn change(
     model: &Model,
     axes: &[AxisRecord],
     windows: Vec<Window>,
 ) -> Result<Option<PlantChange>, Error> {
-    let mut stand = Stand { model: model.clone(), thrust: 1.0, drag: 1.0, windows };
+    let found = change_beside(model, axes, windows.clone(), false)?;
+    let is_claim =
+        |change: &PlantChange| change.is_confirmed() && beyond(change.mass, change.drag) > 0.0;
+    let Some(change) = found.filter(is_claim) else { return Ok(found) };
+    let explains = |late: &PlantChange| {
+        1.0 - late.explained < (1.0 - EXPLAINED) * (1.0 - change.explained)
+            && beyond(late.mass, late.drag) < beyond(change.mass, change.drag)
+    };
+    Ok(change_beside(model, axes, windows, true)?.filter(explains).or(Some(change)))
+}
+
+/// Least squares on the errors of the simulation, linear in the change. A large change is made in
+/// steps, each simulated anew, for the errors are linear in small changes only.
+fn change_beside(
+    model: &Model,
+    axes: &[AxisRecord],
+    windows: Vec<Window>,
+    has_lateness: bool,
+) -> Result<Option<PlantChange>, Error> {
+    let mut stand = Stand { model: model.clone(), thrust: 1.0, drag: 1.0, has_lateness, windows };
     let first = stand.square();
     for _ in 0..MOST_STEPS {
         let Some(asked) = stand.asked() else { return Ok(None) };
@@ -52,6 +72,8 @@ struct Stand {
     /// Thrust over mass, and drag over mass, in parts of the first model's.
     thrust: f64,
     drag: f64,
+    /// Whether thrust may act later, too.
+    has_lateness: bool,
     windows: Vec<Window>,
 }
 
@@ -61,7 +83,11 @@ impl Stand {
     }
 
     fn lacking(&self) -> Lacking {
-        Lacking::of(&self.windows, |window| Some(plant_columns(window)))
+        Lacking::of(&self.windows, |window| {
+            let mut columns = plant_columns(window);
+            columns.extend(self.has_lateness.then(|| lateness(window)));
+            Some(columns)
+        })
     }
 
     /// What is asked for in all; `before` is the square of the errors of the first model.
@@ -87,7 +113,7 @@ impl Stand {
             model.lumped.mu *= 1.0 + d;
             let windows = windows_of(&model, axes)?;
             let (thrust, drag) = (self.thrust * (1.0 + a), self.drag * (1.0 + d));
-            let next = Self { model, thrust, drag, windows };
+            let next = Self { model, thrust, drag, windows, has_lateness: self.has_lateness };
             if next.windows.len() == self.windows.len() && next.square() < self.square() {
                 return Ok(Some(next));
             }
@@ -102,9 +128,17 @@ pub(super) fn plant_columns(window: &Window) -> Vec<Vec<f64>> {
     vec![window.thrust.clone(), window.drag.clone()]
 }
 
+/// What thrust that acts a second later would do, to first order.
+fn lateness(window: &Window) -> Vec<f64> {
+    let (thrust, time_s) = (&window.thrust, &window.time_s);
+    let step_s = |k: usize| (time_s[k] - time_s[k - 1]).max(f64::MIN_POSITIVE);
+    let of = |k: usize| if k == 0 { 0.0 } else { (thrust[k - 1] - thrust[k]) / step_s(k) };
+    (0..thrust.len()).map(of).collect()
+}
+
 /// The change of a plant that trials ask for, in parts of it: least squares on the errors of its
 /// simulation, linear in the change, beside an initial velocity, a constant force and a current of
-/// each trial's own.
+/// each trial's own, and thrust that acts later where that explains more.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlantChange {
     /// Of the mass: 0.1 where a tenth more would fit better.

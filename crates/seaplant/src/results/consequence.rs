@@ -20,6 +20,14 @@ pub struct Consequence {
     pub unit: String,
 }
 
+/// Two digits of a number, towards zero: a force or speed that was within the trials.
+pub(crate) fn two_digits(x: f64) -> f64 {
+    let unit = 10_f64.powi(x.abs().log10().floor() as i32 - 1);
+    // Divided once more, so that 2300 is no 2300.0000000000005.
+    let digits = (x / unit).trunc();
+    if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit.round() }
+}
+
 /// How far an axis was driven in the trials that a plant was identified from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Driven {
@@ -35,6 +43,20 @@ impl Driven {
         Self {
             speed_max: self.speed_max.max(other.speed_max),
             force_max: self.force_max.max(other.force_max),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::two_digits;
+
+    #[test]
+    fn forces_are_cut_to_two_digits() {
+        for (force, cut) in
+            [(2378.686, 2300.0), (99.9, 99.0), (5.27, 5.2), (0.0123, 0.012), (3.0, 3.0)]
+        {
+            assert_eq!(two_digits(force), cut);
         }
     }
 }

@@ -2,9 +2,10 @@
 
 use nalgebra::Vector6;
 
-use super::{CoupledPlant, Parameter, PlantResult};
+use super::two_digits;
+use super::{CoupledPlant, Parameter, PlantResult, Results};
 use crate::plant::{Basis, Product};
-use crate::{Dof, Estimate};
+use crate::{Dof, Estimate, Role};
 
 /// Points of a curve.
 const POINTS: usize = 13;
@@ -50,26 +51,57 @@ impl PlantResult {
     /// let drag = curve.force.last().expect("a point");
     /// let truth = 2230.9 * 0.5 * 0.5;
     /// assert!(drag.low95 < truth && truth < drag.high95);
+    /// let (usual_speed, force) = results.drag_forces(Dof::Surge)[0];
+    /// assert!(force.covers(2230.9 * usual_speed * usual_speed));
     /// # Ok::<(), seaplant::Error>(())
     /// ```
     pub fn drag_to(&self, greatest: f64) -> Option<DragCurve> {
+        DragCurve::of(greatest, |v| self.drag_at(v))
+    }
+
+    /// Drag `d_Q v|v| + d_L v` at a speed; zero of a plant without drag.
+    pub fn drag_at(&self, speed: f64) -> Estimate {
         let parameters = &self.parameters;
-        let parts =
-            [(1, parameters.quadratic_drag.as_ref(), 2), (2, parameters.linear_drag.as_ref(), 1)];
-        let parts: Vec<(usize, &Parameter, i32)> =
-            parts.into_iter().filter_map(|(k, x, power)| Some((k, x?, power))).collect();
-        DragCurve::of(greatest, |v| {
-            let of = |power: i32| v.powi(power);
-            let value = parts.iter().map(|(_, x, power)| x.value * of(*power)).sum();
-            let mut variance = 0.0;
-            for (i, x, power) in &parts {
-                for (j, y, other) in &parts {
-                    let r = if i == j { 1.0 } else { self.correlation[*i][*j] };
-                    variance += r * x.std * y.std * of(power + other);
-                }
+        let parts = [
+            (1, parameters.quadratic_drag.as_ref(), speed * speed.abs()),
+            (2, parameters.linear_drag.as_ref(), speed),
+        ];
+        let parts: Vec<(usize, &Parameter, f64)> =
+            parts.into_iter().filter_map(|(k, x, factor)| Some((k, x?, factor))).collect();
+        let value = parts.iter().map(|(_, x, factor)| x.value * factor).sum();
+        let mut variance = 0.0;
+        for (i, x, factor) in &parts {
+            for (j, y, other) in &parts {
+                let r = if i == j { 1.0 } else { self.correlation[*i][*j] };
+                variance += r * x.std * y.std * factor * other;
             }
-            Estimate::new(value, f64::max(variance, 0.0).sqrt(), self.regression.effective_samples)
-        })
+        }
+        Estimate::new(value, f64::max(variance, 0.0).sqrt(), self.regression.effective_samples)
+    }
+}
+
+impl Results {
+    /// Drag of a plant of one axis at the usual speed of its fitted trials and at the greatest of
+    /// all, each to two digits: speeds, m/s or rad/s, and forces, N or N m.
+    ///
+    /// Empty where no speed was measured, and of a plant whose drag is not known.
+    pub fn drag_forces(&self, dof: Dof) -> Vec<(f64, Estimate)> {
+        let Some(plant) = self.plants.get(&dof) else { return Vec::new() };
+        let fitted = self.trials.iter().filter(|trial| trial.role == Role::Fit);
+        let axes = fitted.filter_map(|trial| trial.axes.get(&dof));
+        let (mut sum, mut seconds) = (0.0, 0.0);
+        for (axis, rms) in axes.filter_map(|axis| Some((axis, axis.speed_rms?))) {
+            sum += rms * rms * (axis.to_s - axis.from_s);
+            seconds += axis.to_s - axis.from_s;
+        }
+        let usual = (sum / seconds).sqrt();
+        let greatest = self.driven().get(&dof).map_or(0.0, |driven| driven.speed_max);
+        let mut speeds: Vec<f64> = [usual, greatest].into_iter().filter(|v| *v > 0.0).collect();
+        speeds.iter_mut().for_each(|speed| *speed = two_digits(*speed));
+        speeds.dedup();
+        let at = |speed: f64| (speed, plant.drag_at(speed));
+        let is_known = |force: &Estimate| force.std > 0.0 && force.std.is_finite();
+        speeds.into_iter().map(at).filter(|(_, force)| is_known(force)).collect()
     }
 }
 

@@ -41,6 +41,7 @@ use std::sync::Arc;
 use nalgebra::Vector6;
 
 use super::super::filter_error::{Drive, Push, Shape, Stop, Unknown, Values};
+use super::super::inputs::Inputs;
 use super::search::ADMITTED;
 use crate::motion::{HeldForce, PUSHED_BY, Slice};
 use crate::plant::Signal;
@@ -187,17 +188,19 @@ impl Actuator {
     }
 
     /// Which of its numbers a fit begins with: of a wrench that nobody knows the thrusters of, not how these
-    /// push; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
+    /// push; of propellers, what their speeds can show; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
     /// it looks like all of them stronger; of one trial, no change from trial to trial; without a known
     /// force, no scale. A slew time has no slope where it is zero, and the change under load imitates
     /// thrusters that are not alike: both are tried later.
     pub(super) fn fitted(records: &[&CoupledRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
         let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
-        let push = records.iter().any(|record| !record.thrusters.is_empty());
-        let reverse = push && !is_reverse_in_proportion(records, axes);
+        let tracks = records.iter().flat_map(|record| &record.thrusters);
+        let inputs = Inputs::new(tracks.map(|thruster| &thruster.track));
+        let reverse = inputs.show_reverse_ratio() && !is_reverse_in_proportion(records, axes);
+        let (lag_ratio, exponent) = (inputs.show_lag_ratio(), inputs.show_exponent());
         let scale = lag && records.iter().any(|record| !record.known.is_empty());
         let between = lag && records.len() > 1;
-        [lag, lag, reverse, push, push, false, lag, between, false, scale]
+        [lag, lag, reverse, lag_ratio, exponent, false, lag, between, false, scale]
     }
 
     /// What is fitted of it, in the order of its fields.

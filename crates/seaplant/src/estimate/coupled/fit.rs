@@ -362,6 +362,26 @@ impl Problem {
         Some((self.summed(point, &slopes)?, gains))
     }
 
+    /// Returns what a number of the actuator would gain in twice the ln-likelihood beside all that is
+    /// fitted, to second order: `g² / (I_kk − I_kr I_rr⁻¹ I_rk)`. One pass of the filter; `None` where
+    /// it diverges.
+    ///
+    /// # Source
+    /// \[Rao1948\].
+    pub(super) fn score<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+        number: usize,
+    ) -> Option<f64> {
+        let (slope, _) = self.by_plant(point)?;
+        let place = self.structure.terms().len() + number;
+        let rest: Vec<usize> = (0..slope.gradient.len()).filter(|k| *k != place).collect();
+        let cross = slope.information.column(place).select_rows(&rest);
+        let of_rest = inverse(&slope.information.select_rows(&rest).select_columns(&rest));
+        let left = slope.information[(place, place)] - cross.dot(&(&of_rest * &cross));
+        Some(slope.gradient[place].powi(2) / left)
+    }
+
     /// The information by all coefficients, numbers of the actuator and currents, whether they are
     /// fitted or not, and without what was known of them before.
     pub(super) fn information_of_all<const N: usize, const M: usize>(

@@ -14,8 +14,9 @@ use super::problem::{Kind, Problem, Record};
 use super::search::{Fitted, Search};
 use super::spikes::{innovations_of_another, strike_out};
 use super::together::TwoPlants;
+use crate::estimate::inputs::Inputs;
 use crate::estimate::{DelayedFit, EquationError, Fit, Records};
-use crate::{AxisRecord, Error};
+use crate::{AxisRecord, Error, ThrusterTrack};
 use doubts::{
     accelerometer_doubts, fitted_to_some, hidden_drag, hurried_disturbance, lag_or_mass,
     searched_on_part, struck_out,
@@ -115,7 +116,15 @@ impl FilterError {
         let mut unknowns = first.unknowns(terms);
         unknowns.extend(required.iter().flat_map(|c| c.unknowns()).map(|(unknown, _)| unknown));
         let linear = required.contains(&Candidate::LinearThrust);
-        let searched = self.candidates.iter().filter(can_be);
+        let tracks: Vec<ThrusterTrack> = axes.iter().flat_map(AxisRecord::tracks).collect();
+        let inputs = Inputs::new(&tracks);
+        let is_shown = |candidate: &&Candidate| match candidate {
+            Candidate::Exponent => inputs.show_exponent(),
+            Candidate::ReverseRatio => inputs.show_reverse_ratio(),
+            Candidate::LagRatio => inputs.show_lag_ratio(),
+            _ => true,
+        };
+        let searched = self.candidates.iter().filter(can_be).filter(is_shown);
         let candidates: Vec<Candidate> =
             searched.filter(|c| !required.contains(c)).copied().collect();
         let (mut spiked, begun) =
