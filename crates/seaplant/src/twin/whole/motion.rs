@@ -1,4 +1,4 @@
-//! A whole vehicle in motion, and what pushes it beside its thrusters.
+//! Motion of a vehicle of several axes, and its disturbances.
 
 use std::f64::consts::TAU;
 
@@ -19,10 +19,10 @@ use crate::{Dof, Error, Timed};
 pub(super) struct Currents(Vec<[f64; 2]>);
 
 impl Currents {
-    pub(super) fn of(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Self {
-        // The stream sets one way in all trials.
+    pub(super) fn new(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Self {
+        // The direction of the current is the same in all trials.
         let heading = Streams { seed: spec.seed, trial: "campaign" }
-            .of("set of the current")
+            .stream("set of the current")
             .random_range(0.0..TAU);
         let (east, north) = heading.sin_cos();
         let strength = current(spec, streams, ticks).into_iter();
@@ -35,22 +35,22 @@ impl Currents {
     }
 }
 
-/// Tether and swells on each axis.
+/// Forces of tether and swells on each axis.
 pub(super) struct Disturbed {
     /// At each tick, N or N m.
     tether: [Vec<f64>; 6],
     swell: [Sine; 6],
-    /// At every half step; empty if it is off.
+    /// At each half step; empty if disabled.
     waves: [Vec<f64>; 6],
 }
 
 impl Disturbed {
-    pub(super) fn of(rig: &Rig<'_>, streams: &Streams<'_>, ticks: usize) -> Self {
+    pub(super) fn new(rig: &Rig<'_>, streams: &Streams<'_>, ticks: usize) -> Self {
         let (spec, strength) = (&rig.shared, &rig.shared.strength);
         let on = |disturbance, dof: Dof, part: f64| {
             spec.strength_of(disturbance, part) * rig.force[dof.index()]
         };
-        let stream = |dof: Dof, purpose: &str| streams.of(&format!("{dof} {purpose}"));
+        let stream = |dof: Dof, purpose: &str| streams.stream(&format!("{dof} {purpose}"));
         Self {
             tether: Dof::ALL.map(|dof| {
                 let std = on(Disturbance::Tether, dof, rig.spec.tether_part);
@@ -70,7 +70,7 @@ impl Disturbed {
         }
     }
 
-    /// In the middle of a step, N and N m.
+    /// Returns the force in the middle of a step, N and N m.
     fn push(&self, tick: usize, middle_s: f64) -> Vector6<f64> {
         let wave_at = (2.0 * middle_s / STEP_S).round() as usize;
         Vector6::from_fn(|k, _| {
@@ -80,7 +80,7 @@ impl Disturbed {
     }
 }
 
-/// What happened in one trial: states at every step, inputs at every tick.
+/// The motion of one trial: states at every step, inputs at every tick.
 pub(super) struct Whole {
     velocity: Vec<Vector6<f64>>,
     attitude: Vec<[f64; 3]>,
@@ -90,10 +90,10 @@ pub(super) struct Whole {
 }
 
 impl Whole {
-    /// Lets the vehicle move for a trial, from rest and level.
+    /// Simulates a trial, from rest and level.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if it diverges.
+    /// [`Error::Diverged`] if the motion diverges.
     pub(super) fn moved(
         rig: &Rig<'_>,
         (pilot, mut thrusters, mut misreading): (WholePilot<'_>, Thrusters<'_>, Misreading),
@@ -101,7 +101,7 @@ impl Whole {
         currents: &Currents,
         streams: &Streams<'_>,
     ) -> Result<Self, Error> {
-        let heading = streams.of("start heading").random_range(0.0..TAU);
+        let heading = streams.stream("start heading").random_range(0.0..TAU);
         let known = known.to_vec();
         let mut inputs = Inputs { current: currents.0[0], known, ..Inputs::default() };
         inputs.attitude[2] = Some(Timed::new("heading", vec![0.0], vec![heading])?);
@@ -130,7 +130,7 @@ impl Whole {
         Ok(whole)
     }
 
-    /// Adds a state; depth is the integral of what it sinks by the trapezoid rule.
+    /// Adds a state; depth is integrated by the trapezoidal rule.
     fn push(&mut self, moving: &Moving<'_>, sinking_before: f64) {
         self.velocity.push(moving.velocity());
         self.attitude.push(moving.attitude());
@@ -145,7 +145,7 @@ impl Whole {
         (Rotation3::from_euler_angles(roll, pitch, heading) * self.velocity(step)).z
     }
 
-    /// What instruments show of the last state that read so much too much.
+    /// Returns the pilot's measurement of the last state, with these errors.
     fn seen(&self, (angles, velocity): ([f64; 3], Vector6<f64>)) -> Seen {
         let at = self.velocity.len() - 1;
         Seen {
