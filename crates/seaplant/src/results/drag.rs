@@ -1,4 +1,4 @@
-//! Drag as a force at the speeds driven: known where its linear and quadratic parts are not told apart.
+//! Drag as a force over speed, which is determined even if its linear and quadratic parts are not.
 
 use nalgebra::Vector6;
 
@@ -6,11 +6,10 @@ use super::{CoupledPlant, Parameter, PlantResult};
 use crate::plant::{Basis, Product};
 use crate::{Dof, Estimate};
 
-/// Points of a curve.
+/// Number of points of a curve.
 const POINTS: usize = 13;
 
-/// Drag of an axis from rest to the greatest speed of its trials, moving along it alone through the
-/// water.
+/// Drag of an axis from rest to the greatest speed of its trials, in motion along that axis only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DragCurve {
     /// Speeds, m/s or rad/s.
@@ -20,7 +19,7 @@ pub struct DragCurve {
 }
 
 impl DragCurve {
-    fn of(greatest: f64, at: impl Fn(f64) -> Estimate) -> Option<Self> {
+    fn new(greatest: f64, at: impl Fn(f64) -> Estimate) -> Option<Self> {
         let is_speed = greatest.is_finite() && greatest > 0.0;
         let speed = |k: usize| greatest * k as f64 / (POINTS - 1) as f64;
         let speed: Vec<f64> = (0..POINTS).filter(|_| is_speed).map(speed).collect();
@@ -31,8 +30,8 @@ impl DragCurve {
 }
 
 impl PlantResult {
-    /// Drag `d_Q v|v| + d_L v` up to a speed; none of a plant without drag, or with one that is not
-    /// known at all.
+    /// Computes the drag `d_Q v|v| + d_L v` up to a speed; `None` for a plant without drag, or
+    /// without its uncertainty.
     ///
     /// # Example
     /// ```
@@ -58,14 +57,14 @@ impl PlantResult {
             [(1, parameters.quadratic_drag.as_ref(), 2), (2, parameters.linear_drag.as_ref(), 1)];
         let parts: Vec<(usize, &Parameter, i32)> =
             parts.into_iter().filter_map(|(k, x, power)| Some((k, x?, power))).collect();
-        DragCurve::of(greatest, |v| {
-            let of = |power: i32| v.powi(power);
-            let value = parts.iter().map(|(_, x, power)| x.value * of(*power)).sum();
+        DragCurve::new(greatest, |v| {
+            let v_to = |power: i32| v.powi(power);
+            let value = parts.iter().map(|(_, x, power)| x.value * v_to(*power)).sum();
             let mut variance = 0.0;
             for (i, x, power) in &parts {
                 for (j, y, other) in &parts {
                     let r = if i == j { 1.0 } else { self.correlation[*i][*j] };
-                    variance += r * x.std * y.std * of(power + other);
+                    variance += r * x.std * y.std * v_to(power + other);
                 }
             }
             Estimate::new(value, f64::max(variance, 0.0).sqrt(), self.regression.effective_samples)
@@ -74,13 +73,14 @@ impl PlantResult {
 }
 
 impl CoupledPlant {
-    /// Drag of an axis by its own velocity up to a speed; none of an axis without drag.
+    /// Computes the drag of an axis by its own velocity up to a speed; `None` for an axis without
+    /// drag.
     pub fn drag_to(&self, dof: Dof, greatest: f64) -> Option<DragCurve> {
         let own = |product: &Product| product.factors().all(|factor| factor.of == dof);
         let part = |(name, x): (&String, _)| match name.parse() {
             Ok(Basis::Product(on, product)) if on == dof && own(&product) => {
-                let place = self.correlation.names.iter().position(|known| known == name);
-                Some((product, x, place))
+                let index = self.correlation.names.iter().position(|known| known == name);
+                Some((product, x, index))
             }
             _ => None,
         };
@@ -90,7 +90,7 @@ impl CoupledPlant {
             let row = |i: usize| self.correlation.value.get(i);
             i.zip(j).and_then(|(i, j)| row(i)?.get(j).copied()).unwrap_or(0.0)
         };
-        DragCurve::of(greatest, |v| {
+        DragCurve::new(greatest, |v| {
             let mut velocity = Vector6::zeros();
             velocity[dof.index()] = v;
             let value =
