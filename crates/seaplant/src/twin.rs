@@ -39,7 +39,7 @@ use crate::random::normal;
 use crate::{CoupledPlan, Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
 use command::Pilot;
 use instruments::{Observer, Single, record};
-use motion::{Moved, move_vehicle};
+use motion::{TrialMotion, simulate_trial};
 use random::Streams;
 use vehicle::InstrumentNoise;
 use water::Water;
@@ -134,7 +134,7 @@ pub fn make(spec: &TwinSpec) -> Result<TwinCampaign, Error> {
     let mut trials = Vec::new();
     let mut mean_current = BTreeMap::new();
     for plan in plans(spec) {
-        let (trial, current) = plan.carry_out(spec)?;
+        let (trial, current) = plan.simulate(spec)?;
         mean_current.insert(trial.name.clone(), current);
         trials.push(trial);
     }
@@ -216,11 +216,11 @@ impl Plan {
     }
 
     /// Simulates the trial; returns it with its mean current, m/s.
-    fn carry_out(self, spec: &TwinSpec) -> Result<(TwinTrial, f64), Error> {
+    fn simulate(self, spec: &TwinSpec) -> Result<(TwinTrial, f64), Error> {
         let streams = Streams { seed: spec.seed, trial: &self.name };
         let water = Water::new(spec, self.dof, &streams, self.ticks());
         let pilot = self.pilot(spec, &streams);
-        let moved = move_vehicle(spec, &self, pilot, &water, &streams)?;
+        let moved = simulate_trial(spec, &self, pilot, &water, &streams)?;
         self.check_submerged(spec, &moved)?;
         let (vehicle, noise) = (spec.true_vehicle()?, InstrumentNoise::from_level(spec.noise));
         let observer = Observer { spec, vehicle: &vehicle, streams: &streams, noise };
@@ -240,7 +240,7 @@ impl Plan {
         }
     }
 
-    fn check_submerged(&self, spec: &TwinSpec, moved: &Moved) -> Result<(), Error> {
+    fn check_submerged(&self, spec: &TwinSpec, moved: &TrialMotion) -> Result<(), Error> {
         let rises = -moved.sunk.iter().copied().fold(0.0, f64::min);
         spec.refuse_surfacing(rises, &self.name)
     }

@@ -46,19 +46,19 @@ impl PlantModel {
         }
         let mut forces = std::array::from_fn(|_| None);
         for dof in Dof::ALL {
-            let pushing: Vec<(&Thruster, &Timed)> = drive
+            let acting: Vec<(&Thruster, &Timed)> = drive
                 .thrusters
                 .iter()
                 .filter_map(|(name, input)| Some((self.thruster(name).ok()?, input)))
                 .filter(|(thruster, _)| crate::Vehicle::acts_on(thruster, dof))
                 .collect();
             let known = drive.wrench.get(&dof);
-            if pushing.is_empty() && known.is_none() {
+            if acting.is_empty() && known.is_none() {
                 continue;
             }
             let actuation = self.actuation.get(&dof).cloned().unwrap_or_default();
             let (supply_v, already_turning) = (drive.supply_v.as_ref(), drive.already_turning);
-            let run = Run { dof, pushing, known, supply_v, actuation, already_turning };
+            let run = Run { dof, acting, known, supply_v, actuation, already_turning };
             forces[dof.index()] = Some(run.force(until_s)?);
         }
         Ok(forces)
@@ -135,7 +135,7 @@ fn after(x: f64, goal: f64, h: f64, lag_s: f64) -> f64 {
 /// The forces on one axis.
 struct Run<'a> {
     dof: Dof,
-    pushing: Vec<(&'a Thruster, &'a Timed)>,
+    acting: Vec<(&'a Thruster, &'a Timed)>,
     known: Option<&'a Timed>,
     supply_v: Option<&'a Timed>,
     actuation: Actuation,
@@ -154,13 +154,13 @@ impl Run<'_> {
             true => input.values()[0],
             false => thruster.curve.neutral(),
         };
-        let mut speeds: Vec<f64> = self.pushing.iter().map(before).collect();
+        let mut speeds: Vec<f64> = self.acting.iter().map(before).collect();
         let mut forces = Vec::with_capacity(times.len());
         let mut lagging = (!self.already_turning).then_some(0.0);
         for (k, &t) in times.iter().enumerate() {
             let h = times.get(k + 1).map_or(0.0, |next| next - t);
             let mut force = 0.0;
-            for ((thruster, input), speed) in self.pushing.iter().zip(&mut speeds) {
+            for ((thruster, input), speed) in self.acting.iter().zip(&mut speeds) {
                 // In the middle of a step: at its ends a delay's rounding may select either side.
                 let goal = self.input_at(thruster, input, t + 0.5 * h - delay_s);
                 let thrust = self.thrust(thruster, after(*speed, goal, 0.5 * h, lag_s), t)?;
@@ -193,7 +193,7 @@ impl Run<'_> {
 
     /// Returns the times of all changes, and a grid for lagging propellers.
     fn times(&self, lag_s: f64, delay_s: f64, until_s: f64) -> Vec<f64> {
-        let inputs = self.pushing.iter().flat_map(|(_, input)| input.time_s());
+        let inputs = self.acting.iter().flat_map(|(_, input)| input.time_s());
         let mut times: Vec<f64> = inputs.map(|t| t + delay_s).collect();
         times.extend(self.known.iter().flat_map(|known| known.time_s()));
         times.extend(self.supply_v.iter().flat_map(|supply| supply.time_s()));

@@ -9,7 +9,7 @@ use crate::plant::{Factor, Product, kirchhoff};
 ///
 /// Every row of `C_A(ν) ν` is a quadratic form in ν, so that differences of its values at unit
 /// velocities are exact.
-pub(super) fn coriolis_of(added_mass: &Matrix6<f64>) -> Vec<(Dof, Product, f64)> {
+pub(super) fn coriolis_products(added_mass: &Matrix6<f64>) -> Vec<(Dof, Product, f64)> {
     let force = |velocity: &Vector6<f64>| kirchhoff(&(added_mass * velocity), velocity);
     let unit = |dof: Dof| {
         let mut velocity = Vector6::zeros();
@@ -43,7 +43,7 @@ mod tests {
         (added[(0, 4)], added[(4, 0)], added[(1, 5)], added[(5, 1)]) = (2.0, 2.0, -1.5, -1.5);
         let velocity = Vector6::new(1.5, 0.2, -0.1, 0.05, 0.1, 0.2);
         let mut sum = kirchhoff(&(added * velocity), &velocity);
-        for (on, product, value) in coriolis_of(&added) {
+        for (on, product, value) in coriolis_products(&added) {
             sum[on.index()] += value * product.value(&velocity);
         }
         assert!(sum.amax() < 1e-12, "{sum}");

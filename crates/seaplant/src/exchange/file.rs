@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Matrix6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::cancel::coriolis_of;
+use super::cancel::coriolis_products;
 use super::of_results::plant_of_terms;
 use super::{Actuation, Disturbance, Driven, Origin, PlantModel};
 use crate::plant::{Basis, Effect, Product};
@@ -421,7 +421,7 @@ impl PlantFile {
                 six[(i.index(), j.index())] = added[(k, l)];
             }
         }
-        for (on, product, value) in coriolis_of(&six) {
+        for (on, product, value) in coriolis_products(&six) {
             let reads = |of: Dof| self.axes.contains(&of);
             if reads(on) && product.factors().all(|factor| reads(factor.of)) {
                 push(terms, Basis::Product(on, product), value);

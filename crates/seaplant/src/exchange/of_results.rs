@@ -61,7 +61,7 @@ impl PlantModel {
             disturbances.extend(disturbance_of_axis(plant).map(|found| (*dof, found)));
             note_omissions(dof.name(), &plant.nuisances, &mut notes);
         }
-        let (plant, covariance, intervals) = joined(parts)?;
+        let (plant, covariance, intervals) = join(parts)?;
         if results.coupled.is_empty() && plant.axes().len() > 1 {
             notes.push(ALONE.to_owned());
         }
@@ -247,7 +247,7 @@ fn part_of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
 type Joined = (Plant, DMatrix<f64>, BTreeMap<String, [f64; 2]>);
 
 /// Joins parts, whose axes do not overlap, to one plant.
-fn joined(parts: Vec<Part>) -> Result<Joined, Error> {
+fn join(parts: Vec<Part>) -> Result<Joined, Error> {
     let mut terms: Vec<(Basis, f64)> = Vec::new();
     let (mut intervals, mut effects) = (BTreeMap::new(), Vec::new());
     let count = parts.iter().map(|part| part.terms.len()).sum();

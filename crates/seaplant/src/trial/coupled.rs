@@ -207,7 +207,7 @@ impl CoupledRecord {
         let by_acceleration = gained(&acceleration, navigated.rates.as_ref(), &mut velocity)?;
         for &dof in axes {
             if velocity[dof.index()].is_none() {
-                return Err(no_motion(&setup.name, dof));
+                return Err(missing_motion(&setup.name, dof));
             }
         }
         let lacks_surge_or_sway = unmeasured(Dof::Surge) || unmeasured(Dof::Sway);
@@ -217,7 +217,7 @@ impl CoupledRecord {
         };
         let heading = navigated.heading.as_ref().filter(|_| unmeasured(Dof::Yaw));
         let heading = heading.map(|heading| means(heading, &[]).0);
-        caveats.extend(no_sensor(&setup.name, &by_slope, by_acceleration));
+        caveats.extend(unmeasured_axes(&setup.name, &by_slope, by_acceleration));
         let signals = signals(recording, vehicle, &navigated, &velocity)?;
         let drives = signals.iter().filter(|(signal, _)| signal.is_held());
         let drives: Vec<Timed> = drives.map(|(_, x)| held_means(x)).collect();
@@ -448,7 +448,7 @@ fn names(axes: &[Dof]) -> String {
 }
 
 /// Returns caveats on axes without a measured velocity, with the measurements used instead.
-fn no_sensor(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> Vec<Caveat> {
+fn unmeasured_axes(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> Vec<Caveat> {
     let note_on = |wanted: &dyn Fn(Dof) -> bool, from: &str| {
         let axes: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| wanted(*dof)).collect();
         (!axes.is_empty()).then(|| {
@@ -476,7 +476,7 @@ fn no_sensor(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> V
     notes.chain(by_angle.map(warning)).collect()
 }
 
-fn no_motion(trial: &str, dof: Dof) -> Error {
+fn missing_motion(trial: &str, dof: Dof) -> Error {
     let advice = match dof {
         Dof::Surge | Dof::Sway => format!(
             "map velocity.{dof} or dvl.velocity, or position (north and east, or latitude and longitude) and attitude.heading, or acceleration with attitude.roll and attitude.pitch; or leave {dof} out of axes"

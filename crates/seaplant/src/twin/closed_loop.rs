@@ -1,6 +1,6 @@
 //! Closed-loop simulation of the twin.
 
-use super::motion::{At, move_by};
+use super::motion::{TrueState, simulate_with_force};
 use super::random::Streams;
 use super::vehicle::InstrumentNoise;
 use super::water::Water;
@@ -93,7 +93,7 @@ pub fn close_loop(
     let mut instruments = Instruments::new(spec, dof, &streams);
     let mut run = ClosedLoop::default();
     let mut refused = None;
-    let mut decide = |tick: usize, at: &At| {
+    let mut decide = |tick: usize, at: &TrueState| {
         let measured = instruments.read(tick, at);
         let mut force = controller(&measured);
         if !force.is_finite() {
@@ -104,7 +104,7 @@ pub fn close_loop(
         run.force.push(force);
         force
     };
-    let moved = move_by(spec, &plan, &mut decide, &water, &streams)?;
+    let moved = simulate_with_force(spec, &plan, &mut decide, &water, &streams)?;
     if let Some(time_s) = refused {
         return Err(Error::Setting {
             name: format!("the controller's {dof} force at {time_s:.1} s"),
@@ -139,7 +139,7 @@ impl Instruments {
         }
     }
 
-    fn read(&mut self, tick: usize, at: &At) -> Measured {
+    fn read(&mut self, tick: usize, at: &TrueState) -> Measured {
         let noise = normal(&mut self.random);
         if self.dof.is_rotation() {
             let heading = at.position + self.noise.heading * noise;

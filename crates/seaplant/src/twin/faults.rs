@@ -65,7 +65,7 @@ impl<'a> Faults<'a> {
     }
 
     /// Adds drift and outliers to headings, one each tick, rad.
-    pub(super) fn mislead_compass(&self, heading: &mut [f64]) {
+    pub(super) fn add_heading_errors(&self, heading: &mut [f64]) {
         let drift = self
             .spec
             .strength_of(Disturbance::HeadingDrift, self.strength().heading_drift_deg_min)

@@ -6,7 +6,7 @@ use nalgebra::{Rotation3, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 
 use super::faults::Faults;
-use super::motion::{Moved, STEP_S};
+use super::motion::{STEP_S, TrialMotion};
 use super::random::Streams;
 use super::vehicle::{DEPTH_QUANTUM_M, InstrumentNoise, pair};
 use super::water::{Attitude, Water};
@@ -41,13 +41,13 @@ pub(super) trait Path {
     /// Returns the depth of the origin below its start after a step, m, and its rate, m/s.
     fn sunk(&self, step: usize) -> (f64, f64);
     /// Returns the commanded input of a thruster at a tick, in the unit of its curve.
-    fn asked(&self, thruster: usize, tick: usize) -> f64;
+    fn command(&self, thruster: usize, tick: usize) -> f64;
 }
 
 /// A motion in one degree of freedom.
 pub(super) struct Single<'a> {
     pub(super) dof: Dof,
-    pub(super) moved: &'a Moved,
+    pub(super) moved: &'a TrialMotion,
     pub(super) water: &'a Water,
 }
 
@@ -73,7 +73,7 @@ impl Path for Single<'_> {
         (self.moved.sunk[step], sinking)
     }
 
-    fn asked(&self, thruster: usize, tick: usize) -> f64 {
+    fn command(&self, thruster: usize, tick: usize) -> f64 {
         let driven = pair(self.dof).iter().position(|&driven| driven == thruster);
         driven.map_or(0.0, |which| self.moved.speeds[which][tick])
     }
@@ -100,7 +100,7 @@ pub(super) fn record(observer: &Observer<'_>, path: &dyn Path) -> Result<Recordi
     let times: Vec<f64> = logged.iter().map(|tick| tick_time(*tick)).collect();
     for (at, thruster) in vehicle.thrusters.iter().enumerate() {
         let input = thruster.curve.input();
-        let speed = |tick: &usize| to_grid(path.asked(at, *tick), quantum(input));
+        let speed = |tick: &usize| to_grid(path.command(at, *tick), quantum(input));
         let quantity = Quantity::Thruster { name: thruster.name.clone(), input };
         let speed = logged.iter().map(speed).collect();
         let [series] = faults.logged("speed", None, &times, [speed])?;
@@ -124,7 +124,7 @@ pub(super) fn record(observer: &Observer<'_>, path: &dyn Path) -> Result<Recordi
 
 /// Measurement errors at successive ticks, the same as in the log: an autopilot has the errors of
 /// its instruments.
-pub(super) struct Misreading {
+pub(super) struct MeasurementErrors {
     noise: InstrumentNoise,
     dvl_to_body: Rotation3<f64>,
     angles: [ChaCha8Rng; 3],
@@ -132,7 +132,7 @@ pub(super) struct Misreading {
     gyro: [ChaCha8Rng; 3],
 }
 
-impl Misreading {
+impl MeasurementErrors {
     pub(super) fn new(streams: &Streams<'_>, noise: InstrumentNoise, sensors: &Sensors) -> Self {
         let all = |names: [&str; 3]| names.map(|name| streams.stream(name));
         let dvl_to_body = sensors.dvl.to_body();
@@ -157,7 +157,7 @@ impl Misreading {
 }
 
 /// Rounds a command as it is sent and logged.
-pub(super) fn sent(command: f64) -> f64 {
+pub(super) fn quantised(command: f64) -> f64 {
     to_grid(command, COMMAND_QUANTUM)
 }
 
@@ -190,7 +190,7 @@ impl Sensing<'_> {
             let noisy = |attitude: &Attitude| attitude.angles[k] + stds[k] * normal(&mut rng);
             self.attitudes.iter().map(noisy).collect()
         });
-        self.faults.mislead_compass(&mut read[2]);
+        self.faults.add_heading_errors(&mut read[2]);
         read[2].iter_mut().for_each(|heading| *heading = heading.rem_euclid(TAU));
         let gaps = Some(Disturbance::HeadingGaps);
         let logged = self.faults.logged("attitude", gaps, &self.instants(), read)?;
@@ -234,11 +234,14 @@ impl Sensing<'_> {
         let mut before = at_step(0);
         for step in 0..steps {
             let after = at_step(step + 1);
-            let felt = self.felt(step, &before, &after, &Vector3::from(imu.position_m));
+            let specific_force =
+                self.specific_force(step, &before, &after, &Vector3::from(imu.position_m));
             for k in 0..3 {
                 let shock = imu.leak * (1.0 - kept * kept).sqrt() * normal(&mut rngs[k]);
                 leaks[k] = kept * leaks[k] + shock;
-                read[k].push(felt[k] + imu.offset + leaks[k] + imu.noise * normal(&mut rngs[k]));
+                read[k].push(
+                    specific_force[k] + imu.offset + leaks[k] + imu.noise * normal(&mut rngs[k]),
+                );
             }
             before = after;
         }
@@ -250,7 +253,7 @@ impl Sensing<'_> {
         Ok(())
     }
 
-    fn felt(
+    fn specific_force(
         &self,
         step: usize,
         before: &Attitude,
@@ -341,11 +344,11 @@ fn to_grid(x: f64, quantum: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::navigation::navigate;
-    use crate::twin::motion::move_vehicle;
+    use crate::twin::motion::simulate_trial;
     use crate::twin::plans;
 
     /// Returns the log of one trial without noise, its motion and its true instruments.
-    fn noise_free(disturbances: &str, name: &str) -> (Recording, Moved, Sensors) {
+    fn noise_free(disturbances: &str, name: &str) -> (Recording, TrialMotion, Sensors) {
         let spec = TwinSpec {
             disturbances: Disturbance::parse_list(disturbances).expect("known"),
             ..TwinSpec::jason2()
@@ -354,7 +357,7 @@ mod tests {
         let streams = Streams { seed: spec.seed, trial: name };
         let water = Water::new(&spec, plan.dof, &streams, plan.ticks());
         let pilot = plan.pilot(&spec, &streams);
-        let moved = move_vehicle(&spec, &plan, pilot, &water, &streams).expect("stable");
+        let moved = simulate_trial(&spec, &plan, pilot, &water, &streams).expect("stable");
         let silent = InstrumentNoise::default();
         let vehicle = spec.true_vehicle().expect("valid");
         let observer =
@@ -367,7 +370,7 @@ mod tests {
     /// Number of samples at both ends that the filter of rates distorts.
     const EDGE: usize = 50;
 
-    fn greatest_error(log: &Recording, moved: &Moved, sensors: &Sensors, dof: Dof) -> f64 {
+    fn greatest_error(log: &Recording, moved: &TrialMotion, sensors: &Sensors, dof: Dof) -> f64 {
         let nav = navigate("twin", log, sensors).expect("complete");
         let v = nav.measured[&dof].values();
         let error = |tick: usize| (v[tick] - moved.velocity[tick * STEPS_PER_TICK]).abs();

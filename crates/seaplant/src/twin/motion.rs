@@ -11,7 +11,7 @@ pub(super) const STEP_S: f64 = 1.0 / (TICK_HZ * STEPS_PER_TICK as f64);
 
 /// The motion of one trial: states at every step, propeller speeds at every tick.
 #[derive(Default)]
-pub(super) struct Moved {
+pub(super) struct TrialMotion {
     /// Displacement along the degree of freedom, m or rad.
     pub(super) position: Vec<f64>,
     /// Velocity over ground, m/s or rad/s.
@@ -26,19 +26,19 @@ pub(super) struct Moved {
 ///
 /// # Errors
 /// [`Error::Diverged`] if the motion diverges.
-pub(super) fn move_vehicle(
+pub(super) fn simulate_trial(
     spec: &TwinSpec,
     plan: &Plan,
     mut pilot: Pilot,
     water: &Water,
     streams: &Streams<'_>,
-) -> Result<Moved, Error> {
-    let mut decide = |tick: usize, at: &At| pilot.force(tick, at.sunk, at.velocity);
-    move_by(spec, plan, &mut decide, water, streams)
+) -> Result<TrialMotion, Error> {
+    let mut decide = |tick: usize, at: &TrueState| pilot.force(tick, at.sunk, at.velocity);
+    simulate_with_force(spec, plan, &mut decide, water, streams)
 }
 
 /// The true state of the vehicle at a tick.
-pub(super) struct At {
+pub(super) struct TrueState {
     /// Displacement along the degree of freedom, m or rad.
     pub(super) position: f64,
     /// Velocity over ground, m/s or rad/s.
@@ -51,31 +51,31 @@ pub(super) struct At {
 ///
 /// # Errors
 /// [`Error::Diverged`] if the motion diverges.
-pub(super) fn move_by(
+pub(super) fn simulate_with_force(
     spec: &TwinSpec,
     plan: &Plan,
-    decide: &mut dyn FnMut(usize, &At) -> f64,
+    decide: &mut dyn FnMut(usize, &TrueState) -> f64,
     water: &Water,
     streams: &Streams<'_>,
-) -> Result<Moved, Error> {
+) -> Result<TrialMotion, Error> {
     let Plan { dof, plant, .. } = plan;
     let mut propellers = Propellers::new(spec, &spec.true_vehicle()?, plan, streams);
-    let mut moved = Moved::default();
+    let mut moved = TrialMotion::default();
     let (mut position, mut v, mut sunk) = (0.0, 0.0, 0.0);
     moved.push(position, v, sunk);
     for tick in 0..plan.ticks() {
-        let force = decide(tick, &At { position, velocity: v, sunk });
-        let asked = propellers.allocate(force, tick);
+        let force = decide(tick, &TrueState { position, velocity: v, sunk });
+        let commands = propellers.allocate(force, tick);
         let vertical = vertical_part(water, *dof, tick_time(tick));
-        moved.speeds.iter_mut().zip(asked).for_each(|(path, speed)| path.push(speed));
+        moved.speeds.iter_mut().zip(commands).for_each(|(path, speed)| path.push(speed));
         for step in tick * STEPS_PER_TICK..(tick + 1) * STEPS_PER_TICK {
             let t = step as f64 * STEP_S;
-            let speeds = propellers.turn(&moved.speeds, t);
+            let speeds = propellers.advance(&moved.speeds, t);
             let acceleration = |stage: usize, v: f64| {
                 let through_water = v - water.along(tick);
                 let t = t + 0.5 * STEP_S * stage as f64;
                 let force = propellers.force(speeds[stage], through_water, t);
-                (force + water.push(tick, t, position) - drag(plant, through_water)) / plant.mass
+                (force + water.force(tick, t, position) - drag(plant, through_water)) / plant.mass
             };
             let (moved_by, v_next) = rk4(v, acceleration);
             (position, v, sunk) = (position + moved_by, v_next, sunk + vertical * moved_by);
@@ -119,7 +119,7 @@ fn rk4(v: f64, acceleration: impl Fn(usize, f64) -> f64) -> (f64, f64) {
     (h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4), v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4))
 }
 
-impl Moved {
+impl TrialMotion {
     fn push(&mut self, position: f64, v: f64, sunk: f64) {
         self.position.push(position);
         self.velocity.push(v);
@@ -134,16 +134,16 @@ mod tests {
     use crate::twin::plans;
     use crate::{State, Timed, simulate};
 
-    fn moved(spec: &TwinSpec, name: &str) -> (Plan, Moved) {
+    fn moved(spec: &TwinSpec, name: &str) -> (Plan, TrialMotion) {
         let plan = plans(spec).into_iter().find(|plan| plan.name == name).expect("planned");
         let streams = Streams { seed: spec.seed, trial: name };
         let water = Water::new(spec, plan.dof, &streams, plan.ticks());
         let pilot = plan.pilot(spec, &streams);
-        let moved = move_vehicle(spec, &plan, pilot, &water, &streams).expect("stable");
+        let moved = simulate_trial(spec, &plan, pilot, &water, &streams).expect("stable");
         (plan, moved)
     }
 
-    fn simulated(spec: &TwinSpec, plan: &Plan, moved: &Moved) -> Vec<f64> {
+    fn simulated(spec: &TwinSpec, plan: &Plan, moved: &TrialMotion) -> Vec<f64> {
         let propellers = Propellers::new(
             spec,
             &spec.true_vehicle().expect("valid"),

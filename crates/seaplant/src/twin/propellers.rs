@@ -224,10 +224,10 @@ impl Propellers {
     }
 
     /// Advances propeller speeds by a step, with commands from one delay ago.
-    pub(super) fn turn(&mut self, asked: &[Vec<f64>; 2], t_s: f64) -> StageSpeeds {
+    pub(super) fn advance(&mut self, commands: &[Vec<f64>; 2], t_s: f64) -> StageSpeeds {
         // A step lies within one tick; a millionth of one allows for rounding.
         let tick = (TICK_HZ * (t_s - self.delay_s) + 1e-6).floor();
-        let wanted = [0, 1].map(|i| if tick < 0.0 { 0.0 } else { asked[i][tick as usize] });
+        let wanted = [0, 1].map(|i| if tick < 0.0 { 0.0 } else { commands[i][tick as usize] });
         let Motor { up_s, down_s, most } = self.motor;
         let after = |part: f64| {
             if up_s == down_s && most.is_infinite() {
@@ -277,8 +277,8 @@ mod tests {
     /// Returns the speeds at the end of each step under two constant commands.
     fn turned(disturbances: &str, levels: [f64; 2], steps: usize) -> Vec<[f64; 2]> {
         let (_, mut propellers) = propellers(disturbances, |_| ());
-        let asked = levels.map(|level| vec![level; steps.div_ceil(5)]);
-        (0..steps).map(|step| propellers.turn(&asked, step as f64 * STEP_S)[2]).collect()
+        let commands = levels.map(|level| vec![level; steps.div_ceil(5)]);
+        (0..steps).map(|step| propellers.advance(&commands, step as f64 * STEP_S)[2]).collect()
     }
 
     /// Rounding over some hundred steps, rad/s.

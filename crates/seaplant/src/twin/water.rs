@@ -103,7 +103,7 @@ impl Water {
     ///
     /// # Source
     /// [Fossen2021, ch. 6]: row 6 of C_A(ν) ν.
-    pub(super) fn push(&self, tick: usize, t_s: f64, turned: f64) -> f64 {
+    pub(super) fn force(&self, tick: usize, t_s: f64, turned: f64) -> f64 {
         let c = self.current[tick];
         let heading = self.heading + turned;
         let munk = self.munk * c * c * heading.sin() * heading.cos();
@@ -228,7 +228,7 @@ mod tests {
         spec.disturbances.insert(Disturbance::Current);
         let streams = Streams { seed: 1, trial: "yaw 1" };
         let water = Water { heading: 0.0, ..Water::new(&spec, Dof::Yaw, &streams, 10) };
-        let moment = |heading: f64| water.push(0, 0.0, heading);
+        let moment = |heading: f64| water.force(0, 0.0, heading);
         // Headed to starboard of the stream, the bow turns further to starboard, until 90°.
         assert!(moment(0.1) > 0.0 && moment(-0.1) < 0.0);
         assert!(moment(FRAC_PI_2 - 0.1) > 0.0 && moment(FRAC_PI_2 + 0.1) < 0.0);

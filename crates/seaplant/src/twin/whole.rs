@@ -9,14 +9,14 @@ use std::collections::BTreeMap;
 
 pub use spec::{Driving, TwinWeight, WholeTwinSpec};
 
-use super::instruments::{Misreading, Observer, record};
+use super::instruments::{MeasurementErrors, Observer, record};
 use super::random::Streams;
 use super::vehicle::InstrumentNoise;
 use super::{TICK_HZ, TrueVehicle, Truth, TwinCampaign, TwinTrial};
 use crate::exchange::PlantModel;
 use crate::plant::{Basis, Symmetry};
 use crate::{CoupledPlan, Dof, Error, Role};
-use motion::{Currents, Disturbed, Whole};
+use motion::{Currents, DisturbanceForces, SimulatedTrial};
 use pilot::WholePilot;
 use rig::Rig;
 
@@ -60,7 +60,7 @@ pub fn make_whole(spec: &WholeTwinSpec, model: &PlantModel) -> Result<TwinCampai
     for plan in plans(spec, &rig) {
         let spent = (elapsed_s / total_s, (elapsed_s + plan.duration_s) / total_s);
         elapsed_s += plan.duration_s;
-        let (trial, current) = plan.carry_out(&rig, spent)?;
+        let (trial, current) = plan.simulate(&rig, spent)?;
         mean_current.insert(trial.name.clone(), current);
         trials.push(trial);
     }
@@ -157,21 +157,22 @@ fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
 
 impl WholePlan {
     /// Simulates the trial; returns it with its mean current, north and east, m/s.
-    fn carry_out(self, rig: &Rig<'_>, spent: (f64, f64)) -> Result<(TwinTrial, [f64; 2]), Error> {
+    fn simulate(self, rig: &Rig<'_>, spent: (f64, f64)) -> Result<(TwinTrial, [f64; 2]), Error> {
         let streams = Streams { seed: rig.shared.seed, trial: &self.name };
         let ticks = (self.duration_s * TICK_HZ).round() as usize;
         let pilot = WholePilot::new(rig, self.moves, &streams, ticks);
         let currents = Currents::new(&rig.shared, &streams, ticks);
-        let disturbed = Disturbed::new(rig, &streams, ticks);
+        let disturbed = DisturbanceForces::new(rig, &streams, ticks);
         let thrusters = rig.thrusters(&streams, ticks, (spent, self.duration_s));
         let vehicle = rig.true_vehicle()?;
         let noise = InstrumentNoise::from_level(rig.shared.noise).with_gyro(rig.shared.noise);
-        let driver = (pilot, thrusters, Misreading::new(&streams, noise, &vehicle.sensors));
+        let driver = (pilot, thrusters, MeasurementErrors::new(&streams, noise, &vehicle.sensors));
         let known = rig.spec.known_forces(self.role, self.duration_s);
-        let whole = Whole::moved(rig, driver, (&disturbed, &known), &currents, &streams)?;
-        whole.check_submerged(&rig.shared, &self.name)?;
+        let simulated =
+            SimulatedTrial::simulate(rig, driver, (&disturbed, &known), &currents, &streams)?;
+        simulated.check_submerged(&rig.shared, &self.name)?;
         let observer = Observer { spec: &rig.shared, vehicle: &vehicle, streams: &streams, noise };
-        let recording = record(&observer, &whole)?;
+        let recording = record(&observer, &simulated)?;
         let Self { name, role, .. } = self;
         let dofs = Vec::new();
         Ok((TwinTrial { name, role, dofs, recording, known }, currents.mean()))

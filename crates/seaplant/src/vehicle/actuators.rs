@@ -339,7 +339,7 @@ impl Vehicle {
                 push(name.to_owned(), EffectForce::Inflow { thrusters, ahead }, false, None);
             }
         }
-        for thruster in self.thrusters_beside_others() {
+        for thruster in self.thrusters_with_shared_axes() {
             for (what, reverse) in [("excess-thrust", false), ("excess-reverse-thrust", true)] {
                 let force = EffectForce::Gain { thruster: thruster.clone(), reverse };
                 push(format!("{}.{what}", thruster.name), force, false, None);
@@ -352,7 +352,7 @@ impl Vehicle {
 
     /// Returns thrusters with known curves that share an axis with another: motion cannot
     /// distinguish the gain of a single one from mass and drag.
-    fn thrusters_beside_others(&self) -> Vec<Pusher> {
+    fn thrusters_with_shared_axes(&self) -> Vec<Pusher> {
         let fixed = self.thrusters.iter().filter(|own| own.azimuth_axis.is_none());
         let all: Vec<Pusher> = fixed.map(Thruster::pusher).collect();
         let ways: Vec<_> = all.iter().map(|own| own.way().abs()).collect();

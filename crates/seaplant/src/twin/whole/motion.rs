@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use nalgebra::{Rotation3, Vector3, Vector6};
 use rand::RngExt;
 
-use super::pilot::{Seen, WholePilot};
+use super::pilot::{PilotInput, WholePilot};
 use super::rig::{Rig, Thrusters};
 use crate::motion::{Inputs, KnownForce, Moving};
-use crate::twin::instruments::{Misreading, Path};
+use crate::twin::instruments::{MeasurementErrors, Path};
 use crate::twin::motion::STEP_S;
 use crate::twin::random::{Streams, ornstein_uhlenbeck};
 use crate::twin::water::{Attitude, Sine, current, waves};
@@ -36,7 +36,7 @@ impl Currents {
 }
 
 /// Forces of tether and swells on each axis.
-pub(super) struct Disturbed {
+pub(super) struct DisturbanceForces {
     /// At each tick, N or N m.
     tether: [Vec<f64>; 6],
     swell: [Sine; 6],
@@ -44,7 +44,7 @@ pub(super) struct Disturbed {
     waves: [Vec<f64>; 6],
 }
 
-impl Disturbed {
+impl DisturbanceForces {
     pub(super) fn new(rig: &Rig<'_>, streams: &Streams<'_>, ticks: usize) -> Self {
         let (spec, strength) = (&rig.shared, &rig.shared.strength);
         let on = |disturbance, dof: Dof, part: f64| {
@@ -71,7 +71,7 @@ impl Disturbed {
     }
 
     /// Returns the force in the middle of a step, N and N m.
-    fn push(&self, tick: usize, middle_s: f64) -> Vector6<f64> {
+    fn force(&self, tick: usize, middle_s: f64) -> Vector6<f64> {
         let wave_at = (2.0 * middle_s / STEP_S).round() as usize;
         Vector6::from_fn(|k, _| {
             let wave = self.waves[k].get(wave_at).copied().unwrap_or(0.0);
@@ -81,23 +81,23 @@ impl Disturbed {
 }
 
 /// The motion of one trial: states at every step, inputs at every tick.
-pub(super) struct Whole {
+pub(super) struct SimulatedTrial {
     velocity: Vec<Vector6<f64>>,
     attitude: Vec<[f64; 3]>,
     /// Depth below the start, m.
     sunk: Vec<f64>,
-    asked: Vec<Vec<f64>>,
+    commands: Vec<Vec<f64>>,
 }
 
-impl Whole {
+impl SimulatedTrial {
     /// Simulates a trial, from rest and level.
     ///
     /// # Errors
     /// [`Error::Diverged`] if the motion diverges.
-    pub(super) fn moved(
+    pub(super) fn simulate(
         rig: &Rig<'_>,
-        (pilot, mut thrusters, mut misreading): (WholePilot<'_>, Thrusters<'_>, Misreading),
-        (disturbed, known): (&Disturbed, &[KnownForce]),
+        (pilot, mut thrusters, mut errors): (WholePilot<'_>, Thrusters<'_>, MeasurementErrors),
+        (disturbed, known): (&DisturbanceForces, &[KnownForce]),
         currents: &Currents,
         streams: &Streams<'_>,
     ) -> Result<Self, Error> {
@@ -106,28 +106,28 @@ impl Whole {
         let mut inputs = Inputs { current: currents.0[0], known, ..Inputs::default() };
         inputs.attitude[2] = Some(Timed::new("heading", vec![0.0], vec![heading])?);
         let mut moving = Moving::at_rest(&rig.plant, &inputs)?;
-        let mut whole = Self {
+        let mut simulated = Self {
             velocity: Vec::new(),
             attitude: Vec::new(),
             sunk: Vec::new(),
-            asked: Vec::new(),
+            commands: Vec::new(),
         };
-        whole.push(&moving, 0.0);
+        simulated.push(&moving, 0.0);
         for (tick, current) in currents.0.iter().enumerate() {
             moving.set_current(*current);
-            thrusters.ask(&pilot.wrench(tick, &whole.seen(misreading.next())));
+            thrusters.allocate(&pilot.wrench(tick, &simulated.pilot_input(errors.next())));
             for step in 0..STEPS_PER_TICK {
                 let t = tick_time(tick) + step as f64 * STEP_S;
-                let force = thrusters.turn(t, STEP_S, moving.through_water())
+                let force = thrusters.advance(t, STEP_S, moving.through_water())
                     * rig.spec.thrust_scale
-                    + disturbed.push(tick, t + 0.5 * STEP_S);
-                let sinking = whole.sinking(whole.velocity.len() - 1);
+                    + disturbed.force(tick, t + 0.5 * STEP_S);
+                let sinking = simulated.sinking(simulated.velocity.len() - 1);
                 moving.advance(&force, STEP_S)?;
-                whole.push(&moving, sinking);
+                simulated.push(&moving, sinking);
             }
         }
-        whole.asked = std::mem::take(&mut thrusters.asked);
-        Ok(whole)
+        simulated.commands = std::mem::take(&mut thrusters.commands);
+        Ok(simulated)
     }
 
     /// Adds a state; depth is integrated by the trapezoidal rule.
@@ -146,9 +146,9 @@ impl Whole {
     }
 
     /// Returns the pilot's measurement of the last state, with these errors.
-    fn seen(&self, (angles, velocity): ([f64; 3], Vector6<f64>)) -> Seen {
+    fn pilot_input(&self, (angles, velocity): ([f64; 3], Vector6<f64>)) -> PilotInput {
         let at = self.velocity.len() - 1;
-        Seen {
+        PilotInput {
             attitude: std::array::from_fn(|k| self.attitude[at][k] + angles[k]),
             velocity: self.velocity[at] + velocity,
             sunk: self.sunk[at],
@@ -161,7 +161,7 @@ impl Whole {
     }
 }
 
-impl Path for Whole {
+impl Path for SimulatedTrial {
     fn steps(&self) -> usize {
         self.velocity.len() - 1
     }
@@ -183,7 +183,7 @@ impl Path for Whole {
         (self.sunk[step], self.sinking(step))
     }
 
-    fn asked(&self, thruster: usize, tick: usize) -> f64 {
-        self.asked[thruster][tick]
+    fn command(&self, thruster: usize, tick: usize) -> f64 {
+        self.commands[thruster][tick]
     }
 }

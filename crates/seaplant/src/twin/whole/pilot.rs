@@ -35,11 +35,11 @@ const DEPTH_RAD_S: f64 = 0.05;
 pub(super) struct WholePilot<'a> {
     rig: &'a Rig<'a>,
     /// Force at each tick on each axis; for roll and pitch the requested angle, rad.
-    push: [Vec<f64>; 6],
+    commands: [Vec<f64>; 6],
 }
 
 /// The measurements of the pilot.
-pub(super) struct Seen {
+pub(super) struct PilotInput {
     pub(super) attitude: [f64; 3],
     pub(super) velocity: Vector6<f64>,
     pub(super) sunk: f64,
@@ -48,7 +48,7 @@ pub(super) struct Seen {
 
 impl<'a> WholePilot<'a> {
     pub(super) fn new(rig: &'a Rig<'a>, moves: Moves, streams: &Streams<'_>, ticks: usize) -> Self {
-        let push = Dof::ALL.map(|dof| {
+        let commands = Dof::ALL.map(|dof| {
             let most = rig.amplitude(dof);
             let moved = match moves {
                 Moves::Alone(swept) if swept != dof => return vec![0.0; ticks],
@@ -59,25 +59,25 @@ impl<'a> WholePilot<'a> {
             };
             moved.into_iter().map(|part| most * part).collect()
         });
-        Self { rig, push }
+        Self { rig, commands }
     }
 
     /// Returns the requested wrench at a tick, N and N m: the planned one, with weight compensated
     /// and roll and pitch controlled.
-    pub(super) fn wrench(&self, tick: usize, seen: &Seen) -> Vector6<f64> {
-        let [roll, pitch, _] = seen.attitude;
+    pub(super) fn wrench(&self, tick: usize, measured: &PilotInput) -> Vector6<f64> {
+        let [roll, pitch, _] = measured.attitude;
         let down = down_body(roll, pitch);
-        let mut wrench = Vector6::from_fn(|k, _| self.push[k][tick]);
-        let resistance = self.rig.plant.resistance(&seen.velocity, &down);
+        let mut wrench = Vector6::from_fn(|k, _| self.commands[k][tick]);
+        let resistance = self.rig.plant.resistance(&measured.velocity, &down);
         for (k, angle) in [(3, roll), (4, pitch)] {
             let (stiffness, damping) = self.rig.hold[k - 3];
-            let levelling = stiffness * (wrench[k] - angle) - damping * seen.velocity[k];
+            let levelling = stiffness * (wrench[k] - angle) - damping * measured.velocity[k];
             // Munk moments would capsize a vehicle with a weak righting moment.
             wrench[k] = if self.rig.force[k] > 0.0 { resistance[k] + levelling } else { 0.0 };
         }
         let mass = self.rig.plant.mass_matrix_of_six()[(2, 2)];
         let up = self.rig.weight_excess()
-            + mass * DEPTH_RAD_S * (DEPTH_RAD_S * seen.sunk + 2.0 * seen.sinking);
+            + mass * DEPTH_RAD_S * (DEPTH_RAD_S * measured.sunk + 2.0 * measured.sinking);
         for k in 0..3 {
             if self.rig.force[k] > 0.0 {
                 wrench[k] -= up * down[k];

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3, Vector6};
 use super::WholeTwinSpec;
 use crate::exchange::PlantModel;
 use crate::plant::Plant;
-use crate::twin::instruments::sent;
+use crate::twin::instruments::quantised;
 use crate::twin::propellers::{JITTER_CORRELATION_S, Motor, Screw};
 use crate::twin::random::{Streams, ornstein_uhlenbeck};
 use crate::twin::validate::{above_zero, refused};
@@ -96,9 +96,9 @@ impl<'a> Rig<'a> {
     /// Computes the force on each axis: that for the specified speed, limited by the thrusters.
     fn find_forces(&mut self) -> Result<(), Error> {
         let own = self.plant.axes().to_vec();
-        let asked = if self.spec.axes.is_empty() { &own } else { &self.spec.axes };
+        let requested = if self.spec.axes.is_empty() { &own } else { &self.spec.axes };
         let mass = self.plant.mass_matrix_of_six();
-        for &dof in asked {
+        for &dof in requested {
             let greatest = self.greatest(dof);
             let can = greatest > 0.0 && own.contains(&dof);
             if !can && !self.spec.axes.is_empty() {
@@ -216,8 +216,8 @@ impl<'a> Rig<'a> {
             delay_s: self.shared.strength_of(Disturbance::Delay, self.shared.strength.delay_s),
             jitter: self.model.thrusters.iter().map(jitter).collect(),
             sag: (sag * before, sag * (after - before) / duration_s),
-            asked: vec![Vec::with_capacity(ticks); self.model.thrusters.len()],
-            turning: vec![0.0; self.model.thrusters.len()],
+            commands: vec![Vec::with_capacity(ticks); self.model.thrusters.len()],
+            speeds: vec![0.0; self.model.thrusters.len()],
         }
     }
 }
@@ -248,12 +248,12 @@ fn law_of(thrusters: &[Thruster]) -> Result<(ThrusterInput, QuadraticThrust), Er
 /// Returns the thrusters of the twin, limited to the requested speed, or otherwise that of their
 /// table.
 fn thrusters_of(
-    asked: Option<f64>,
+    requested: Option<f64>,
     stated: Option<f64>,
     (input, law): (ThrusterInput, QuadraticThrust),
 ) -> Result<TwinThrusters, Error> {
-    let max_rpm = match (input, asked) {
-        (ThrusterInput::Speed, _) => asked.or(stated).ok_or_else(|| {
+    let max_rpm = match (input, requested) {
+        (ThrusterInput::Speed, _) => requested.or(stated).ok_or_else(|| {
             let expected = "stated, here or by the thrusters of the vehicle's file: its thrust is by propeller speed";
             refused("max_rpm", "missing", expected)
         })?,
@@ -281,32 +281,37 @@ pub(super) struct Thrusters<'a> {
     jitter: Vec<Vec<f64>>,
     sag: (f64, f64),
     /// The commands of each at every tick so far.
-    pub(super) asked: Vec<Vec<f64>>,
-    turning: Vec<f64>,
+    pub(super) commands: Vec<Vec<f64>>,
+    speeds: Vec<f64>,
 }
 
 impl Thrusters<'_> {
     /// Allocates a wrench, N and N m, to commands.
-    pub(super) fn ask(&mut self, wrench: &Vector6<f64>) {
+    pub(super) fn allocate(&mut self, wrench: &Vector6<f64>) {
         let thrusts = &self.rig.allocation * wrench;
-        for (at, asked) in self.asked.iter_mut().enumerate() {
-            let jitter = self.jitter[at][asked.len()];
+        for (at, commands) in self.commands.iter_mut().enumerate() {
+            let jitter = self.jitter[at][commands.len()];
             let wanted = self.screw.speed_for(thrusts[at]) + jitter;
             let is_command = self.rig.model.thrusters[at].curve.input() == ThrusterInput::Command;
-            asked.push(if is_command { sent(wanted) } else { wanted });
+            commands.push(if is_command { quantised(wanted) } else { wanted });
         }
     }
 
     /// Advances the thrusters by a step from `t_s`; returns the wrench in its middle, at a velocity
     /// `through_water`.
-    pub(super) fn turn(&mut self, t_s: f64, h: f64, through_water: &Vector6<f64>) -> Vector6<f64> {
+    pub(super) fn advance(
+        &mut self,
+        t_s: f64,
+        h: f64,
+        through_water: &Vector6<f64>,
+    ) -> Vector6<f64> {
         // A step lies within one tick; a millionth of one allows for rounding.
         let tick = (TICK_HZ * (t_s - self.delay_s) + 1e-6).floor();
         let mut wrench = Vector6::zeros();
-        for (at, turning) in self.turning.iter_mut().enumerate() {
-            let wanted = if tick < 0.0 { 0.0 } else { self.asked[at][tick as usize] };
-            let middle = self.motor.after(0.5 * h, *turning, wanted);
-            *turning = self.motor.after(h, *turning, wanted);
+        for (at, speed) in self.speeds.iter_mut().enumerate() {
+            let wanted = if tick < 0.0 { 0.0 } else { self.commands[at][tick as usize] };
+            let middle = self.motor.after(0.5 * h, *speed, wanted);
+            *speed = self.motor.after(h, *speed, wanted);
             let unit = self.rig.wrenches.fixed_view::<6, 1>(0, at);
             wrench += unit * self.screw.thrust(middle, unit.dot(through_water));
         }
