@@ -23,7 +23,9 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
         text.push_str(&several_axes::steering(model));
     }
     for plant in results.coupled.values() {
-        text.push_str(&several_axes::block(plant, results.coupled_truth.as_ref()));
+        let usual = |dof: &Dof| Some((*dof, *results.drag_forces(*dof).first()?));
+        let drag: Vec<(Dof, (f64, Estimate))> = plant.axes.iter().filter_map(usual).collect();
+        text.push_str(&several_axes::block(plant, &drag, results.coupled_truth.as_ref()));
     }
     for (dof, plant) in &results.plants {
         let truth = results.truth.as_ref().and_then(|truth| truth.get(dof));

@@ -1,4 +1,4 @@
-//! A thrust curve from bollard-pull data.
+//! Thrust curves from bollard-pull data.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -13,7 +13,7 @@ pub struct BollardFit {
     pub forward: Option<Estimate>,
     /// Coefficient for negative input; `None` without such points.
     pub reverse: Option<Estimate>,
-    /// Deadband, in units of input; `None` if the points do not show one.
+    /// Deadband, in units of input; `None` if not significant.
     pub deadband: Option<Estimate>,
     /// Root mean square misfit, N.
     pub residual_rms: f64,
@@ -21,11 +21,11 @@ pub struct BollardFit {
     pub r_squared: f64,
     /// The points, inputs signed.
     pub points: Vec<(f64, f64)>,
-    /// Doubts.
+    /// Reasons to doubt the fit.
     pub caveats: Vec<Caveat>,
 }
 
-/// Deadbands are tried up to this part of the greatest input.
+/// Largest deadband tried, as a fraction of the greatest input.
 const WIDEST_DEADBAND: f64 = 0.5;
 
 /// The 99.9 % quantile of χ² with one degree of freedom.
@@ -37,10 +37,9 @@ const FINE_STEPS: usize = 60;
 /// Fits `F = k_f s|s|` (s > 0), `F = k_r s|s|` (s < 0) with s the input beyond a deadband
 /// around `neutral`, by least squares.
 ///
-/// `points` are (input, N); inputs in rad/s, µs or any unit linear in speed. Where the
-/// inputs are all on one side of neutral and thrust is not (a tachometer without sign),
-/// the thrust's sign is the input's. The deadband is kept only if chance would show one
-/// like it in fewer than one of a thousand tables without.
+/// `points` are (input, N); inputs in rad/s, µs or any unit linear in speed. If the inputs are all
+/// on one side of neutral and thrust is not (a tachometer without sign), the thrust's sign is
+/// applied to the input. The deadband is kept only if it is significant at the 0.1 % level.
 ///
 /// # Errors
 /// [`Error::BollardPull`] with fewer than three points, numbers that are not finite,
@@ -80,7 +79,7 @@ pub fn fit_bollard_pull(points: &[(f64, f64)], neutral: f64) -> Result<BollardFi
     Ok(BollardFit { law, forward, reverse, deadband, residual_rms, r_squared, points, caveats })
 }
 
-/// Gives unsigned inputs the sign of their thrust, and checks the points.
+/// Applies the sign of thrust to unsigned inputs, and checks the points.
 fn signed(points: &[(f64, f64)], neutral: f64) -> Result<Vec<(f64, f64)>, Error> {
     let refuse =
         |reason: String, advice: &str| Error::BollardPull { reason, advice: advice.into() };
@@ -146,7 +145,7 @@ impl Candidate {
         Self { deadband, forward, reverse, square_sum }
     }
 
-    /// Standard errors from the Gauss–Newton curvature at the optimum.
+    /// Returns estimates with standard errors from the Gauss–Newton curvature at the optimum.
     fn estimates(
         &self,
         points: &[(f64, f64)],
@@ -169,30 +168,30 @@ impl Candidate {
         }
         let fitted = [self.forward.is_some(), self.reverse.is_some(), with_deadband];
         for (j, fitted) in fitted.iter().enumerate().filter(|(_, fitted)| !**fitted) {
-            // A parameter that is not there must not spoil the others.
+            // An absent parameter must not make the matrix singular.
             normal[(j, j)] = if *fitted { normal[(j, j)] } else { 1.0 };
         }
         let count = fitted.iter().filter(|fitted| **fitted).count();
         let freedom = (points.len() - count.min(points.len() - 1)) as f64;
         let variance = self.square_sum / freedom;
         let inverse = inverse_scaled(&normal);
-        let of = |j: usize, value: Option<f64>| {
+        let estimate = |j: usize, value: Option<f64>| {
             let value = value.filter(|_| fitted[j])?;
             let std = inverse.map_or(f64::INFINITY, |inverse| (variance * inverse[(j, j)]).sqrt());
             Some(Estimate::new(value, std, freedom))
         };
-        [of(0, self.forward), of(1, self.reverse), of(2, Some(self.deadband))]
+        [estimate(0, self.forward), estimate(1, self.reverse), estimate(2, Some(self.deadband))]
     }
 }
 
-/// The inverse, scaled to a unit diagonal first: coefficients and deadband differ by
-/// many orders of magnitude.
+/// Inverts after scaling to a unit diagonal: coefficients and deadband differ by many orders of
+/// magnitude.
 fn inverse_scaled(normal: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let scale = Matrix3::from_diagonal(&normal.diagonal().map(|x| 1.0 / x.sqrt()));
     (scale * normal * scale).try_inverse().map(|inverse| scale * inverse * scale)
 }
 
-/// The deadband of least misfit: a coarse search, then a fine one around its best.
+/// Searches the deadband of least misfit, coarsely and then finely around the minimum.
 fn best_deadband(points: &[(f64, f64)], neutral: f64) -> Candidate {
     let widest =
         WIDEST_DEADBAND * points.iter().map(|(x, _)| (x - neutral).abs()).fold(0.0, f64::max);
@@ -212,7 +211,7 @@ fn best_deadband(points: &[(f64, f64)], neutral: f64) -> Candidate {
     least(coarse, at(0.5 * (low + high)))
 }
 
-/// A square law that misses by more than this part of the thrust's range is not the law.
+/// Largest misfit of a square law, relative to the range of thrust.
 const POOR_PART: f64 = 0.01;
 
 fn caveats(
@@ -277,13 +276,13 @@ mod tests {
             assert!((reverse.value / 0.0328 - 1.0).abs() < 0.03, "{reverse:?}");
             covered += i32::from(forward.covers(0.0402)) + i32::from(reverse.covers(0.0328));
         }
-        // 200 intervals of 95 %: 190 ± 3 σ of a binomial; a deadband found by chance in a
-        // few sets costs some.
+        // 200 intervals of 95 %: 190 ± 3 σ of a binomial; spurious deadbands in a few sets reduce
+        // coverage.
         assert!((175..=199).contains(&covered), "{covered} of 200");
     }
 
     #[test]
-    fn finds_a_deadband_in_pulse_widths() {
+    fn estimates_a_deadband_in_pulse_widths() {
         let law =
             QuadraticThrust { forward: 3e-4, reverse: 2.4e-4, deadband: 27.0, neutral: 1500.0 };
         let widths: Vec<f64> = (0..=100).map(|k| 1100.0 + 8.0 * f64::from(k)).collect();
@@ -294,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tachometer_without_sign_takes_it_from_the_thrust() {
+    fn an_unsigned_tachometer_takes_the_sign_of_thrust() {
         let points: Vec<_> = speeds().into_iter().map(|w| (w.abs(), JASON.force(w))).collect();
         let fit = fit_bollard_pull(&points, 0.0).expect("fits");
         assert!((fit.law.reverse - 0.0328).abs() < 1e-9);
@@ -308,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn says_so_if_thrust_is_not_a_square_law() {
+    fn warns_if_thrust_is_not_a_square_law() {
         let saturating: Vec<_> =
             speeds().into_iter().map(|w| (w, 900.0 * (w / 90.0).tanh())).collect();
         let fit = fit_bollard_pull(&saturating, 0.0).expect("fits");
@@ -316,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn says_so_if_one_direction_is_missing() {
+    fn warns_if_one_direction_is_missing() {
         let ahead: Vec<_> = speeds().into_iter().filter(|w| *w > 0.0).collect();
         let fit = fit_bollard_pull(&noisy(JASON, &ahead, 5.0, 3), 0.0).expect("fits");
         assert!(fit.reverse.is_none());

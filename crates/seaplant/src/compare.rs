@@ -1,4 +1,4 @@
-//! Whether fits of the same vehicle differ by more than chance.
+//! Tests for differences between fits of the same vehicle.
 
 mod coupled;
 
@@ -15,19 +15,19 @@ use crate::plant::{Basis, Product};
 use crate::results::{Parameter, Parameters, PlantResult, Results};
 use crate::{Caveat, CaveatCode, Dof, Method};
 
-/// Fits beside each other.
+/// Comparison of fits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Differences {
-    /// Each degree of freedom that two fits or more have.
+    /// Each degree of freedom that two or more fits have.
     pub dofs: BTreeMap<Dof, DofDifference>,
     /// Each further coefficient of plants of several axes, by name: `mass.sway-yaw`, `yaw: |v|r`,
-    /// `lever.z`; empty if there are not two such plants.
+    /// `lever.z`; empty unless there are two such plants.
     pub coefficients: BTreeMap<String, ParameterDifference>,
-    /// What makes the tests doubtful.
+    /// Reasons to doubt the tests.
     pub caveats: Vec<Caveat>,
 }
 
-/// One of the plants that are compared.
+/// One of the plants to compare.
 #[derive(Clone, Copy, Debug)]
 pub enum Compared<'a> {
     /// A fit.
@@ -36,63 +36,63 @@ pub enum Compared<'a> {
     Table(&'a PlantModel),
 }
 
-/// A parameter as a fit or a table states it.
+/// A parameter of a fit or a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stated {
-    /// The number.
+    /// The value.
     pub value: f64,
-    /// Its standard deviation; absent of a table that states none.
+    /// Its standard deviation; absent from a table without errors.
     pub std: Option<f64>,
-    /// Its 95 % interval; likewise.
+    /// Its 95 % interval; absent from a table without errors.
     pub interval95: Option<[f64; 2]>,
     /// Its unit.
     pub unit: String,
 }
 
-/// The plants of one degree of freedom beside each other.
+/// Comparison of the plants of one degree of freedom.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DofDifference {
-    /// Each fit's method; absent where it has no such plant, and of tables.
+    /// Each fit's method; absent for a fit without such a plant, and for tables.
     pub methods: Vec<Option<Method>>,
-    /// All parameters together; absent if no two fits have them all.
+    /// The joint test of all parameters; absent unless two fits have them.
     pub test: Option<DifferenceTest>,
-    /// Each parameter that any fit has: `mass`, `quadratic_drag`, `linear_drag`, `bias_force`.
+    /// Each parameter of any fit: `mass`, `quadratic_drag`, `linear_drag`, `bias_force`.
     pub parameters: BTreeMap<String, ParameterDifference>,
 }
 
-/// One parameter of several fits.
+/// Comparison of one parameter of several fits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterDifference {
     /// Each fit's estimate.
     pub estimates: Vec<Option<Stated>>,
-    /// Whether they differ; absent of fewer than two.
+    /// The test for a difference; absent for fewer than two estimates.
     pub test: Option<DifferenceTest>,
 }
 
-/// How well chance explains that estimates differ.
+/// A test for a difference between estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DifferenceTest {
     /// Cochran's Q.
     pub q: f64,
     /// Its degrees of freedom.
     pub degrees: usize,
-    /// How often chance alone makes as large a Q.
+    /// Probability of as large a Q by chance.
     pub p_value: f64,
-    /// Whether they differ: `p_value` is below 0.05 after Holm's correction for the number of
-    /// tests of its kind.
+    /// True if they differ: `p_value` is below 0.05 after Holm's correction for the number of tests
+    /// of its kind.
     pub differs: bool,
 }
 
-/// Chance is accused of a difference down to here.
+/// Significance level.
 const LEVEL: f64 = 0.05;
 
-/// Tells whether fits of one vehicle differ by more than their uncertainties explain.
+/// Tests whether fits of one vehicle differ by more than their uncertainties explain.
 ///
-/// Of estimates θᵢ with covariances Σᵢ, `Q = Σᵢ (θᵢ − θ̄)ᵀ Σᵢ⁻¹ (θᵢ − θ̄)` about the weighted mean
-/// `θ̄ = (Σ Σᵢ⁻¹)⁻¹ Σ Σᵢ⁻¹ θᵢ` is χ² with k(n − 1) degrees of freedom if they are independent and
-/// alike: of two estimates of one number it is their squared difference over the sum of their
-/// variances. Every degree of freedom is tested as a whole, on the parameters that all its fits
-/// have, and each parameter by itself.
+/// For estimates θᵢ with covariances Σᵢ, `Q = Σᵢ (θᵢ − θ̄)ᵀ Σᵢ⁻¹ (θᵢ − θ̄)` about the weighted mean
+/// `θ̄ = (Σ Σᵢ⁻¹)⁻¹ Σ Σᵢ⁻¹ θᵢ` is χ² with k(n − 1) degrees of freedom if they are independent
+/// estimates of equal parameters: for two estimates of one number it is their squared difference
+/// over the sum of their variances. Every degree of freedom has a joint test of the parameters that
+/// all its fits have, and a test of each parameter.
 ///
 /// # Source
 /// W. G. Cochran, "The combination of estimates from different experiments", *Biometrics* 10, 1954;
@@ -122,19 +122,19 @@ const LEVEL: f64 = 0.05;
 /// ```
 pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differences {
     let together: Vec<Option<Coupled<'_>>> =
-        compared.iter().map(|one| Coupled::of(*one, method)).collect();
+        compared.iter().map(|one| Coupled::new(*one, method)).collect();
     let mut dofs = BTreeMap::new();
     for dof in Dof::ALL {
         let coupled = |k: usize| together[k].as_ref().filter(|plant| plant.has(dof));
         let is_coupled = (0..compared.len()).filter_map(coupled).count() > 1;
-        let of = |(k, one): (usize, &Compared<'_>)| {
-            let single = || Own::of(*one, dof, method);
-            let coupled = || Own::of_coupled(coupled(k)?, dof);
+        let plant_of = |(k, one): (usize, &Compared<'_>)| {
+            let single = || SingleAxis::new(*one, dof, method);
+            let coupled = || SingleAxis::of_coupled(coupled(k)?, dof);
             if is_coupled { coupled().or_else(single) } else { single().or_else(coupled) }
         };
-        let plants: Vec<Option<Own>> = compared.iter().enumerate().map(of).collect();
+        let plants: Vec<Option<SingleAxis>> = compared.iter().enumerate().map(plant_of).collect();
         if plants.iter().flatten().count() > 1 {
-            dofs.insert(dof, of_dof(&plants));
+            dofs.insert(dof, dof_difference(&plants));
         }
     }
     let mut coefficients = coefficients(&together);
@@ -143,26 +143,26 @@ pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differe
     Differences { dofs, coefficients, caveats }
 }
 
-/// The names of parameters, in the order of `[m, d_Q, d_L, b]`.
+/// Names of parameters, in the order of `[m, d_Q, d_L, b]`.
 const NAMES: [&str; 4] = ["mass", "quadratic_drag", "linear_drag", "bias_force"];
 
-/// The plant of one degree of freedom by itself.
-struct Own {
+/// The plant of one degree of freedom.
+struct SingleAxis {
     method: Option<Method>,
     parameters: [Option<Stated>; 4],
-    /// Correlations; absent of a table that states none.
+    /// Correlations; absent from a table without errors.
     correlation: Option<[[f64; 4]; 4]>,
 }
 
-impl Own {
-    fn of(compared: Compared<'_>, dof: Dof, method: Option<Method>) -> Option<Self> {
+impl SingleAxis {
+    fn new(compared: Compared<'_>, dof: Dof, method: Option<Method>) -> Option<Self> {
         match compared {
             Compared::Fit(fit) => Some(Self::of_fit(plant(fit, dof, method)?)),
             Compared::Table(model) => Self::of_model(model, dof),
         }
     }
 
-    /// An axis of a plant of several.
+    /// Creates the plant of one axis of a plant of several.
     fn of_coupled(plant: &Coupled<'_>, dof: Dof) -> Option<Self> {
         Some(Self { method: plant.method(dof), ..Self::of_model(&plant.model, dof)? })
     }
@@ -187,7 +187,7 @@ impl Own {
         if !model.plant.axes().contains(&dof) {
             return None;
         }
-        // A vehicle that is too heavy needs thrust upwards: b = −(W − B).
+        // A vehicle that is too heavy needs upward thrust: b = −(W − B).
         let (bias, sign) = match dof {
             Dof::Heave => (Basis::WeightExcess, -1.0),
             _ => (Basis::One(dof), 1.0),
@@ -202,12 +202,12 @@ impl Own {
         let places = bases.map(|(basis, _)| place(basis));
         let stated = |k: usize| Some(stated(model, places[k]?, bases[k].1, bases[k].0.unit()));
         let correlation = model.covariance.as_ref().map(|covariance| {
-            let of = |i: usize, j: usize| {
+            let correlation_of = |i: usize, j: usize| {
                 let (a, b) = (places[i]?, places[j]?);
                 let scale = (covariance[(a, a)] * covariance[(b, b)]).sqrt();
                 (scale > 0.0).then(|| bases[i].1 * bases[j].1 * covariance[(a, b)] / scale)
             };
-            std::array::from_fn(|i| std::array::from_fn(|j| of(i, j).unwrap_or(0.0)))
+            std::array::from_fn(|i| std::array::from_fn(|j| correlation_of(i, j).unwrap_or(0.0)))
         });
         Some(Self { method: None, parameters: std::array::from_fn(stated), correlation })
     }
@@ -220,7 +220,7 @@ fn plant(fit: &Results, dof: Dof, method: Option<Method>) -> Option<&PlantResult
     }
 }
 
-fn of_dof(plants: &[Option<Own>]) -> DofDifference {
+fn dof_difference(plants: &[Option<SingleAxis>]) -> DofDifference {
     let mut parameters = BTreeMap::new();
     for (k, name) in NAMES.into_iter().enumerate() {
         let estimates: Vec<Option<Stated>> =
@@ -232,17 +232,17 @@ fn of_dof(plants: &[Option<Own>]) -> DofDifference {
         }
     }
     let methods = plants.iter().map(|plant| plant.as_ref()?.method).collect();
-    let known: Vec<&Own> = plants.iter().flatten().collect();
+    let known: Vec<&SingleAxis> = plants.iter().flatten().collect();
     DofDifference { methods, test: jointly(&known), parameters }
 }
 
-/// An estimate of some numbers and its covariance.
+/// An estimate and its covariance.
 struct Gaussian {
     mean: DVector<f64>,
     covariance: DMatrix<f64>,
 }
 
-/// `None` if its uncertainty is not a number above zero.
+/// Returns a parameter with its variance; `None` if that is not positive and finite.
 fn single(parameter: &Stated) -> Option<Gaussian> {
     let variance = parameter.std?.powi(2);
     (variance.is_finite() && variance > 0.0).then(|| Gaussian {
@@ -251,18 +251,18 @@ fn single(parameter: &Stated) -> Option<Gaussian> {
     })
 }
 
-/// All parameters that every plant with standard deviations has.
-fn jointly(plants: &[&Own]) -> Option<DifferenceTest> {
-    let plants: Vec<(&Own, &[[f64; 4]; 4])> =
+/// Tests all parameters that every plant with standard deviations has.
+fn jointly(plants: &[&SingleAxis]) -> Option<DifferenceTest> {
+    let plants: Vec<(&SingleAxis, &[[f64; 4]; 4])> =
         plants.iter().filter_map(|plant| Some((*plant, plant.correlation.as_ref()?))).collect();
     let everywhere = |k: &usize| plants.iter().all(|(plant, _)| plant.parameters[*k].is_some());
     let shared: Vec<usize> = (0..NAMES.len()).filter(everywhere).collect();
     let gaussians: Vec<Gaussian> = plants
         .iter()
         .map(|(plant, correlation)| {
-            let of = |k: usize| plant.parameters[shared[k]].as_ref();
-            let mean = |k: usize| of(k).map_or(0.0, |p| p.value);
-            let std = |k: usize| of(k).and_then(|p| p.std).unwrap_or(0.0);
+            let parameter = |k: usize| plant.parameters[shared[k]].as_ref();
+            let mean = |k: usize| parameter(k).map_or(0.0, |p| p.value);
+            let std = |k: usize| parameter(k).and_then(|p| p.std).unwrap_or(0.0);
             let n = shared.len();
             let covariance = |row: usize, column: usize| {
                 let correlation =
@@ -278,7 +278,8 @@ fn jointly(plants: &[&Own]) -> Option<DifferenceTest> {
     homogeneity(&gaussians)
 }
 
-/// Cochran's Q; `None` of fewer than two estimates, or of a covariance that is none.
+/// Computes Cochran's Q; `None` for fewer than two estimates, or a covariance that is not positive
+/// definite.
 fn homogeneity(estimates: &[Gaussian]) -> Option<DifferenceTest> {
     let numbers = estimates.first()?.mean.len();
     if estimates.len() < 2 || numbers == 0 {
@@ -305,7 +306,7 @@ fn homogeneity(estimates: &[Gaussian]) -> Option<DifferenceTest> {
     Some(DifferenceTest { q, degrees, p_value, differs: false })
 }
 
-/// Decides by Holm's method, among the tests of whole plants and among those of parameters.
+/// Applies Holm's correction, separately to the joint tests and to those of parameters.
 fn correct(
     dofs: &mut BTreeMap<Dof, DofDifference>,
     coefficients: &mut BTreeMap<String, ParameterDifference>,
@@ -367,7 +368,7 @@ fn caveats(compared: &[Compared<'_>], dofs: &BTreeMap<Dof, DofDifference>) -> Ve
     caveats
 }
 
-/// How many logs with trials more than one fit has read.
+/// Returns the number of logs of trials that more than one fit used.
 fn shared_logs(fits: &[&Results]) -> usize {
     let mut readers: BTreeMap<&str, usize> = BTreeMap::new();
     for fit in fits {
@@ -392,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn two_numbers_are_judged_by_their_difference() {
+    fn two_numbers_are_tested_by_their_difference() {
         let test = homogeneity(&[estimate(10.0, 3.0), estimate(18.0, 4.0)]).expect("two");
         // (18 - 10)² / (3² + 4²)
         assert!((test.q - 2.56).abs() < 1e-12 && test.degrees == 1);
@@ -411,15 +412,15 @@ mod tests {
     }
 
     #[test]
-    fn correlated_parameters_are_judged_together() {
-        let of = |mean: [f64; 2]| Gaussian {
+    fn correlated_parameters_are_tested_jointly() {
+        let gaussian = |mean: [f64; 2]| Gaussian {
             mean: DVector::from_row_slice(&mean),
             covariance: DMatrix::from_row_slice(2, 2, &[1.0, 0.9, 0.9, 1.0]),
         };
-        // Along the correlation a difference is cheap, across it is dear: with Σ of both 2 [1 r; r 1],
-        // (1, 1) costs 2 / (2 (1 + r)), (1, -1) costs 2 / (2 (1 - r)).
-        let along = homogeneity(&[of([0.0, 0.0]), of([1.0, 1.0])]).expect("two");
-        let across = homogeneity(&[of([0.0, 0.0]), of([1.0, -1.0])]).expect("two");
+        // A difference along the correlation is less significant than one across it: with Σ of both
+        // 2 [1 r; r 1], (1, 1) has Q = 2 / (2 (1 + r)), (1, -1) has 2 / (2 (1 - r)).
+        let along = homogeneity(&[gaussian([0.0, 0.0]), gaussian([1.0, 1.0])]).expect("two");
+        let across = homogeneity(&[gaussian([0.0, 0.0]), gaussian([1.0, -1.0])]).expect("two");
         assert!((along.q - 1.0 / 1.9).abs() < 1e-12, "{}", along.q);
         assert!((across.q - 10.0).abs() < 1e-9 && across.degrees == 2, "{}", across.q);
     }
@@ -432,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_stand_beside_each_other_axis_by_axis() {
+    fn tables_are_compared_axis_by_axis() {
         let table = |drag: f64, std: Option<f64>| -> PlantModel {
             let file: crate::exchange::PlantFile = serde_json::from_value(serde_json::json!({
                 "schema": "seaplant/plant/1", "name": "sled", "source": "worked by hand",
@@ -447,25 +448,26 @@ mod tests {
         let all = [&one, &two, &bare].map(Compared::Table);
         let surge = &differences(&all, None).dofs[&Dof::Surge];
         let drag = &surge.parameters["quadratic_drag"];
-        // (30 − 20)² / (1² + 1²): the table without errors is shown and not tested.
+        // (30 − 20)² / (1² + 1²): the table without errors is listed but not tested.
         assert!((drag.test.expect("two").q - 50.0).abs() < 1e-9);
         assert_eq!(drag.estimates[2].as_ref().expect("stated").std, None);
         assert!(surge.test.expect("two").differs && !surge.parameters.contains_key("bias_force"));
     }
 
     #[test]
-    fn many_tests_are_held_to_a_stricter_level() {
+    fn many_tests_have_a_stricter_level() {
         let test = |p_value| DifferenceTest { q: 0.0, degrees: 1, p_value, differs: false };
-        let of = |p_value: f64| DofDifference {
+        let difference = |p_value: f64| DofDifference {
             methods: Vec::new(),
             test: Some(test(p_value)),
             parameters: BTreeMap::new(),
         };
         let given = [(Dof::Surge, 0.01), (Dof::Sway, 0.04), (Dof::Heave, 0.03), (Dof::Yaw, 0.9)];
         let mut dofs: BTreeMap<Dof, DofDifference> =
-            given.into_iter().map(|(dof, p)| (dof, of(p))).collect();
+            given.into_iter().map(|(dof, p)| (dof, difference(p))).collect();
         correct(&mut dofs, &mut BTreeMap::new());
-        // 0.01 · 4 < 0.05; then 0.03 · 3 > 0.05 ends it, though 0.03 and 0.04 are below 0.05 alone.
+        // 0.01 · 4 < 0.05; then 0.03 · 3 > 0.05 ends it, although 0.03 and 0.04 are below 0.05
+        // each.
         let differing: Vec<Dof> = dofs
             .iter()
             .filter(|(_, d)| d.test.is_some_and(|test| test.differs))

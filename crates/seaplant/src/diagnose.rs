@@ -1,4 +1,4 @@
-//! Finds reasons to doubt a fit, from its numbers and its trials.
+//! Reasons to doubt a fit, from its numbers and its trials.
 
 mod comparison;
 mod mistakes;
@@ -24,31 +24,31 @@ use crate::{
     Vehicle,
 };
 
-/// A filter that passes less than this of the excited motion is worth a word.
+/// Gain of a filter at the excited frequency below which there is a caveat.
 const PASSED_PART: f64 = 0.97;
 
-/// Variance inflation above this means that two terms are hard to tell apart.
+/// Variance inflation above which two terms are nearly collinear.
 const HIGH_INFLATION: f64 = 10.0;
 
-/// Fewer independent samples than this make intervals that cannot be believed.
+/// Number of independent samples below which intervals are unreliable.
 const FEW_SAMPLES: f64 = 20.0;
 
-/// Drag below this part of thrust is seen only through the mass.
+/// Ratio of drag to thrust below which the trial determines drag poorly.
 const WEAK_DRAG_PART: f64 = 0.1;
 
-/// What a fit is judged with.
+/// The data for the diagnosis of a fit.
 pub(crate) struct Evidence<'a> {
     /// The fit.
     pub fit: &'a Fit,
-    /// The records that it was fitted to.
+    /// The records to which it was fitted.
     pub axes: &'a [AxisRecord],
-    /// The trials that they are from.
+    /// Their trials.
     pub trials: &'a [&'a Trial],
     /// The vehicle.
     pub vehicle: &'a Vehicle,
 }
 
-/// Every doubt about one fit.
+/// Returns all caveats of one fit.
 pub(crate) fn caveats(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     let mut caveats = evidence.fit.caveats.clone();
     for trial in evidence.trials {
@@ -67,7 +67,7 @@ pub(crate) fn caveats(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     Ok(caveats)
 }
 
-/// That thrust, and all that is measured by it, may be off as a whole.
+/// Returns the caveat that the scale of thrust, and with it all parameters, may be wrong.
 pub(crate) fn thrust_scale(vehicle: &Vehicle, results: &Results) -> Caveat {
     let unknown = ThrustUncertainty::default();
     let known = vehicle.thrusters.iter().filter(|thruster| thruster.uncertainty != unknown).count();
@@ -89,15 +89,15 @@ pub(crate) fn thrust_scale(vehicle: &Vehicle, results: &Results) -> Caveat {
     Caveat::note(CaveatCode::ThrustScale, message)
 }
 
-/// The masses as multiples of the mass in air, beside those of known vehicles, which is what may
-/// show thrust of another scale: added mass of bodies is in [Newman1977, ch. 4], that of open frames
-/// in [Jason2, table 5].
+/// Formats the masses as multiples of the mass in air, with those of known vehicles, from which
+/// they differ if the scale of thrust is wrong: added mass of bodies is in [Newman1977, ch. 4],
+/// that of open frames in [Jason2, table 5].
 fn beside_dry_mass(vehicle: &Vehicle, results: &Results) -> String {
     let Some(dry) = vehicle.dry_mass_kg else { return String::new() };
     let alone = results.plants.iter().map(|(dof, plant)| (*dof, plant.parameters.mass.value));
     let together = results.coupled.values().flat_map(|plant| {
-        let of = |(k, dof): (usize, &Dof)| (*dof, plant.mass_matrix.value[k][k]);
-        plant.axes.iter().enumerate().map(of)
+        let mass = |(k, dof): (usize, &Dof)| (*dof, plant.mass_matrix.value[k][k]);
+        plant.axes.iter().enumerate().map(mass)
     });
     let masses: BTreeMap<Dof, f64> = alone.chain(together).collect();
     let times = masses.iter().filter(|(dof, mass)| !dof.is_rotation() && **mass > 0.0);
@@ -161,7 +161,8 @@ fn signs(fit: &Fit) -> Vec<Caveat> {
     caveats
 }
 
-/// A mass below that of the vehicle in air; `high95` is the upper end of its interval.
+/// Returns a caveat for a mass below that of the vehicle in air; `high95` is the upper end of its
+/// interval.
 pub(crate) fn below_dry_mass(
     dof: Dof,
     mass: f64,
@@ -203,7 +204,7 @@ fn conditioning(fit: &Fit) -> Vec<Caveat> {
     caveats
 }
 
-/// Less motion than this does not show how far the next minute's may differ, s.
+/// Duration of motion below which intervals are likely too narrow, s.
 const SHORT_S: f64 = 60.0;
 
 fn short(evidence: &Evidence<'_>) -> Option<Caveat> {
@@ -218,7 +219,7 @@ fn short(evidence: &Evidence<'_>) -> Option<Caveat> {
     })
 }
 
-/// Sums over all rows of a fit's trials that tell how they were driven.
+/// Sums over all rows of a fit's trials, for the diagnosis of their excitation.
 #[derive(Default)]
 struct Drive {
     rows: usize,
@@ -256,7 +257,7 @@ fn drive(evidence: &Evidence<'_>) -> Result<Drive, Error> {
     Ok(all)
 }
 
-/// Velocity as measured, else as the plant moves from rest.
+/// Returns measured velocity, otherwise that of the plant from rest.
 fn speeds(
     evidence: &Evidence<'_>,
     axis: &AxisRecord,
@@ -300,7 +301,7 @@ fn excitation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     Ok(caveats)
 }
 
-/// Whether 95 % of the forces lie within 2 % of the range of one of two levels.
+/// Returns whether 95 % of the forces lie within 2 % of the range of one of two levels.
 fn is_two_level(forces: &mut [f64]) -> bool {
     let n = forces.len();
     if n < 8 {
@@ -328,13 +329,13 @@ fn one_way_bias(evidence: &Evidence<'_>) -> Option<Caveat> {
     Some(Caveat::warning(CaveatCode::BiasOneDirection, message))
 }
 
-/// Whether mean headings of two trials differ by more than 120°.
+/// Returns whether mean headings of two trials differ by more than 120°.
 fn headings_are_reversed(trials: &[&Trial]) -> bool {
     let means: Vec<f64> = trials.iter().filter_map(|trial| trial.mean_heading_rad()).collect();
     means.iter().any(|a| means.iter().any(|b| (a - b).cos() < -0.5))
 }
 
-/// What the paper's filter does to the excited motion, trial by trial.
+/// Returns caveats on the attenuation of the excited motion by the paper's filter.
 fn attenuation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     let Some(filter) = evidence.fit.filters.velocity else { return Ok(Vec::new()) };
     let mut worst: Option<(f64, f64, &str)> = None;
@@ -365,31 +366,31 @@ fn attenuation(evidence: &Evidence<'_>) -> Result<Vec<Caveat>, Error> {
     ])
 }
 
-/// The frequency at which a record's force is greatest, Hz.
+/// Returns the dominant frequency of a record's force, Hz.
 fn dominant_force_hz(axis: &AxisRecord) -> Result<Option<f64>, Error> {
     Ok(force_spectrum(&axis.ready(0)?).dominant_hz())
 }
 
-/// The spectrum of force in the longest stretch of a record.
+/// Returns the spectrum of force in the longest stretch of a record.
 pub(crate) fn force_spectrum(ready: &ReadyAxis) -> Spectrum {
     let tau = ready.longest().map(|stretch| stretch.force(stretch.grid));
     amplitude_spectrum(&tau.unwrap_or_default(), ready.sample_hz)
 }
 
-/// Delays that are tried, s.
+/// Candidate delays: first, last and step, s.
 const DELAYS_S: (f64, f64, f64) = (-0.5, 1.5, 0.05);
 
-/// A delay must explain this much: twice the log-likelihood ratio of one parameter
-/// exceeds it by chance once in a thousand fits.
+/// Required likelihood ratio of a delay: twice the log-likelihood ratio of one parameter exceeds it
+/// by chance once in a thousand fits.
 const LIKELIHOOD_RATIO: f64 = 10.8;
 
-/// Delays below this do no harm that would show.
+/// Delays below this have negligible effect, s.
 const HARMLESS_S: f64 = 0.08;
 
-/// How much later than it was logged thrust acts, s, if that explains the motion better: a
-/// thruster lag, a delay or clocks that differ all look like this.
+/// Returns the delay of thrust behind its log, s, if it is significant: a thruster lag, a delay or
+/// an offset of clocks has this effect.
 ///
-/// The scan is by equation error, whatever method is doubted.
+/// The scan is by equation error, for a fit by any method.
 pub(crate) fn lateness(records: Records<'_>, by: &EquationError) -> Option<f64> {
     let (from, to, step) = DELAYS_S;
     let steps = ((to - from) / step).round() as usize;
@@ -401,7 +402,7 @@ pub(crate) fn lateness(records: Records<'_>, by: &EquationError) -> Option<f64> 
     (ratio > LIKELIHOOD_RATIO && delay_s.abs() > HARMLESS_S).then_some(delay_s)
 }
 
-/// [`lateness`], in words; `timely` is the same fit with that allowed for.
+/// Formats the caveat of [`lateness`]; `timely` is the same fit with the delay.
 pub(crate) fn lateness_caveat(fit: &Fit, delay_s: f64, timely: Option<&Fit>) -> Caveat {
     let units = fit.dof.units();
     let physical = fit.physical();

@@ -1,4 +1,4 @@
-//! A fitted plant against what was measured.
+//! Comparison of simulated and measured motion.
 
 use crate::navigation::{MeanAcceleration, MeanOver, Motion};
 use crate::series::{ROUNDING_S, Reader};
@@ -8,19 +8,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::{AxisRecord, Dof, Error, Model, State, Timed, Trial, VelocitySource};
 
-/// What a simulation is compared with.
+/// The quantity in which simulation and measurement are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ScoredMotion {
-    /// Velocity, or the slope of position.
+    /// Velocity, or the derivative of position.
     #[default]
     Velocity,
-    /// Acceleration, where neither velocity nor position was measured.
+    /// Acceleration, if neither velocity nor position was measured.
     Acceleration,
 }
 
 impl ScoredMotion {
-    /// Its unit in a degree of freedom.
+    /// Returns its unit in a degree of freedom.
     pub const fn unit(self, dof: Dof) -> &'static str {
         match self {
             Self::Velocity => dof.units().velocity,
@@ -28,7 +28,7 @@ impl ScoredMotion {
         }
     }
 
-    /// As sentences and axes of charts call it.
+    /// Returns its name in sentences and on axes of charts.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Velocity => "velocity",
@@ -36,7 +36,7 @@ impl ScoredMotion {
         }
     }
 
-    /// A model that says nothing of it.
+    /// Returns the name of the null model.
     pub const fn null_model(self) -> &'static str {
         match self {
             Self::Velocity => "a model that never moves",
@@ -45,63 +45,63 @@ impl ScoredMotion {
     }
 }
 
-/// Simulated against measured motion of one trial.
+/// Simulated and measured motion of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// What `measured`, `simulated` and `velocity` are of.
+    /// The quantity of `measured`, `simulated` and `velocity`.
     pub quantity: ScoredMotion,
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// Which trial.
+    /// Name of the trial.
     pub trial: String,
     /// Instants, s.
     pub time_s: Vec<f64>,
-    /// Force in effect at each, N or N m.
+    /// Force at each, N or N m.
     pub force: Vec<f64>,
-    /// Velocity as measured, unfiltered, or the slope of position; or mean acceleration over half a
-    /// second, without its mean over twenty.
+    /// Measured velocity, unfiltered, or the derivative of position; or mean acceleration over half
+    /// a second, less its mean over twenty.
     pub measured: Vec<f64>,
-    /// The same as simulated from the logged force.
+    /// The same quantity, simulated with the logged force.
     pub simulated: Vec<f64>,
-    /// How well they agree.
+    /// Their agreement.
     pub velocity: Agreement,
-    /// How well positions agree, where position is what was measured.
+    /// Agreement of positions, if position was measured.
     pub position: Option<PositionComparison>,
 }
 
-/// Simulated against measured position.
+/// Simulated and measured position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PositionComparison {
     /// Instants, s.
     pub time_s: Vec<f64>,
-    /// As measured, m or rad.
+    /// Measured position, m or rad.
     pub measured: Vec<f64>,
-    /// As simulated.
+    /// Simulated position.
     pub simulated: Vec<f64>,
-    /// How well they agree.
+    /// Their agreement.
     pub agreement: Agreement,
 }
 
-/// How well a simulation agrees with a measurement.
+/// Agreement of a simulation with a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
     /// e = mean |model − measured|.
     pub mean_abs_error: f64,
-    /// The same of a model that never moves.
+    /// Mean absolute error of a model that never moves.
     pub null_error: f64,
-    /// R² = 1 − Σ(model − measured)² / Σ(measured − mean)²; `None` if nothing moved.
+    /// R² = 1 − Σ(model − measured)² / Σ(measured − mean)²; `None` if the measurement is constant.
     pub r_squared: Option<f64>,
-    /// Instants compared.
+    /// Number of compared instants.
     pub samples: usize,
 }
 
 impl Agreement {
-    /// Scores a model; `rest` is what a model that never moves says.
+    /// Scores a model; `rest` is the value of a model that never moves.
     pub fn of(measured: &[f64], simulated: &[f64], rest: f64) -> Self {
         Self::over(measured.iter().copied().zip(simulated.iter().copied()), rest)
     }
 
-    /// [`Agreement::of`], of pairs measured and simulated.
+    /// Scores pairs of measured and simulated values as [`Agreement::of`].
     pub(crate) fn over(pairs: impl Iterator<Item = (f64, f64)> + Clone, rest: f64) -> Self {
         let n = pairs.clone().count();
         let of_n = |sum: f64| if n == 0 { 0.0 } else { sum / n as f64 };
@@ -122,16 +122,16 @@ impl Agreement {
 /// Simulates a model with the logged thrust of a trial and compares it with the raw,
 /// unfiltered measurement: `e = mean |v_model − v|`.
 ///
-/// Where position was measured and not velocity, v is the slope of position over half a second
-/// to either side, and v_model that of the simulated position. Where acceleration alone was
-/// measured, means of it over half a second are compared, both without their mean over twenty
-/// seconds, since gravity leaks slowly into an accelerometer, and the simulation starts from rest.
-/// The simulation starts from the measured velocity, and anew after each gap in force, each half
-/// minute without motion, and each gap of heading in which turns were lost. Where the trial measured
-/// position (depth, heading), positions are compared too.
+/// If position was measured instead of velocity, v is its derivative over half a second to either
+/// side, and v_model that of the simulated position. If only acceleration was measured, means of it
+/// over half a second are compared, both less their mean over twenty seconds, as an accelerometer
+/// has slowly varying errors by gravity, and the simulation starts from rest. Otherwise it starts
+/// from the measured velocity. It restarts after each gap in force, each half minute without
+/// motion, and each gap of heading with an unknown number of turns. If the trial measured position
+/// (depth, heading), positions are compared too.
 ///
 /// # Errors
-/// [`Error::Diverged`] if the plant runs away, and those of [`Trial::axis`].
+/// [`Error::Diverged`] if the simulation diverges, and those of [`Trial::axis`].
 ///
 /// # Source
 /// [Jason2, §4, fig. 3–6].
@@ -139,7 +139,7 @@ pub fn evaluate(dof: Dof, model: &Model, trial: &Trial) -> Result<Comparison, Er
     compare_record(model, &trial.axis(dof, VelocitySource::Measured)?)
 }
 
-/// [`evaluate`], of one record.
+/// Compares one record as [`evaluate`].
 pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Comparison, Error> {
     if !axis.knows_velocity() {
         return compare_acceleration(model, axis);
@@ -154,15 +154,15 @@ pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Compari
         let measured = axis.velocity_of(&samples)?;
         let start = State { position: 0.0, velocity: starting_velocity(axis, &measured)? };
         let response = model.respond(axis, start, samples.time_s())?;
-        let seen = axis.position.as_ref();
-        let seen = seen.and_then(|path| path.window(samples.first_s(), samples.last_s()));
+        let position = axis.position.as_ref();
+        let position = position.and_then(|path| path.window(samples.first_s(), samples.last_s()));
         let mut simulated = response.velocity;
-        if is_position || seen.is_some() {
+        if is_position || position.is_some() {
             let path = samples.with_values("the simulated position", response.position)?;
-            if let Some(seen) = seen {
-                all.add_position(&seen, &path);
+            if let Some(position) = position {
+                all.add_position(&position, &path);
             }
-            // What is derived from positions is derived alike from both.
+            // Measured and simulated positions are differentiated in the same way.
             if is_position {
                 simulated = axis.velocity_of(&path)?.values().to_vec();
             }
@@ -175,27 +175,28 @@ pub(crate) fn compare_record(model: &Model, axis: &AxisRecord) -> Result<Compari
     Ok(all.into_comparison(axis.dof, &axis.trial))
 }
 
-/// Acceleration is compared in means over at least so long, s: vibration is most of a shorter one.
+/// Averaging time of acceleration for comparison, s, long enough to reduce vibration.
 const COMPARED_OVER_S: f64 = 0.5;
 
-/// What an accelerometer measures over so long is as much gravity, by errors of attitude, as it is
-/// motion.
+/// Averaging time of the offset that is subtracted from acceleration, s: over longer times,
+/// attitude errors contribute as much as motion.
 const OFFSET_OVER_S: f64 = 20.0;
 
-/// [`compare_record`], where acceleration alone was measured.
+/// Compares a record of acceleration only.
 fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, Error> {
     let mut all = Parts { quantity: ScoredMotion::Acceleration, ..Parts::default() };
     for (from_s, to_s) in axis.parts() {
-        let felt = axis.acceleration.as_ref().and_then(|felt| felt.window(from_s, to_s));
-        let means = felt.iter().flat_map(in_longer_means).collect::<Vec<_>>();
+        let acceleration =
+            axis.acceleration.as_ref().and_then(|acceleration| acceleration.window(from_s, to_s));
+        let means = acceleration.iter().flat_map(merge_windows).collect::<Vec<_>>();
         if means.is_empty() {
             continue;
         }
         let mut edges_s: Vec<f64> = means.iter().flat_map(|m| [m.from_s, m.to_s]).collect();
         edges_s.dedup_by(|b, a| *b - *a <= ROUNDING_S);
         let response = model.respond(axis, State::default(), &edges_s)?;
-        let shown = model.sensor.shows(&edges_s, &response.velocity);
-        let velocity = Timed::new("the simulated velocity", edges_s, shown)?;
+        let output = model.sensor.shows(&edges_s, &response.velocity);
+        let velocity = Timed::new("the simulated velocity", edges_s, output)?;
         let gain =
             |m: &MeanOver| (velocity.at(m.to_s) - velocity.at(m.from_s)) / (m.to_s - m.from_s);
         let simulated: Vec<f64> = means.iter().map(gain).collect();
@@ -204,18 +205,18 @@ fn compare_acceleration(model: &Model, axis: &AxisRecord) -> Result<Comparison, 
     Ok(all.into_comparison(axis.dof, &axis.trial))
 }
 
-/// Values without their mean over each part.
-fn without_means(values: &[f64], parts: usize) -> impl Iterator<Item = f64> + '_ {
+/// Subtracts the mean of each part.
+fn subtract_means(values: &[f64], parts: usize) -> impl Iterator<Item = f64> + '_ {
     values.chunks(values.len().div_ceil(parts.max(1)).max(1)).flat_map(|part| {
         let mean = part.iter().sum::<f64>() / part.len() as f64;
         part.iter().map(move |value| value - mean)
     })
 }
 
-/// Means of neighbouring windows, of at least [`COMPARED_OVER_S`] but for those before gaps.
-fn in_longer_means(felt: &MeanAcceleration) -> Vec<MeanOver> {
+/// Merges neighbouring windows to at least [`COMPARED_OVER_S`], except before gaps.
+fn merge_windows(acceleration: &MeanAcceleration) -> Vec<MeanOver> {
     let mut all: Vec<MeanOver> = Vec::new();
-    for next in felt.windows() {
+    for next in acceleration.windows() {
         match all.last_mut() {
             Some(last)
                 if last.to_s - last.from_s < COMPARED_OVER_S - ROUNDING_S
@@ -263,17 +264,17 @@ impl Parts {
         let measured: Vec<f64> = means.iter().map(|m| m.mean).collect();
         self.time_s.extend(means.iter().map(middle));
         self.force.extend(means.iter().map(|m| force.held_at(middle(m))));
-        self.measured.extend(without_means(&measured, parts));
-        self.simulated.extend(without_means(simulated, parts));
+        self.measured.extend(subtract_means(&measured, parts));
+        self.simulated.extend(subtract_means(simulated, parts));
     }
 
-    /// The simulated path is laid on the measured one at its start.
-    fn add_position(&mut self, seen: &Timed, path: &Timed) {
-        let offset = seen.values()[0] - path.at(seen.first_s());
+    /// Adds positions, with the simulated path shifted to the measured one at its start.
+    fn add_position(&mut self, position: &Timed, path: &Timed) {
+        let offset = position.values()[0] - path.at(position.first_s());
         let mut path = path.reader();
-        self.position_time_s.extend_from_slice(seen.time_s());
-        self.position_measured.extend_from_slice(seen.values());
-        self.position_simulated.extend(seen.time_s().iter().map(|&t| path.at(t) + offset));
+        self.position_time_s.extend_from_slice(position.time_s());
+        self.position_measured.extend_from_slice(position.values());
+        self.position_simulated.extend(position.time_s().iter().map(|&t| path.at(t) + offset));
     }
 
     fn into_comparison(self, dof: Dof, trial: &str) -> Comparison {
@@ -303,7 +304,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scores_by_hand() {
+    fn scores_agree_with_hand_calculation() {
         let scored = Agreement::of(&[1.0, 2.0, 3.0], &[1.0, 2.5, 2.5], 0.0);
         assert!((scored.mean_abs_error - 1.0 / 3.0).abs() < 1e-15);
         assert_eq!(scored.null_error, 2.0);

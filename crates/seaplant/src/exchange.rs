@@ -1,9 +1,9 @@
-//! A plant that leaves the program: for simulators, controllers and other people.
+//! Export of plants to simulators, controllers and other users.
 //!
-//! [`PlantModel`] holds a [`Plant`] of any set of axes with what is needed to drive it elsewhere:
-//! how uncertain each coefficient is, the dry vehicle, thrusters with their curves, lag and delay,
-//! where the numbers come from and what speaks against them. It is made of results
-//! ([`PlantModel::of_results`]) or of a published table ([`PlantFile`]).
+//! [`PlantModel`] holds a [`Plant`] of any set of axes with the data for its use elsewhere:
+//! uncertainty of each coefficient, the rigid body, thrusters with their curves, lag and delay, the
+//! source of the numbers, and reasons against their use. It is created from results
+//! ([`PlantModel::of_results`]) or from a published table ([`PlantFile`]).
 
 mod actuate;
 mod cancel;
@@ -41,7 +41,7 @@ use crate::plant::{Basis, Buoyancy, GRAVITY, Plant, Product, RigidBody};
 use crate::results::{Parameter, Verdict};
 use crate::{Caveat, Dof, Thruster};
 
-/// A plant with what a simulator or a controller needs of it besides.
+/// A plant with the data that a simulator or a controller needs.
 ///
 /// ```
 /// use seaplant::exchange::{PlantFile, PlantModel};
@@ -60,99 +60,99 @@ use crate::{Caveat, Dof, Thruster};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantModel {
-    /// What the vehicle is called.
+    /// Name of the vehicle.
     pub name: String,
-    /// The equation of motion; axes that it does not have are not known.
+    /// The equation of motion; axes outside it are unknown.
     pub plant: Plant,
-    /// Covariance of its coefficients, shape (p, p); none of a published table without errors.
+    /// Covariance of its coefficients, shape (p, p); `None` for a published table without errors.
     pub covariance: Option<DMatrix<f64>>,
-    /// 95 % intervals by coefficient, where they are not the symmetric ones of the covariance.
+    /// 95 % intervals by coefficient, if they differ from the symmetric ones of the covariance.
     pub intervals: BTreeMap<String, [f64; 2]>,
-    /// The vehicle dry, where that is known.
+    /// The rigid body, if known.
     pub rigid_body: Option<RigidBody>,
-    /// Its mass in air, kg, where only that is known.
+    /// Mass in air, kg, if the rest of the rigid body is unknown.
     pub dry_mass_kg: Option<f64>,
     /// Length, width and height of the hull, m.
     pub size_m: Option<[f64; 3]>,
-    /// What the water carries, where that is known by itself.
+    /// Displacement and centre of buoyancy, if known.
     pub buoyancy: Option<Buoyancy>,
-    /// Thrusters, their curves in numbers.
+    /// Thrusters with known curves.
     pub thrusters: Vec<Thruster>,
-    /// The greatest speed of their shafts, rpm, where a table states it.
+    /// Largest shaft speed, rpm, if a table states it.
     pub max_rpm: Option<f64>,
-    /// What stands between thrust and the water, by axis.
+    /// The actuator model by axis.
     pub actuation: BTreeMap<Dof, Actuation>,
-    /// How far each axis was driven in the trials; empty of published tables.
+    /// Range of motion and force in the trials, by axis; empty for published tables.
     pub driven: BTreeMap<Dof, Driven>,
-    /// What disturbed each axis there, where the filter error method estimated it.
+    /// Disturbances by axis, if the filter error method estimated them.
     pub disturbances: BTreeMap<Dof, Disturbance>,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub origin: Origin,
-    /// What to make of each part of the plant; empty of published tables.
+    /// The verdict on each part of the plant; empty for published tables.
     pub judgements: Vec<Judgement>,
-    /// What a reader must know beside the numbers, and what of the results is left out here.
+    /// Notes to the user, including parts of the results that are left out.
     pub notes: Vec<String>,
 }
 
-/// What stands between a thruster's input and its force in the water, as it was fitted.
+/// The fitted actuator model between a thruster's input and its force in the water.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Actuation {
     /// First-order lag of propeller speed, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<Parameter>,
-    /// First-order lag of the force itself, s: of a wrench that was logged in place of thrusters.
+    /// First-order lag of the force itself, s: for a logged wrench instead of thrusters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_lag: Option<Parameter>,
     /// Delay, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay: Option<Parameter>,
-    /// Reverse thrust over what the curve says.
+    /// Ratio of reverse thrust to that of the curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reverse_ratio: Option<Parameter>,
 }
 
-/// Where a plant comes from.
+/// Source of a plant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Origin {
     /// The file, article or table.
     pub source: String,
-    /// Where it can be read.
+    /// Its address.
     pub url: Option<String>,
-    /// Its licence, if it is a published one.
+    /// Its licence, if it is published.
     pub licence: Option<String>,
     /// The command that identified it.
     pub command: Option<String>,
     /// Version of Seaplant that identified it.
     pub version: Option<String>,
-    /// The settings in force.
+    /// The effective settings.
     pub settings: BTreeMap<String, String>,
 }
 
-/// What to make of a part of a plant.
+/// The verdict on a part of a plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
-    /// Which axes it is of.
+    /// Its axes.
     pub axes: Vec<Dof>,
-    /// How it was found.
+    /// The method of identification.
     pub method: String,
-    /// The verdict; a plant of several axes has that of its caveats.
+    /// The verdict; for a plant of several axes that of its caveats.
     pub verdict: Verdict,
-    /// Its doubts.
+    /// Its caveats.
     pub caveats: Vec<Caveat>,
 }
 
 impl PlantModel {
-    /// Axes of which nothing is known.
+    /// Returns the axes outside the plant.
     pub fn unknown_axes(&self) -> Vec<Dof> {
         Dof::ALL.into_iter().filter(|dof| !self.plant.axes().contains(dof)).collect()
     }
 
-    /// The standard deviation of each coefficient, where it is known.
+    /// Returns the standard deviation of a coefficient, if known.
     pub fn std(&self, k: usize) -> Option<f64> {
         self.covariance.as_ref().map(|covariance| covariance[(k, k)].max(0.0).sqrt())
     }
 
-    /// The 95 % interval of a coefficient, where it is known.
+    /// Returns the 95 % interval of a coefficient, if known.
     pub fn interval(&self, k: usize) -> Option<[f64; 2]> {
         let name = self.plant.structure().name_of(&self.plant.structure().terms()[k]);
         let normal = || {
@@ -162,24 +162,24 @@ impl PlantModel {
         self.intervals.get(&name).copied().or_else(normal)
     }
 
-    /// Weight in air, N: of the rigid body, or of the mass in air alone.
+    /// Returns weight in air, N: of the rigid body, or of the mass in air.
     pub fn weight(&self) -> Option<f64> {
         let mass = self.rigid_body.as_ref().map(RigidBody::mass_kg).or(self.dry_mass_kg);
         mass.map(|mass| GRAVITY * mass)
     }
 
-    /// W − B, N: fitted, or zero where the plant has no such term.
+    /// Returns W − B, N: fitted, or zero if the plant has no such term.
     pub fn weight_excess(&self) -> f64 {
         self.plant.coefficient(&Basis::WeightExcess).unwrap_or(0.0)
     }
 
-    /// `W r_G − B r_B`, N m; components that the plant has no term for are zero.
+    /// Returns `W r_G − B r_B`, N m; components without a term are zero.
     pub fn lever(&self) -> [f64; 3] {
         [0, 1, 2].map(|axis| self.plant.coefficient(&Basis::Lever(axis)).unwrap_or(0.0))
     }
 
-    /// Drag that would drive the vehicle: linear and quadratic damping of an axis by its own
-    /// velocity that is below zero, in words.
+    /// Formats a message for each linear and quadratic damping of an axis by its own velocity that
+    /// is negative, which is unphysical.
     pub fn negative_drag(&self) -> Vec<String> {
         let own = |dof: &Dof| {
             [("linear", Product::linear(*dof)), ("quadratic", Product::quadratic(*dof))]
@@ -195,7 +195,7 @@ impl PlantModel {
         self.plant.axes().iter().flat_map(own).filter_map(in_words).collect()
     }
 
-    /// The reasons not to use a part of the plant; none of a plant that may be used.
+    /// Returns the reasons not to use parts of the plant, if any.
     pub fn reasons_against(&self) -> Vec<String> {
         let names = |axes: &[Dof]| axes.iter().map(|dof| dof.name()).collect::<Vec<_>>().join("-");
         let bad =

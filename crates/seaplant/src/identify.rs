@@ -175,11 +175,11 @@ fn is_scale_told(results: &Results) -> bool {
         && results.coupled.values().all(is_told)
 }
 
-/// What follows from the recommended plants: at the greatest force of the trials, to two digits, and
-/// the drag of single axes at the speeds of the trials.
+/// Computes what follows from the recommended plants: drag at the speeds of the trials, and motion at
+/// their greatest force, to two digits.
 fn consequences(results: &Results) -> Vec<Consequence> {
     let mut all: Vec<Consequence> =
-        results.plants.keys().flat_map(|dof| drag_forces(*dof, results)).collect();
+        Dof::ALL.into_iter().flat_map(|dof| drag_forces(dof, results)).collect();
     all.extend(of_forces(results));
     all
 }

@@ -1,4 +1,4 @@
-//! How well a method does on a twin: errors, coverage and verdicts over many seeds.
+//! Monte Carlo evaluation of methods on twins: errors, coverage and verdicts over many seeds.
 
 mod whole;
 
@@ -27,109 +27,109 @@ pub enum ParameterName {
     BiasForce,
 }
 
-/// What one method found of one degree of freedom of one twin.
+/// The result of one method for one degree of freedom of one twin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// The twin's seed.
     pub seed: u64,
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// Which method.
+    /// The method.
     pub method: Method,
-    /// What it found, or why it did not.
+    /// Its parameters, or the reason of its failure.
     pub found: Result<Vec<Found>, String>,
-    /// Which parts it took into its model, and which not.
+    /// Candidate terms that it included or excluded.
     pub structure: Vec<Decision>,
-    /// What its user is told, and what is true; of the recommended method alone.
+    /// The verdict and the true errors; for the recommended method only.
     pub judged: Option<Judged>,
 }
 
-/// How a recommended plant is presented, beside how far off it is.
+/// The verdict on a recommended plant, with its true errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judged {
-    /// What its user is told.
+    /// The verdict.
     pub trust: Trust,
-    /// Error of mass, as a part of the truth.
+    /// Relative error of mass.
     pub mass_error: f64,
-    /// Error of drag at the mean speed of held-out trials, as a part of the truth: quadratic and
-    /// linear drag can stand in for each other, their sum at a usual speed is what acts.
+    /// Relative error of drag at the mean speed of held-out trials: quadratic and linear drag are
+    /// anticorrelated, so their sum is compared.
     pub drag_error: f64,
 }
 
-/// One parameter, found and true.
+/// One parameter, estimated and true.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// Which.
+    /// The parameter.
     pub name: ParameterName,
-    /// As found.
+    /// The estimate.
     pub estimate: Estimate,
-    /// As it is.
+    /// The true value.
     pub truth: f64,
 }
 
-/// How often a part was taken into the model: a false alarm, or a detection.
+/// The rate at which a candidate is included: of false alarms, or of detections.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Admission {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// Which method.
+    /// The method.
     pub method: Method,
-    /// Which part.
+    /// The candidate.
     pub candidate: Candidate,
-    /// Fits that have it, in %.
+    /// Fits that include it, in %.
     pub admitted_percent: f64,
-    /// Fits that decided.
+    /// Fits that tested it.
     pub fits: usize,
 }
 
-/// How often recommended plants are presented as what they are not.
+/// Counts of recommended plants with a wrong verdict.
 ///
-/// A plant is wrong if its mass is off by more than 10 % or its drag, at the mean speed of
-/// held-out trials, by more than 20 %; it is good if they are within 5 % and 10 %.
+/// A plant is wrong if its mass is off by more than 10 % or its drag, at the mean speed of held-out
+/// trials, by more than 20 %; it is good if they are within 5 % and 10 %.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Assurance {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
     /// Recommended plants.
     pub plants: usize,
-    /// Those that are wrong.
+    /// Wrong plants.
     pub wrong: usize,
-    /// False assurance: those of the wrong ones that are called usable.
+    /// False assurance: wrong plants with the verdict usable.
     pub wrong_but_usable: usize,
-    /// Those of the wrong ones that are called usable with care.
+    /// Wrong plants with the verdict usable with care.
     pub wrong_but_usable_with_care: usize,
-    /// Plants that are good.
+    /// Good plants.
     pub good: usize,
-    /// False alarms: those of the good ones that are called doubtful, or not to be used.
+    /// False alarms: good plants with the verdict doubtful, or do not use.
     pub good_but_doubted: usize,
 }
 
 /// Errors and coverage over all seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Row {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// Which method.
+    /// The method.
     pub method: Method,
-    /// Which parameter.
+    /// The parameter.
     pub parameter: ParameterName,
     /// Median of |error|, in % of the truth.
     pub median_abs_error_percent: f64,
-    /// Median error, in % of the truth: what is left of it is bias.
+    /// Median error, in % of the truth, which is the bias.
     pub median_error_percent: f64,
-    /// Part of the 95 % intervals that hold the truth, in %.
+    /// Share of the 95 % intervals that include the truth, in %.
     pub coverage_percent: f64,
-    /// Fits that gave an answer.
+    /// Fits with a result.
     pub answers: usize,
-    /// Fits that gave none.
+    /// Fits without a result.
     pub failures: usize,
 }
 
-/// Makes the twin of one seed and identifies every degree of freedom with every method, from its
-/// fitted trial and its held-out one.
+/// Simulates the twin of one seed and identifies every degree of freedom with every method, from
+/// its fitted trial and its held-out one.
 ///
 /// # Errors
-/// [`Error::TwinSpec`] for a twin that cannot be made; a fit that fails is a sample.
+/// [`Error::TwinSpec`] for an invalid specification; a failed fit is a sample.
 pub fn sample(spec: &TwinSpec, options: &IdentifyOptions) -> Result<Vec<Sample>, Error> {
     let twin = make(spec)?;
     let unsteady = twin.trials.iter().filter(|trial| trial.role != Role::Steady);
@@ -144,8 +144,9 @@ fn sample_of(spec: &TwinSpec, results: &Results, dof: Dof, method: Method) -> Sa
     let truth = &spec.plants[&dof];
     let plant = results.methods.get(&dof).and_then(|methods| methods.get(&method));
     let failed = || {
-        let of = results.failures.iter().find(|f| f.dof == dof && f.method == method.name());
-        of.map_or("no plant was found".to_owned(), |failure| failure.message.clone())
+        let failed_fit =
+            results.failures.iter().find(|f| f.dof == dof && f.method == method.name());
+        failed_fit.map_or("no plant was found".to_owned(), |failure| failure.message.clone())
     };
     let recommended = results.plants.get(&dof).filter(|plant| plant.method == method);
     Sample {
@@ -154,7 +155,7 @@ fn sample_of(spec: &TwinSpec, results: &Results, dof: Dof, method: Method) -> Sa
         method,
         found: plant.map(|plant| compare(truth, plant)).ok_or_else(failed),
         structure: plant.map_or(Vec::new(), |plant| plant.structure.clone()),
-        judged: recommended.and_then(|plant| Judged::of(truth, plant)),
+        judged: recommended.and_then(|plant| Judged::new(truth, plant)),
     }
 }
 
@@ -173,14 +174,14 @@ fn compare(truth: &TwinPlant, plant: &PlantResult) -> Vec<Found> {
     .collect()
 }
 
-/// Errors of a wrong plant, and of a good one: of mass, and of drag.
+/// Bounds of the relative errors of mass and drag, for a wrong plant and for a good one.
 const WRONG: (f64, f64) = (0.10, 0.20);
 const GOOD: (f64, f64) = (0.05, 0.10);
 
 impl Judged {
-    /// `None` if no trial was held out.
-    fn of(truth: &TwinPlant, plant: &PlantResult) -> Option<Self> {
-        // A model that never moves errs by the mean speed.
+    /// Compares a plant with the truth; `None` if no trial was held out.
+    fn new(truth: &TwinPlant, plant: &PlantResult) -> Option<Self> {
+        // The error of a model at rest is the mean speed.
         let speed = plant.hold_out.as_ref()?.null_error;
         let value = |parameter: &Option<Parameter>| parameter.as_ref().map_or(0.0, |p| p.value);
         let (quadratic, linear) =
@@ -194,23 +195,23 @@ impl Judged {
         })
     }
 
-    /// NaN counts as beyond any bound.
+    /// Returns whether both errors are within bounds; NaN is not.
     fn within(&self, (mass, drag): (f64, f64)) -> bool {
         self.mass_error.abs() <= mass && self.drag_error.abs() <= drag
     }
 }
 
-/// How often plants are presented as what they are not, by degree of freedom.
+/// Counts wrong verdicts by degree of freedom.
 pub fn assurance(judged: &[(Dof, Judged)]) -> Vec<Assurance> {
     let of_dof = |dof| {
-        let of = judged.iter().filter(|(own, _)| *own == dof);
-        let judged: Vec<Judged> = of.map(|(_, judged)| *judged).collect();
+        let selected = judged.iter().filter(|(own, _)| *own == dof);
+        let judged: Vec<Judged> = selected.map(|(_, judged)| *judged).collect();
         let (good, wrong): (Vec<Judged>, Vec<Judged>) = (
             judged.iter().copied().filter(|plant| plant.within(GOOD)).collect(),
             judged.iter().copied().filter(|plant| !plant.within(WRONG)).collect(),
         );
-        let count = |of: &[Judged], told: &[Trust]| {
-            of.iter().filter(|plant| told.contains(&plant.trust)).count()
+        let count = |plants: &[Judged], verdicts: &[Trust]| {
+            plants.iter().filter(|plant| verdicts.contains(&plant.trust)).count()
         };
         (!judged.is_empty()).then(|| Assurance {
             dof,
@@ -225,18 +226,19 @@ pub fn assurance(judged: &[(Dof, Judged)]) -> Vec<Assurance> {
     Dof::ALL.into_iter().filter_map(of_dof).collect()
 }
 
-/// Errors and coverage of each degree of freedom, method and parameter.
+/// Computes errors and coverage for each degree of freedom, method and parameter.
 pub fn summarise(samples: &[Sample]) -> Vec<Row> {
     let mut rows = Vec::new();
     for dof in Dof::ALL {
         for method in Method::ALL {
-            let of: Vec<&Sample> =
+            let selected: Vec<&Sample> =
                 samples.iter().filter(|s| s.dof == dof && s.method == method).collect();
-            let failures = of.iter().filter(|sample| sample.found.is_err()).count();
+            let failures = selected.iter().filter(|sample| sample.found.is_err()).count();
             for parameter in
                 [ParameterName::Mass, ParameterName::QuadraticDrag, ParameterName::BiasForce]
             {
-                let found = of.iter().filter_map(|sample| sample.found.as_ref().ok()).flatten();
+                let found =
+                    selected.iter().filter_map(|sample| sample.found.as_ref().ok()).flatten();
                 let found: Vec<&Found> = found.filter(|found| found.name == parameter).collect();
                 rows.extend(row(dof, method, parameter, &found, failures));
             }
@@ -245,14 +247,14 @@ pub fn summarise(samples: &[Sample]) -> Vec<Row> {
     rows
 }
 
-/// How often each part was taken into the model.
+/// Counts how often each candidate is included.
 pub fn admissions(samples: &[Sample]) -> Vec<Admission> {
     let mut all = Vec::new();
     for dof in Dof::ALL {
         for method in Method::ALL {
             for candidate in Candidate::ALL {
-                let of = samples.iter().filter(|s| s.dof == dof && s.method == method);
-                let decisions = of.flat_map(|sample| &sample.structure);
+                let selected = samples.iter().filter(|s| s.dof == dof && s.method == method);
+                let decisions = selected.flat_map(|sample| &sample.structure);
                 let decided: Vec<bool> = decisions
                     .filter(|decision| decision.candidate == candidate)
                     .map(|decision| decision.admitted)
@@ -318,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_errors_coverage_and_failures_by_hand() {
+    fn errors_coverage_and_failures_agree_with_hand_calculation() {
         let failed = Sample { found: Err("no trial".to_owned()), ..sample_of(0.0, 1.0) };
         let samples = [sample_of(0.01, 1.0), sample_of(-0.03, 1.0), sample_of(0.05, 10.0), failed];
         let rows = summarise(&samples);
@@ -330,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_how_often_a_part_was_taken_in() {
+    fn counts_how_often_a_candidate_is_included() {
         let samples = [sample_of(0.01, 1.0), sample_of(-0.03, 1.0), sample_of(0.05, 10.0)];
         let found = admissions(&samples);
         assert_eq!(found.len(), 1);
@@ -339,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_false_assurance_and_false_alarms_by_hand() {
+    fn false_assurance_and_false_alarms_agree_with_hand_calculation() {
         use Trust::{DoNotUse, Doubtful, Usable, UsableWithCare};
         let judged =
             |trust, mass_error, drag_error| (Dof::Surge, Judged { trust, mass_error, drag_error });
@@ -381,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_fit_says_why() {
+    fn a_failed_fit_reports_its_reason() {
         let spec = TwinSpec { dofs: [Dof::Surge].into(), ..TwinSpec::jason2() };
         let results =
             identify(&make(&spec).expect("a twin").vehicle, &[], &IdentifyOptions::default())

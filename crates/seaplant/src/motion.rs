@@ -1,4 +1,4 @@
-//! How a plant moves: ν̇ with its derivatives, and simulation in fine steps.
+//! The motion of a plant: ν̇ with its derivatives, and simulation in small steps.
 
 mod attitude;
 mod flow;
@@ -29,8 +29,8 @@ pub use state_space::{STATE_NAMES, State, StateSpace};
 use crate::Error;
 use crate::plant::Plant;
 
-/// Runs code with places for so many axes as a constant. Four sizes are enough; each costs time to
-/// compile.
+/// Evaluates an expression with a number of axes, rounded up to 1, 3, 4 or 6, as a constant. Each
+/// size costs time to compile.
 macro_rules! with_places {
     ($n:expr, $N:ident => $body:expr) => {
         match $n {
@@ -56,12 +56,12 @@ macro_rules! with_places {
 pub(crate) use with_places;
 
 impl Plant {
-    /// `ν̇_r = M⁻¹ (τ − n(ν_r, η))` on the plant's axes, zero on others; m/s² and rad/s²,
+    /// Returns `ν̇_r = M⁻¹ (τ − n(ν_r, η))` on the plant's axes, zero on others; m/s² and rad/s²,
     /// shape (6,).
     ///
-    /// `force` and `velocity` (relative to the water) have shape (6,); what they hold of axes
-    /// that the plant does not have counts as known: a force there does nothing, a velocity
-    /// turns the frame. Effects read zeros.
+    /// `force` and `velocity` (relative to the water) have shape (6,). On axes outside the plant,
+    /// force has no effect and velocity is prescribed: it contributes to the Coriolis terms. The
+    /// signals of effects are zero.
     ///
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.

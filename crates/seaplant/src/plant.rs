@@ -1,13 +1,13 @@
-//! Plants: the equation of motion of any set of axes, and the lumped and physical numbers of one.
+//! Plants: the equation of motion of any set of axes, and the lumped and physical parameters of
+//! one.
 //!
 //! ```text
 //! M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + (further terms) + g(η) = τ,     ν_r = ν − R(η)ᵀ u_c
 //! ```
 //!
-//! A [`Structure`] lists the terms, each a [`Basis`] whose regressor is written once; a
-//! [`Plant`] adds their coefficients; a [`Parameterisation`] makes these from free numbers so
-//! that they are possible. With a current that neither turns nor changes only the total M
-//! shows, and C follows from it.
+//! A [`Structure`] lists the terms, each a [`Basis`] with its regressor; a [`Plant`] adds their
+//! coefficients; a [`Parameterisation`] maps free parameters to physically possible coefficients.
+//! With a constant irrotational current only the total M is identifiable, and C follows from it.
 
 mod basis;
 mod coefficients;

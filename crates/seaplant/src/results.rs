@@ -1,6 +1,6 @@
-//! What an identification found, as data: the contract of `results.json`.
+//! The results of an identification as data: the contract of `results.json`.
 //!
-//! Every number that a report shows stands here, or in the series beside it.
+//! Every number in a report is also here, or in the series of its figures.
 
 mod campaign;
 mod consequence;
@@ -51,74 +51,74 @@ pub use coupled::{
     plant_of_result,
 };
 
-/// The name and version of this contract.
+/// Name and version of this contract.
 pub const SCHEMA: &str = "seaplant/results/1";
 
-/// Everything that an identification found.
+/// The results of an identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Results {
     /// [`SCHEMA`].
     pub schema: String,
-    /// Version of Seaplant that wrote this.
+    /// Version of Seaplant that wrote the file.
     pub version: String,
-    /// The vehicle's name.
+    /// Name of the vehicle.
     pub vehicle: String,
     /// Its mass in air, kg.
     pub dry_mass_kg: Option<f64>,
     /// Length, width and height of its hull, m.
     #[serde(default)]
     pub size_m: Option<[f64; 3]>,
-    /// What is known of it dry.
+    /// Its rigid body, if known.
     #[serde(default)]
     pub rigid_body: Option<RigidBodyResult>,
-    /// What the water carries of it.
+    /// Its displacement and centre of buoyancy, if known.
     #[serde(default)]
     pub buoyancy: Option<BuoyancyResult>,
-    /// What it was made from, and how to make it again.
+    /// Source of the results, and the command to repeat them.
     pub provenance: Provenance,
     /// The recommended plant of each degree of freedom.
     pub plants: BTreeMap<Dof, PlantResult>,
     /// Plants of several axes, by their axes: `surge-sway-yaw`.
     #[serde(default)]
     pub coupled: BTreeMap<String, CoupledPlant>,
-    /// Nomoto's models of steering, where a plant has yaw among its axes and a rudder is logged.
+    /// Nomoto's models of steering, if a plant has yaw among its axes and a rudder is logged.
     #[serde(default)]
     pub steering: Vec<NomotoResult>,
-    /// The same by methods that work sample by sample.
+    /// Plants of several axes by recursive methods.
     #[serde(default)]
     pub coupled_online: BTreeMap<String, BTreeMap<Method, CoupledOnline>>,
     /// Every method's plant of each degree of freedom.
     pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,
-    /// The recommended method with every choice of terms.
+    /// The plants of the recommended method for every subset of terms.
     pub subsets: BTreeMap<Dof, Vec<SubsetResult>>,
     /// Drag from steady stretches.
     pub steady: BTreeMap<Dof, SteadyResult>,
-    /// The thrusters as they were used.
+    /// The thrusters as used.
     pub thrusters: Vec<ThrusterResult>,
-    /// The thrust curve that bollard-pull data gives, where there are any.
+    /// The thrust curve fitted to bollard-pull data, if any.
     pub bollard_pull: Option<BollardPullResult>,
-    /// The instruments as they were used.
+    /// The instruments as used.
     pub sensors: Vec<SensorResult>,
     /// The trials.
     pub trials: Vec<TrialResult>,
-    /// True values, where the logs are a twin's.
+    /// True values, if the logs are those of a twin.
     pub truth: Option<BTreeMap<Dof, TruePlant>>,
-    /// True coefficients of the plant of several axes, by name, where the logs are those of the
-    /// twin of a whole vehicle.
+    /// True coefficients of the plant of several axes, by name, if the logs are those of a twin of
+    /// several axes.
     #[serde(default)]
     pub coupled_truth: Option<BTreeMap<String, f64>>,
-    /// What follows from the recommended plants at the greatest force of the trials: top speeds,
-    /// time constants, stopping distances, natural periods.
+    /// Consequences of the recommended plants at the greatest force of the trials: top speeds, time
+    /// constants, stopping distances, natural periods.
     #[serde(default)]
     pub consequences: Vec<Consequence>,
-    /// What could not be done, and why.
+    /// Failures with their reasons.
     pub failures: Vec<Failure>,
-    /// Doubts about the campaign as a whole.
+    /// Caveats of the campaign.
     pub caveats: Vec<Caveat>,
 }
 
 impl Results {
-    /// How far each axis was driven in all trials.
+    /// Returns the range of motion and force on each axis in all trials.
     pub fn driven(&self) -> BTreeMap<Dof, Driven> {
         let mut driven: BTreeMap<Dof, Driven> = BTreeMap::new();
         let mut add = |dof: Dof, more: Driven| {
@@ -127,7 +127,7 @@ impl Results {
         };
         for trial in &self.trials {
             for (&dof, axis) in &trial.axes {
-                // Where no velocity was measured, nothing says how fast it was.
+                // Without measured velocity, the greatest speed is unknown.
                 if let Some(speed_max) = axis.speed_max {
                     add(dof, Driven { speed_max, force_max: axis.force_max });
                 }
@@ -139,11 +139,11 @@ impl Results {
         driven
     }
 
-    /// Whether anything was found.
+    /// Checks that there are results.
     ///
     /// # Errors
-    /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor
-    /// steady drag.
+    /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor steady
+    /// drag.
     pub fn check(&self) -> Result<(), Error> {
         let has_plant = !(self.plants.is_empty() && self.coupled.is_empty());
         if has_plant || !self.steady.is_empty() || !self.steering.is_empty() {
@@ -157,7 +157,7 @@ impl Results {
         Err(Error::NothingFound { reasons })
     }
 
-    /// Why what failed did, each reason once: the axis, the methods that gave it, and the reason.
+    /// Returns the reason of each failure once: the axis, the methods, and the message.
     pub fn reasons(&self) -> Vec<(Dof, String, &str)> {
         let mut all: Vec<(Dof, String, &str)> = Vec::new();
         for Failure { dof, method, message } in &self.failures {
@@ -169,7 +169,7 @@ impl Results {
         all
     }
 
-    /// The plant of a degree of freedom: that of a method, or the recommended one.
+    /// Returns the plant of a degree of freedom by a method, or the recommended one.
     ///
     /// # Errors
     /// [`Error::NoPlant`].
@@ -186,37 +186,37 @@ impl Results {
     }
 }
 
-/// What results were made from.
+/// Source of the results.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Provenance {
-    /// The command that repeats it.
+    /// The command to repeat them.
     pub command: String,
     /// Every file that was read.
     pub inputs: Vec<InputFile>,
-    /// The seed of every random number; absent if none was drawn.
+    /// Seed of all random numbers; absent if none was drawn.
     pub seed: Option<u64>,
-    /// The settings in force, defaults included.
+    /// The effective settings, defaults included.
     pub settings: BTreeMap<String, String>,
 }
 
 /// A file that was read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct InputFile {
-    /// Where, as the campaign names it.
+    /// Path in the campaign.
     pub path: String,
-    /// Its size.
+    /// Size, bytes.
     pub bytes: u64,
     /// SHA-256 of its content, hexadecimal.
     pub sha256: String,
 }
 
-/// Something that could not be done.
+/// A failed fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Failure {
-    /// For which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// By which method: a method's name, or `steady`.
+    /// The method, or `steady`.
     pub method: String,
-    /// Why, and what to do.
+    /// Reason and advice.
     pub message: String,
 }

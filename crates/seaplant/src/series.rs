@@ -196,7 +196,7 @@ impl Timed {
 
     /// Returns the median interval between samples, s; zero for a single sample.
     ///
-    /// Where all intervals are equal but for the rounding of time stamps it is their mean, which
+    /// If all intervals are equal except for the rounding of time stamps, it is their mean, which
     /// that rounding does not affect.
     pub fn period_s(&self) -> f64 {
         self.steps.median
@@ -547,16 +547,16 @@ mod tests {
     #[test]
     fn windows_share_times_where_the_series_share_them() {
         let time_s: Arc<[f64]> = (0..9).map(f64::from).collect();
-        let of = |x: f64| Timed::new("test", Arc::clone(&time_s), vec![x; 9]).expect("valid");
+        let constant = |x: f64| Timed::new("test", Arc::clone(&time_s), vec![x; 9]).expect("valid");
         let mut cutter = Cutter::default();
         let mut window = |x: &Timed| cutter.window(x, (1.5, 6.0)).expect("five samples");
-        let (a, b) = (window(&of(1.0)), window(&of(2.0)));
+        let (a, b) = (window(&constant(1.0)), window(&constant(2.0)));
         assert_eq!(a.time_s(), [2.0, 3.0, 4.0, 5.0, 6.0]);
         assert!(Arc::ptr_eq(&a.time_s, &b.time_s) && b.values() == [2.0; 5]);
         // Other times stay separate, and the sample in force is one more.
-        let held = cutter.window_held(&of(3.0), (1.5, 6.0)).expect("six samples");
+        let held = cutter.window_held(&constant(3.0), (1.5, 6.0)).expect("six samples");
         assert_eq!(held.time_s()[0], 1.0);
-        assert_eq!(held, of(3.0).window_held(1.5, 6.0).expect("six samples"));
+        assert_eq!(held, constant(3.0).window_held(1.5, 6.0).expect("six samples"));
     }
 
     #[test]

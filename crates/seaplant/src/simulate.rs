@@ -1,15 +1,15 @@
-//! The plant driven by logged force.
+//! Simulation of a plant under logged force.
 
 use crate::{Dof, Error, LumpedParameters, Timed};
 
-/// The longest step of the integration, s: at `|β v| = 2/s`, far above any vehicle, the
-/// error of one is below 1e-6 of the velocity.
+/// Longest integration step, s: at `|β v| = 2/s`, far above any vehicle, its error is below 1e-6 of
+/// the velocity.
 const LONGEST_STEP_S: f64 = 0.05;
 
-/// Beyond this a velocity is no vehicle's, m/s or rad/s.
+/// Velocity beyond which a simulation has diverged, m/s or rad/s.
 const RUNAWAY: f64 = 1e3;
 
-/// What a simulation starts from.
+/// The initial state of a simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     /// Position along the degree of freedom, m or rad.
@@ -18,7 +18,7 @@ pub struct State {
     pub velocity: f64,
 }
 
-/// How the plant moved.
+/// Simulated motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Response {
     /// Position at each instant, m or rad.
@@ -35,9 +35,8 @@ impl Response {
 
 /// Integrates `v̇ = α τ + β v|v| + μ v + bias` under a held force, by RK4.
 ///
-/// `start` is the state at `times_s[0]`; the result has one position and one velocity
-/// for each of `times_s`, which must increase. Steps end where the force changes, so
-/// that none straddles a jump.
+/// `start` is the state at `times_s[0]`; the result has one position and one velocity for each of
+/// `times_s`, which must increase. Steps end at changes of force, so that none contains a jump.
 ///
 /// # Errors
 /// [`Error::Diverged`] if the velocity exceeds 1000 m/s or rad/s.
@@ -86,7 +85,7 @@ pub fn simulate(
     Ok(response)
 }
 
-/// One span over which acceleration depends on velocity alone, in equal steps of at most
+/// Integrates over a time in which acceleration depends on velocity only, in equal steps of at most
 /// [`LONGEST_STEP_S`].
 pub(crate) fn advance(acceleration: impl Fn(f64) -> f64, mut state: State, span_s: f64) -> State {
     let steps = (span_s / LONGEST_STEP_S).ceil().max(1.0);
@@ -97,12 +96,12 @@ pub(crate) fn advance(acceleration: impl Fn(f64) -> f64, mut state: State, span_
     state
 }
 
-/// Whether a simulated velocity is one that no vehicle has.
+/// Returns whether a simulated velocity has diverged.
 pub(crate) fn has_run_away(state: State) -> bool {
     state.velocity.is_nan() || state.velocity.abs() > RUNAWAY
 }
 
-/// One classical Runge–Kutta step of the pair (position, velocity).
+/// Takes one classical Runge–Kutta step of position and velocity.
 fn rk4(acceleration: &impl Fn(f64) -> f64, state: State, h: f64) -> State {
     let v1 = state.velocity;
     let a1 = acceleration(v1);
@@ -133,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn coasting_slows_as_the_closed_form_says() {
+    fn coasting_agrees_with_the_closed_form() {
         let start = State { velocity: 0.8, ..Default::default() };
         let times: Vec<f64> = (0..600).map(f64::from).collect();
         let moved =
@@ -150,7 +149,7 @@ mod tests {
 
     #[test]
     fn force_changes_between_output_times() {
-        // Free of drag, velocity is the integral of force: 1 s of 100 N, then none.
+        // Without drag, velocity is the integral of force: 1 s of 100 N, then none.
         let force = thrust(&[(0.0, 100.0), (1.0, 0.0), (1.5, -50.0)]);
         let free = LumpedParameters { alpha: 0.01, ..Default::default() };
         let moved = simulate(Dof::Surge, &free, &force, State::default(), &[0.0, 0.7, 3.0])
@@ -173,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn says_when_an_unstable_plant_runs_away() {
+    fn an_unstable_plant_is_reported_as_divergent() {
         let start = State { velocity: 1.0, ..Default::default() };
         let times: Vec<f64> = (0..100).map(f64::from).collect();
         let run = simulate(Dof::Surge, &plant(-9000.0, 0.0), &thrust(&[(0.0, 0.0)]), start, &times);

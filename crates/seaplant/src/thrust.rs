@@ -1,4 +1,4 @@
-//! From what a thruster is told, or how fast it turns, to the force it gives.
+//! Conversion of thruster commands or propeller speeds to thrust.
 
 mod model;
 
@@ -6,10 +6,10 @@ pub use model::ThrustModel;
 
 use crate::{Error, ThrusterInput};
 
-/// Thrust against the square of an input, with its own coefficient each way.
+/// Thrust as a square law of an input, with a coefficient for each direction.
 ///
-/// `F = forward · s|s|` for s > 0 and `F = reverse · s|s|` for s < 0, where s is
-/// the input less `deadband` towards zero: `s = sign(x − neutral) max(0, |x − neutral| − deadband)`.
+/// `F = forward · s|s|` for s > 0 and `F = reverse · s|s|` for s < 0, where s is the input less
+/// `deadband` towards zero: `s = sign(x − neutral) max(0, |x − neutral| − deadband)`.
 ///
 /// # Source
 /// [Jason2, fig. 2]: 0.0402 N/(rad/s)² forward, 0.0328 reverse, from bollard pull.
@@ -26,31 +26,31 @@ pub struct QuadraticThrust {
     pub forward: f64,
     /// Coefficient for negative input, N per squared unit of input.
     pub reverse: f64,
-    /// Inputs this close to neutral give no thrust; in units of input.
+    /// Half-width of the band around neutral without thrust, in units of input.
     pub deadband: f64,
-    /// The input that means stop: 0 rad/s, or 1500 µs.
+    /// The input of zero thrust: 0 rad/s, or 1500 µs.
     pub neutral: f64,
 }
 
 impl QuadraticThrust {
-    /// The thrust at one input, N.
+    /// Returns the thrust at one input, N.
     pub fn force(&self, input: f64) -> f64 {
         let effective = self.effective(input);
         let coefficient = if effective < 0.0 { self.reverse } else { self.forward };
         coefficient * effective * effective.abs()
     }
 
-    /// The input beyond the deadband, from neutral.
+    /// Returns the input relative to neutral, less the deadband.
     pub fn effective(&self, input: f64) -> f64 {
         let offset = input - self.neutral;
         (offset.abs() - self.deadband).max(0.0).copysign(offset)
     }
 }
 
-/// Thrust measured at inputs, linear in between, at one supply voltage.
+/// Thrust measured at inputs, linearly interpolated, at one supply voltage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThrustTable {
-    /// Supply voltage of the measurement, V; needed only beside other tables.
+    /// Supply voltage of the measurement, V; needed only in addition to other tables.
     pub voltage: Option<f64>,
     inputs: Vec<f64>,
     forces: Vec<f64>,
@@ -59,8 +59,8 @@ pub struct ThrustTable {
 impl ThrustTable {
     /// Sorts and checks points `(input, force)`; N, and the curve's input unit.
     ///
-    /// Repeated inputs are averaged. Bench tables wobble: thrust that falls by
-    /// less than 2 % of its range while the input rises is kept as measured.
+    /// Repeated inputs are averaged. Bench tables are noisy: thrust that falls by less than 2 % of
+    /// its range while the input rises is kept as measured.
     ///
     /// # Errors
     /// [`Error::ThrustTable`] with fewer than two distinct inputs, a number that
@@ -83,12 +83,12 @@ impl ThrustTable {
         Ok(Self { voltage, inputs, forces })
     }
 
-    /// The least and greatest input of the table.
+    /// Returns the least and greatest input of the table.
     pub fn range(&self) -> (f64, f64) {
         (self.inputs[0], self.inputs[self.inputs.len() - 1])
     }
 
-    /// The thrust at one input, N; the end values beyond the table.
+    /// Returns the thrust at one input, N; the end values beyond the table.
     pub fn force(&self, input: f64) -> f64 {
         let after = self.inputs.partition_point(|&x| x <= input);
         if after == 0 {
@@ -109,13 +109,13 @@ impl ThrustTable {
         0.5 * (still[0] + still[still.len() - 1])
     }
 
-    /// The measured points, `(input, force)`.
+    /// Returns the measured points, `(input, force)`.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.inputs.iter().copied().zip(self.forces.iter().copied())
     }
 }
 
-/// The part of its range by which a bench table may fall where it should rise.
+/// Fraction of its range by which a bench table may fall where it should rise.
 const TABLE_WOBBLE: f64 = 0.02;
 
 fn check_monotone(inputs: &[f64], forces: &[f64]) -> Result<(), Error> {
@@ -134,19 +134,19 @@ fn check_monotone(inputs: &[f64], forces: &[f64]) -> Result<(), Error> {
     Ok(())
 }
 
-/// How one thruster turns its input into force.
+/// Thrust of one thruster as a function of its input.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ThrustCurve {
     /// A square law in the named input.
     Quadratic {
-        /// What the law reads.
+        /// The input of the law.
         input: ThrusterInput,
         /// The law.
         law: QuadraticThrust,
     },
     /// Measured tables, one for each supply voltage, in rising order of voltage.
     Table {
-        /// What the tables read.
+        /// The input of the tables.
         input: ThrusterInput,
         /// At least one; with several, each has its voltage.
         tables: Vec<ThrustTable>,
@@ -154,7 +154,7 @@ pub enum ThrustCurve {
 }
 
 impl ThrustCurve {
-    /// The curve with thrust ahead and in reverse as many times as great.
+    /// Returns the curve with forward and reverse thrust multiplied by factors.
     ///
     /// # Errors
     /// [`Error::ThrustTable`] if a table no longer rises with its input, as with a factor below zero.
@@ -170,16 +170,17 @@ impl ThrustCurve {
                 Ok(Self::Quadratic { input: *input, law })
             }
             Self::Table { input, tables } => {
-                let of = |table: &ThrustTable| {
+                let scaled = |table: &ThrustTable| {
                     let points = table.points().map(|(input, thrust)| (input, times(thrust)));
                     ThrustTable::new(table.voltage, points.collect())
                 };
-                Self::tables(*input, tables.iter().map(of).collect::<Result<_, _>>()?)
+                Self::tables(*input, tables.iter().map(scaled).collect::<Result<_, _>>()?)
             }
         }
     }
 
-    /// n of thrust k n|n| at an input: what a square law reads; of a table, the root of its thrust.
+    /// Returns n of thrust k n|n| at an input: the effective input of a square law, or the root of
+    /// a table's thrust.
     pub(crate) fn propeller_speed(&self, input: f64) -> f64 {
         match self {
             Self::Quadratic { law, .. } => law.effective(input),
@@ -190,7 +191,7 @@ impl ThrustCurve {
         }
     }
 
-    /// A curve of measured tables, ordered by voltage.
+    /// Creates a curve from measured tables, ordered by voltage.
     ///
     /// # Errors
     /// [`Error::ThrustTable`] without a table, or if one of several lacks its
@@ -210,17 +211,17 @@ impl ThrustCurve {
         Ok(Self::Table { input, tables })
     }
 
-    /// What the curve reads.
+    /// Returns the input of the curve.
     pub const fn input(&self) -> ThrusterInput {
         match self {
             Self::Quadratic { input, .. } | Self::Table { input, .. } => *input,
         }
     }
 
-    /// The thrust at one input, N; linear between the tables of two voltages.
+    /// Returns the thrust at one input, N; linearly interpolated between the tables of two
+    /// voltages.
     ///
-    /// `voltage` is read only by a curve with several tables; the nearest table
-    /// serves beyond them.
+    /// Only a curve with several tables uses `voltage`; beyond them, the nearest table applies.
     pub fn force(&self, input: f64, voltage: Option<f64>) -> f64 {
         match self {
             Self::Quadratic { law, .. } => law.force(input),
@@ -228,10 +229,10 @@ impl ThrustCurve {
         }
     }
 
-    /// The input at which the curve gives a thrust \[N\], in the unit of the curve.
+    /// Returns the input for a thrust \[N\], in the unit of the curve.
     ///
-    /// `voltage` is as in [`Self::force`]. Thrust beyond the end of a table has the input of that end;
-    /// `None` where the curve gives no thrust that way.
+    /// `voltage` is as in [`Self::force`]. Thrust beyond the end of a table has the input of that
+    /// end; `None` if the curve gives no thrust in that direction.
     ///
     /// # Example
     /// ```
@@ -256,7 +257,7 @@ impl ThrustCurve {
                 let (low, high) = self.range();
                 let gives = |input: f64| self.force(input, voltage) * thrust.signum();
                 let end = [low, high].into_iter().find(|end| gives(*end) > 0.0)?;
-                // Each halving of the interval from rest to the end wins a binary digit: 60 suffice.
+                // Each bisection gains a binary digit: 60 suffice.
                 let (mut less, mut more) = (still, end);
                 for _ in 0..60 {
                     let middle = 0.5 * (less + more);
@@ -267,7 +268,7 @@ impl ThrustCurve {
         }
     }
 
-    /// The input that makes no thrust, or the middle of those that make least.
+    /// Returns the input of zero thrust, or the middle of those with the least.
     pub fn neutral(&self) -> f64 {
         match self {
             Self::Quadratic { law, .. } => law.neutral,
@@ -275,12 +276,12 @@ impl ThrustCurve {
         }
     }
 
-    /// Whether the curve needs the supply voltage beside its input.
+    /// Returns whether the curve depends on supply voltage.
     pub fn needs_voltage(&self) -> bool {
         matches!(self, Self::Table { tables, .. } if tables.len() > 1)
     }
 
-    /// The inputs that the curve was measured over; unbounded for a law.
+    /// Returns the range of inputs over which the curve was measured; unbounded for a law.
     pub fn range(&self) -> (f64, f64) {
         match self {
             Self::Quadratic { .. } => (f64::NEG_INFINITY, f64::INFINITY),
@@ -296,13 +297,13 @@ impl ThrustCurve {
 
 fn force_between(tables: &[ThrustTable], input: f64, voltage: Option<f64>) -> f64 {
     let Some(voltage) = voltage else { return tables[0].force(input) };
-    let of = |table: &ThrustTable| table.voltage.unwrap_or(voltage);
-    let after = tables.partition_point(|table| of(table) <= voltage);
+    let voltage_of = |table: &ThrustTable| table.voltage.unwrap_or(voltage);
+    let after = tables.partition_point(|table| voltage_of(table) <= voltage);
     if after == 0 || after == tables.len() {
         return tables[after.min(tables.len() - 1)].force(input);
     }
     let (below, above) = (&tables[after - 1], &tables[after]);
-    let weight = (voltage - of(below)) / (of(above) - of(below));
+    let weight = (voltage - voltage_of(below)) / (voltage_of(above) - voltage_of(below));
     (1.0 - weight) * below.force(input) + weight * above.force(input)
 }
 
@@ -319,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_between_points_and_between_voltages() {
+    fn interpolates_between_points_and_between_voltages() {
         let at = |voltage, top| {
             ThrustTable::new(Some(voltage), vec![(1900.0, top), (1500.0, 0.0), (1100.0, -top)])
                 .expect("rises")
@@ -332,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn still_is_the_middle_of_the_deadband() {
+    fn neutral_is_the_middle_of_the_deadband() {
         let points = vec![(1100.0, -40.0), (1480.0, 0.0), (1520.0, 0.0), (1900.0, 50.0)];
         let table = ThrustTable::new(None, points).expect("rises");
         let curve = ThrustCurve::tables(ThrusterInput::Pwm, vec![table]).expect("one");

@@ -1,4 +1,4 @@
-//! One stretch of one log of one vehicle, checked once.
+//! A trial: a time window of one log of one vehicle, checked once.
 
 mod agreement;
 mod axis;
@@ -40,23 +40,23 @@ use records::Records;
 pub use report::VelocityReport;
 pub(crate) use start::starting_velocity;
 
-/// What a trial is for.
+/// The role of a trial.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
-    /// Parameters are fitted to it.
+    /// For estimation.
     #[default]
     Fit,
-    /// Fitted plants are judged on it.
+    /// For validation of fitted plants.
     HoldOut,
-    /// It holds stretches at constant speed.
+    /// With stretches at constant speed.
     Steady,
 }
 
 impl Role {
-    /// As campaign files write it.
+    /// Returns the name in campaign files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Fit => "fit",
@@ -66,44 +66,44 @@ impl Role {
     }
 }
 
-/// Where an estimator takes velocity from, if the trial leaves a choice.
+/// The preferred source of velocity, if the trial has several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocitySource {
-    /// The instrument that measures velocity, else the derivative of position.
+    /// The instrument that measures velocity, otherwise the derivative of position.
     Measured,
-    /// The derivative of navigated position, else the instrument.
+    /// The derivative of navigated position, otherwise the instrument.
     Position,
 }
 
-/// What a trial is called, what it is for and which part of the log it takes.
+/// Name, role and time window of a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrialSetup {
-    /// How tables and messages call it.
+    /// Name in tables and messages.
     pub name: String,
-    /// What it is for.
+    /// Its role.
     pub role: Role,
-    /// The degrees of freedom that it exercises.
+    /// The degrees of freedom that it excites.
     pub dofs: Vec<Dof>,
     /// Its start, in the recording's time, s.
     pub from_s: Option<f64>,
     /// Its end, in the recording's time, s.
     pub to_s: Option<f64>,
-    /// Steady stretches `[from, to]`, in the recording's time, s; empty to find them.
+    /// Steady stretches `[from, to]`, in the recording's time, s; detected if empty.
     pub segments_s: Vec<[f64; 2]>,
-    /// The axes of each plant of several axes that the trial may serve; empty if there is none.
+    /// The axes of each plant of several axes to be fitted to the trial.
     pub coupled: Vec<Vec<Dof>>,
-    /// Forces that are known: weights hung on, lines with a scale.
+    /// Known forces: weights hung on the vehicle, and lines with a scale.
     pub known: Vec<KnownForce>,
 }
 
-/// One stretch of one log for one vehicle.
+/// A time window of one log, for one vehicle.
 ///
-/// It offers the raw timed measurements, and uniform views of them, by degree of freedom.
+/// It provides raw measurements and resampled records, by degree of freedom.
 #[derive(Clone, Debug)]
 pub struct Trial {
     setup: TrialSetup,
-    /// Why an axis is absent of which the log says too little, beside those of which it says enough.
+    /// Records, or the reason why one is unusable if others are usable.
     records: BTreeMap<Dof, Result<Records, Error>>,
     mean_heading_rad: Option<f64>,
     beside: Beside,
@@ -115,18 +115,18 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Navigates a recording, turns thruster readings into forces and checks both.
+    /// Navigates a recording, converts thruster readings to forces and checks both.
     ///
     /// # Errors
-    /// [`Error::MissingChannel`] if a degree of freedom of the trial lacks force or
-    /// motion, [`Error::NoOverlap`] if they share no time, [`Error::TooShort`] if
-    /// fewer than ten samples of motion are left in the trial's window.
+    /// [`Error::MissingChannel`] if a degree of freedom of the trial lacks force or motion,
+    /// [`Error::NoOverlap`] if they do not overlap in time, [`Error::TooShort`] if fewer than ten
+    /// samples of motion are in the trial's window.
     pub fn new(setup: TrialSetup, recording: &Recording, vehicle: &Vehicle) -> Result<Self, Error> {
         Self::using_up(setup, recording.clone(), vehicle)
     }
 
-    /// As [`Trial::new`], but readings are freed as soon as they are not needed any more:
-    /// of a long log that is most of the memory.
+    /// Creates a trial as [`Trial::new`], but consumes the recording and frees each channel after
+    /// its use, which saves most of the memory of a long log.
     ///
     /// # Errors
     /// As [`Trial::new`].
@@ -150,14 +150,14 @@ impl Trial {
         let thrust = setup.dofs.iter().map(along).collect::<Result<Vec<_>, Error>>()?;
         let saturated = thrusts.into_saturated();
 
-        // Heading tells whether trials were driven both ways.
+        // Heading shows whether trials were driven in both directions.
         let wanted: Vec<Dof> = setup.dofs.iter().copied().chain([Dof::Yaw]).collect();
         let mut navigated = navigate_along(&setup.name, recording, &vehicle.sensors, &wanted)?;
         caveats.append(&mut navigated.caveats);
         let mut cutter = Cutter::default();
         let mut records = BTreeMap::new();
         for (dof, thrust) in thrust {
-            records.insert(dof, Records::of(&setup, dof, thrust, &navigated, &mut cutter));
+            records.insert(dof, Records::new(&setup, dof, thrust, &navigated, &mut cutter));
         }
         check_records(&setup, &records, &coupled)?;
         let mean_heading_rad = mean_heading_rad(&navigated);
@@ -175,54 +175,54 @@ impl Trial {
         })
     }
 
-    /// Adds doubts that the log's reader had.
+    /// Adds caveats from the log's reader.
     pub fn with_caveats(mut self, caveats: impl IntoIterator<Item = Caveat>) -> Self {
         self.caveats.extend(caveats);
         self
     }
 
-    /// The same trial for another purpose.
+    /// Changes the role.
     pub fn with_role(mut self, role: Role) -> Self {
         self.setup.role = role;
         self
     }
 
-    /// What the trial is called.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         &self.setup.name
     }
 
-    /// What the trial is for.
+    /// Returns the role.
     pub fn role(&self) -> Role {
         self.setup.role
     }
 
-    /// The degrees of freedom that it exercises.
+    /// Returns the degrees of freedom that it excites.
     pub fn dofs(&self) -> &[Dof] {
         &self.setup.dofs
     }
 
-    /// Its name, role and window.
+    /// Returns its name, role and window.
     pub fn setup(&self) -> &TrialSetup {
         &self.setup
     }
 
-    /// The mean direction of the heading, rad; `None` if it was not logged.
+    /// Returns the mean direction of the heading, rad; `None` if it was not logged.
     pub fn mean_heading_rad(&self) -> Option<f64> {
         self.mean_heading_rad
     }
 
-    /// What all axes of the vehicle did, as far as that was logged.
+    /// Returns the motion of other axes, as far as it was logged.
     pub(crate) fn beside(&self) -> &Beside {
         &self.beside
     }
 
-    /// The median rate at which a quantity was logged, Hz; `None` if it was not.
+    /// Returns the median rate at which a quantity was logged, Hz; `None` if it was not.
     pub fn rate_hz(&self, quantity: &Quantity) -> Option<f64> {
         self.rates_hz.get(quantity).copied()
     }
 
-    /// The raw record of one degree of freedom, cut to the trial's window.
+    /// Returns the raw record of one degree of freedom, cut to the trial's window.
     ///
     /// # Errors
     /// As [`Trial::new`].
@@ -235,10 +235,10 @@ impl Trial {
         records.as_ref().map_err(Clone::clone)?.from(source)
     }
 
-    /// What it says of the axes of a plant of several axes.
+    /// Returns the record for a plant of several axes.
     ///
     /// # Errors
-    /// As [`CoupledRecord::new`], if it does not say enough; [`Error::Plant`] if its setup does
+    /// As [`CoupledRecord::new`], if the log is insufficient; [`Error::Plant`] if the setup does
     /// not name such a plant.
     pub fn coupled(&self, axes: &[Dof]) -> Result<&CoupledRecord, Error> {
         let found = self.setup.coupled.iter().position(|known| known == axes);
@@ -253,17 +253,18 @@ impl Trial {
         found.as_ref().map_err(Clone::clone)
     }
 
-    /// What was logged of all axes, on one grid; `None` of a trial that is too short.
+    /// Returns the log of all axes on one grid; `None` for a trial that is too short.
     pub(crate) fn logged(&self) -> Option<&Logged> {
         self.logged.as_ref()
     }
 
-    /// The caveats that every fit to this trial inherits: of units, outliers and how thrust was logged.
+    /// Returns the caveats of every fit to this trial: of units, outliers and the logging of
+    /// thrust.
     pub(crate) fn caveats_of_log(&self) -> &[Caveat] {
         &self.caveats
     }
 
-    /// The caveats that every fit of a degree of freedom of this trial inherits.
+    /// Returns the caveats of every fit of a degree of freedom to this trial.
     pub fn caveats(&self, dof: Dof) -> Vec<Caveat> {
         let mut caveats = self.caveats.clone();
         caveats.extend(saturations(&self.setup.name, &self.saturated));
@@ -288,7 +289,7 @@ impl Trial {
     }
 }
 
-/// Refuses a trial of which nothing can be used, and one that lacks a channel.
+/// Refuses a trial without a usable record, or without a channel.
 fn check_records(
     setup: &TrialSetup,
     records: &BTreeMap<Dof, Result<Records, Error>>,
@@ -304,7 +305,7 @@ fn check_records(
     }
 }
 
-/// That thrusters are driven beyond their curves.
+/// Returns caveats on thrusters driven beyond their curves.
 fn saturations(trial: &str, saturated: &[Saturation]) -> impl Iterator<Item = Caveat> {
     saturated.iter().map(move |Saturation { thruster, part }| {
         let message = format!(
@@ -315,14 +316,14 @@ fn saturations(trial: &str, saturated: &[Saturation]) -> impl Iterator<Item = Ca
     })
 }
 
-/// The direction of the mean of unit vectors, which whole turns leave alone.
+/// Returns the direction of the mean of unit vectors, which does not depend on whole turns.
 fn mean_heading_rad(navigated: &Navigated) -> Option<f64> {
     let heading = navigated.position.get(&Dof::Yaw)?;
     let sum = |of: fn(f64) -> f64| heading.values().iter().map(|x| of(*x)).sum::<f64>();
     Some(sum(f64::sin).atan2(sum(f64::cos)))
 }
 
-/// Below this a trial says nothing: an order-2 filter alone needs ten samples.
+/// Least number of samples of a trial: an order-2 filter alone needs ten.
 const LEAST_SAMPLES: usize = 10;
 
 pub(crate) fn count(n: usize, one: &str, many: &str) -> String {

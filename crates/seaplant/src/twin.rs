@@ -1,9 +1,9 @@
-//! The digital twin: logs of a vehicle whose truth is known.
+//! The digital twin: simulated logs of a vehicle with known true values.
 //!
 //! In [`make`] one degree of freedom moves at a time, driven by a pair of thrusters; in
-//! [`make_whole`] a plant of several axes moves in all of them. Either is seen through
-//! instruments that round, jitter and sit off the origin. What disturbs it, and what its
-//! analyst gets wrong, is switched on by name.
+//! [`make_whole`] a plant of several axes moves in all of them. Instruments have noise,
+//! quantisation and lever arms. Disturbances of the vehicle and errors of its analyst are enabled
+//! by name.
 
 mod closed_loop;
 mod command;
@@ -39,32 +39,32 @@ use crate::random::normal;
 use crate::{CoupledPlan, Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
 use command::Pilot;
 use instruments::{Observer, Single, record};
-use motion::{Moved, move_vehicle};
+use motion::{TrialMotion, simulate_trial};
 use random::Streams;
 use vehicle::InstrumentNoise;
 use water::Water;
 
 /// One rpm, rad/s.
 const RPM: f64 = PI / 30.0;
-/// Thrust is commanded, and most instruments read, at this rate, Hz.
+/// Rate of thrust commands and of most instruments, Hz.
 const TICK_HZ: f64 = 10.0;
-/// Integration steps of 0.02 s in each of those.
+/// Integration steps of 0.02 s per tick.
 const STEPS_PER_TICK: usize = 5;
 
 fn tick_time(tick: usize) -> f64 {
     tick as f64 / TICK_HZ
 }
 
-/// The logs of the twin, and what is true of it.
+/// The logs of the twin, and its true values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwinCampaign {
-    /// The vehicle as its analyst has it.
+    /// The vehicle as described by its analyst.
     pub vehicle: Vehicle,
     /// For each degree of freedom one trial to fit and one to hold out; then steady runs.
     pub trials: Vec<TwinTrial>,
     /// The plants of several axes to be fitted.
     pub coupled: Vec<CoupledPlan>,
-    /// What an analyst would like to know.
+    /// The true values.
     pub truth: Truth,
     /// Propeller speed, rad/s, and thrust, N, of one thruster on a test bench.
     pub bollard_pull: Vec<(f64, f64)>,
@@ -73,20 +73,20 @@ pub struct TwinCampaign {
 /// The log of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwinTrial {
-    /// What it is called: `surge 1`, `surge hold-out`, `heave down 30 %`.
+    /// Its name: `surge 1`, `surge hold-out`, `heave down 30 %`.
     pub name: String,
-    /// What it is for.
+    /// Its role in the identification.
     pub role: Role,
-    /// The degree of freedom that moves; none of a vehicle that moves in several at once.
+    /// The degree of freedom that moves; empty for a vehicle that moves in several at once.
     pub dofs: Vec<Dof>,
-    /// What thrusters and instruments logged, in SI units and radians.
+    /// Logged inputs and measurements, in SI units and radians.
     pub recording: Recording,
-    /// Weights that hung on the vehicle.
+    /// Weights hung on the vehicle.
     pub known: Vec<KnownForce>,
 }
 
 impl TwinTrial {
-    /// The trial of a campaign, as its analyst reads it.
+    /// Creates the trial of a campaign from its log and the analyst's vehicle.
     ///
     /// # Errors
     /// As [`Trial::new`].
@@ -110,14 +110,14 @@ impl TwinTrial {
     }
 }
 
-/// Makes the logs of a twin.
+/// Simulates the logs of a twin.
 ///
-/// `τ = m v̇ + d_Q v_r|v_r| + d_L v_r + b` with v_r the velocity through the water, by
-/// RK4 at 0.02 s under thrust that is held for 0.1 s. Logged propeller speeds are in
-/// force from their time stamp, and are those asked for: lag, delay and rate limit come after.
+/// `τ = m v̇ + d_Q v_r|v_r| + d_L v_r + b` with v_r the velocity through the water, by RK4 in steps
+/// of 0.02 s under thrust held for 0.1 s. Logged propeller speeds are commands, valid from their
+/// time stamp: lag, delay and rate limit act after them.
 ///
 /// # Errors
-/// [`Error::TwinSpec`] for a twin that cannot be, or that surfaces.
+/// [`Error::TwinSpec`] for an invalid specification, or a vehicle that surfaces.
 ///
 /// # Source
 /// [Jason2, tables 3–6] for vehicle, instruments and trials.
@@ -134,7 +134,7 @@ pub fn make(spec: &TwinSpec) -> Result<TwinCampaign, Error> {
     let mut trials = Vec::new();
     let mut mean_current = BTreeMap::new();
     for plan in plans(spec) {
-        let (trial, current) = plan.carry_out(spec)?;
+        let (trial, current) = plan.simulate(spec)?;
         mean_current.insert(trial.name.clone(), current);
         trials.push(trial);
     }
@@ -142,21 +142,21 @@ pub fn make(spec: &TwinSpec) -> Result<TwinCampaign, Error> {
         vehicle: spec.believed_vehicle()?,
         trials,
         coupled: Vec::new(),
-        truth: Truth::of(spec, mean_current),
+        truth: Truth::new(spec, mean_current),
         bollard_pull: bollard_pull(spec),
     })
 }
 
-/// A trial that is to be made.
+/// The plan of a trial.
 struct Plan {
     name: String,
     role: Role,
     dof: Dof,
     plant: PhysicalParameters,
     duration_s: f64,
-    /// Constant thrust of a steady run, as a part of the greatest, positive downwards.
+    /// Constant thrust of a steady run, as a fraction of the greatest, positive downwards.
     thrust: f64,
-    /// Time under way before and after it, as parts of that of all trials of its degree of
+    /// Running time before and after it, as fractions of that of all trials of its degree of
     /// freedom.
     spent: (f64, f64),
 }
@@ -180,7 +180,7 @@ fn plans(spec: &TwinSpec) -> Vec<Plan> {
     plans
 }
 
-/// Shares the time of a degree of freedom out among its trials.
+/// Sets the running times of the trials of a degree of freedom.
 fn spend(plans: &mut [Plan], dof: Dof) {
     let total_s: f64 = plans.iter().filter(|p| p.dof == dof).map(|p| p.duration_s).sum();
     let mut elapsed_s = 0.0;
@@ -191,7 +191,7 @@ fn spend(plans: &mut [Plan], dof: Dof) {
     }
 }
 
-/// `30 %`, or `30.5 %`.
+/// Formats a fraction: `30 %`, or `30.5 %`.
 fn percent(part: f64) -> String {
     format!("{} %", (1000.0 * part).round() / 10.0)
 }
@@ -215,14 +215,14 @@ impl Plan {
         (self.duration_s * TICK_HZ).round() as usize
     }
 
-    /// Makes the trial; with it comes the mean current in it, m/s.
-    fn carry_out(self, spec: &TwinSpec) -> Result<(TwinTrial, f64), Error> {
+    /// Simulates the trial; returns it with its mean current, m/s.
+    fn simulate(self, spec: &TwinSpec) -> Result<(TwinTrial, f64), Error> {
         let streams = Streams { seed: spec.seed, trial: &self.name };
-        let water = Water::of(spec, self.dof, &streams, self.ticks());
+        let water = Water::new(spec, self.dof, &streams, self.ticks());
         let pilot = self.pilot(spec, &streams);
-        let moved = move_vehicle(spec, &self, pilot, &water, &streams)?;
+        let moved = simulate_trial(spec, &self, pilot, &water, &streams)?;
         self.check_submerged(spec, &moved)?;
-        let (vehicle, noise) = (spec.true_vehicle()?, InstrumentNoise::of(spec.noise));
+        let (vehicle, noise) = (spec.true_vehicle()?, InstrumentNoise::from_level(spec.noise));
         let observer = Observer { spec, vehicle: &vehicle, streams: &streams, noise };
         let path = Single { dof: self.dof, moved: &moved, water: &water };
         let recording = record(&observer, &path)?;
@@ -240,18 +240,18 @@ impl Plan {
         }
     }
 
-    fn check_submerged(&self, spec: &TwinSpec, moved: &Moved) -> Result<(), Error> {
+    fn check_submerged(&self, spec: &TwinSpec, moved: &TrialMotion) -> Result<(), Error> {
         let rises = -moved.sunk.iter().copied().fold(0.0, f64::min);
         spec.refuse_surfacing(rises, &self.name)
     }
 }
 
-/// Points of the test bench each way, and what its force gauge errs by, N.
+/// Number of bollard-pull points in each direction, and standard deviation of the force gauge, N.
 const BENCH_POINTS: usize = 10;
 const BENCH_STD_N: f64 = 10.0;
 
 fn bollard_pull(spec: &TwinSpec) -> Vec<(f64, f64)> {
-    let mut rng = Streams { seed: spec.seed, trial: "bench" }.of("bollard pull");
+    let mut rng = Streams { seed: spec.seed, trial: "bench" }.stream("bollard pull");
     let points = BENCH_POINTS as i32;
     let read = |point: i32| {
         let speed = spec.thrusters.max_speed() * f64::from(point) / f64::from(points);
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_seeds_give_equal_logs_and_others_do_not() {
+    fn equal_seeds_give_equal_logs_and_other_seeds_do_not() {
         let all = |seed| {
             short(|spec| {
                 spec.seed = seed;
@@ -288,9 +288,9 @@ mod tests {
         assert_ne!(all(3).trials, all(4).trials);
     }
 
-    /// A seed's twin with the first eight disturbances, as version 0.1.0 logged it.
+    /// A log with the first eight disturbances, written by version 0.1.0.
     #[test]
-    fn a_seed_keeps_the_log_that_it_had() {
+    fn a_seed_gives_the_log_of_version_0_1_0() {
         let plant =
             TwinPlant { mass: 9000.0, d_quadratic: 1500.0, d_linear: 100.0, bias_force: 0.0 };
         let campaign = make(&TwinSpec {
@@ -330,7 +330,7 @@ mod tests {
             let disturbed = short(|spec| {
                 spec.dofs = [Dof::Surge].into();
                 spec.disturbances.insert(disturbance);
-                // A minute is short for gaps that are rare.
+                // Gaps are rare in a minute.
                 spec.strength.gap_interval_s = 5.0;
             });
             let misled = disturbed.vehicle != calm.vehicle;
@@ -340,13 +340,13 @@ mod tests {
     }
 
     #[test]
-    fn one_more_disturbance_leaves_other_noise_as_it_was() {
+    fn another_disturbance_leaves_other_noise_unchanged() {
         let heading = Quantity::Attitude(Attitude::Heading);
         let calm = short(|_| ());
         let pulled = short(|spec| {
             spec.disturbances.insert(Disturbance::Tether);
         });
-        // Surge does not turn the vehicle: heading is its start and its noise.
+        // Surge does not turn the vehicle: heading is its initial value with noise.
         assert_eq!(calm.trials[0].recording[&heading], pulled.trials[0].recording[&heading]);
         let port = speed("fore-aft port");
         assert_eq!(calm.trials[0].recording[&port], pulled.trials[0].recording[&port]);
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn every_trial_is_there_with_its_role() {
+    fn every_trial_is_present_with_its_role() {
         let campaign = short(|_| ());
         let names: Vec<&str> = campaign.trials.iter().map(|trial| trial.name.as_str()).collect();
         assert_eq!(names[..3], ["surge 1", "surge hold-out", "sway 1"]);
@@ -390,7 +390,7 @@ mod tests {
                 if matches!(quantity, Quantity::Thruster { .. }) {
                     assert_on_grid(series, 10.0 * RPM);
                     let most = series.values().iter().fold(0.0_f64, |most, n| most.max(n.abs()));
-                    // Jitter of 5 rpm comes on top of the limit.
+                    // Jitter of 5 rpm is added after the limit.
                     assert!(most < 1690.0 * RPM, "{}: {most}", trial.name);
                 }
             }
@@ -431,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn truth_says_what_the_analyst_was_misled_by() {
+    fn truth_includes_the_errors_of_the_analyst() {
         let campaign = short(|spec| {
             spec.disturbances = Disturbance::parse_list("thrcoef,delay").expect("known");
         });
@@ -459,10 +459,10 @@ mod tests {
     }
 
     #[test]
-    fn the_bench_sees_both_directions() {
+    fn bollard_pull_has_both_directions() {
         let points = short(|_| ()).bollard_pull;
         assert_eq!(points.len(), 21);
-        // Six deviations of the force gauge.
+        // Six standard deviations of the force gauge.
         assert!((points[0].1 + 0.0328 * (1650.0 * RPM).powi(2)).abs() < 60.0, "{points:?}");
         assert!((points[20].1 - 0.0402 * (1650.0 * RPM).powi(2)).abs() < 60.0, "{points:?}");
     }

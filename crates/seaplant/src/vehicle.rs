@@ -1,4 +1,4 @@
-//! The vehicle: where its thrusters push and where its instruments sit.
+//! The vehicle: the positions and curves of its thrusters, and the positions of its instruments.
 
 mod actuators;
 mod velocity_sensor;
@@ -14,34 +14,35 @@ use crate::{Dof, Error, ThrustCurve};
 /// A thruster, in the body frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thruster {
-    /// How channels and messages call it.
+    /// Name in channels and messages.
     pub name: String,
-    /// Where it pushes, m: x forward, y starboard, z down, from the vehicle's origin.
+    /// Point of application of thrust, m: x forward, y starboard, z down, from the vehicle's
+    /// origin.
     pub position_body: Vector3<f64>,
     /// Unit vector of positive thrust.
     pub direction_body: Vector3<f64>,
-    /// From input to force.
+    /// Thrust as a function of the input.
     pub curve: ThrustCurve,
-    /// How well that is known.
+    /// Uncertainty of the thrust coefficients.
     pub uncertainty: ThrustUncertainty,
-    /// What its azimuth turns it about, a unit vector: its direction is that at zero azimuth.
+    /// Unit vector of the axis of azimuth; `direction_body` is the direction at zero azimuth.
     pub azimuth_axis: Option<Vector3<f64>>,
-    /// Its open-water curve, where its thrust is that.
+    /// The open-water curve, if that determines its thrust.
     pub open_water: Option<PropellerCurve>,
 }
 
-/// Standard deviations of a thruster's strength, each way, as parts of its thrust; zero
-/// where nothing is said. Thrusters of one degree of freedom are off together.
+/// Relative standard deviations of a thruster's coefficients by direction; zero if not stated. The
+/// errors of thrusters of one degree of freedom are fully correlated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ThrustUncertainty {
-    /// Of positive thrust.
+    /// For positive thrust.
     pub forward: f64,
-    /// Of negative thrust.
+    /// For negative thrust.
     pub reverse: f64,
 }
 
 impl ThrustUncertainty {
-    /// The least certain of several, each way.
+    /// Returns the largest uncertainty of several thrusters, by direction.
     pub(crate) fn greatest(all: impl Iterator<Item = Self>) -> Self {
         all.fold(Self::default(), |all, one| Self {
             forward: all.forward.max(one.forward),
@@ -51,7 +52,7 @@ impl ThrustUncertainty {
 }
 
 impl Thruster {
-    /// Checks and keeps a thruster; `direction` may have any length but zero.
+    /// Checks and creates a thruster; `direction` may have any length but zero.
     ///
     /// # Errors
     /// [`Error::Thruster`] if the direction is zero or a number is not finite.
@@ -81,10 +82,10 @@ impl Thruster {
         })
     }
 
-    /// The same thruster turned about an axis by what `thruster.NAME.azimuth` says.
+    /// Returns an azimuth thruster that rotates about an axis by `thruster.NAME.azimuth`.
     ///
     /// # Errors
-    /// [`Error::Thruster`] if the axis is zero, not finite, or the way that it pushes.
+    /// [`Error::Thruster`] if the axis is zero, not finite, or parallel to thrust.
     pub fn turned_about(self, axis: [f64; 3]) -> Result<Self, Error> {
         let length = Vector3::from(axis).norm();
         let is_axis = length > 0.0 && length.is_finite();
@@ -96,14 +97,14 @@ impl Thruster {
         Err(Error::Thruster { name: self.name, reason: reason.to_owned() })
     }
 
-    /// The same thruster at an azimuth, rad.
+    /// Returns the thruster at a fixed azimuth, rad.
     pub fn at_azimuth(&self, azimuth: f64) -> Self {
         let Some(axis) = self.azimuth_axis else { return self.clone() };
         let turned = Rotation3::from_axis_angle(&Unit::new_normalize(axis), azimuth);
         Self { direction_body: turned * self.direction_body, ..self.clone() }
     }
 
-    /// The same thruster, its strength known no better than that.
+    /// Returns the thruster with an uncertainty of its coefficients.
     ///
     /// # Errors
     /// [`Error::Thruster`] unless both parts are from 0 to below 1.
@@ -118,7 +119,7 @@ impl Thruster {
         Err(Error::Thruster { name: self.name, reason })
     }
 
-    /// The wrench of one newton of thrust: `[d; r × d]`, N and N m, shape (6,).
+    /// Returns the wrench for one newton of thrust: `[d; r × d]`, N and N m, shape (6,).
     pub fn unit_wrench(&self) -> [f64; 6] {
         let d = self.direction_body;
         let moment = self.position_body.cross(&d);
@@ -126,29 +127,29 @@ impl Thruster {
     }
 }
 
-/// A thruster that turns about an axis nearer than this to its direction does not turn.
+/// Least sine of the angle between azimuth axis and thrust.
 const LEAST_TURN: f64 = 1e-3;
 
-/// How an instrument sits on the vehicle, and how good it is.
+/// Position, alignment and noise of an instrument.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sensor {
-    /// Where it sits, m, body frame.
+    /// Position, m, body frame.
     pub position_body: Vector3<f64>,
-    /// Roll, pitch and yaw that turn the vehicle's axes into the instrument's, rad.
+    /// Roll, pitch and yaw that rotate the vehicle's axes to the instrument's, rad.
     pub rotation_rad: [f64; 3],
     /// Standard deviation of one sample: m/s, m or rad.
     pub std: Option<f64>,
 }
 
 impl Sensor {
-    /// `R_bs`: takes a vector from the instrument's frame to the body's.
+    /// Returns `R_bs`, which rotates a vector from the instrument's frame to the body's.
     pub fn to_body(&self) -> Rotation3<f64> {
         let [roll, pitch, yaw] = self.rotation_rad;
         Rotation3::from_euler_angles(roll, pitch, yaw)
     }
 }
 
-/// The instruments of a vehicle; one that is not described sits at the origin, aligned.
+/// The instruments of a vehicle; an instrument without description is at the origin, aligned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sensors {
     /// Doppler velocity log: std in m/s.
@@ -161,34 +162,34 @@ pub struct Sensors {
     pub position: Sensor,
     /// Accelerometer: std in m/s².
     pub imu: Sensor,
-    /// Whether each logged sample of the accelerometer is the mean since the one before; else it
-    /// is what was measured at its instant.
+    /// True if each logged sample of the accelerometer is the mean since the one before, instead of
+    /// an instantaneous value.
     pub imu_averages: bool,
 }
 
 /// A marine vehicle with known thrusters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
-    /// What it is called.
+    /// Name of the vehicle.
     pub name: String,
-    /// Mass in air, kg: added mass comes on top.
+    /// Mass in air, kg, without added mass.
     pub dry_mass_kg: Option<f64>,
     /// Length, width and height of the hull, m.
     pub size_m: Option<[f64; 3]>,
-    /// How deep the hull reaches into the water, m: makes ship coefficients without dimension.
+    /// Draught of the hull, m, which makes ship coefficients dimensionless.
     pub draught_m: Option<f64>,
-    /// What is known of it dry, for plants of several axes.
+    /// The rigid body, if known, for plants of several axes.
     pub rigid_body: Option<RigidBody>,
-    /// What the water carries of it.
+    /// Displacement and centre of buoyancy, if known.
     pub buoyancy: Option<Buoyancy>,
-    /// All thrusters whose curve is known.
+    /// Thrusters with known curves.
     pub thrusters: Vec<Thruster>,
-    /// Thrusters whose strength is to be estimated, by plants of several axes: their curves say
-    /// which input they read, and no more.
+    /// Thrusters whose coefficients are estimated, by plants of several axes: only the input of
+    /// their curves is used.
     pub propellers: Vec<Thruster>,
     /// Rudders and fins.
     pub fins: Vec<Fin>,
-    /// What the wind meets; forces per unit of wind speed squared are estimated without it.
+    /// Areas exposed to wind; without them, forces per squared wind speed are estimated.
     pub windage: Option<Windage>,
     /// Density of the water, kg/m³.
     pub water_density_kg_m3: f64,
@@ -219,7 +220,7 @@ impl Default for Vehicle {
 pub const SEA_WATER_KG_M3: f64 = 1025.0;
 
 impl Vehicle {
-    /// The area that the hull's box turns towards the water in a translation, m².
+    /// Returns the projected area of the hull's bounding box in the direction of a translation, m².
     ///
     /// ```
     /// use seaplant::{Dof, Vehicle};
@@ -237,9 +238,9 @@ impl Vehicle {
         }
     }
 
-    /// Whether the named thruster acts on a degree of freedom at all, at some azimuth.
+    /// Returns whether the thruster acts on a degree of freedom at some azimuth.
     pub fn acts_on(thruster: &Thruster, dof: Dof) -> bool {
-        // A lever below a micrometre is the rounding of a rotated position.
+        // A lever arm below a micrometre is the rounding of a rotated position.
         let acts = |thruster: &Thruster| thruster.unit_wrench()[dof.index()].abs() > 1e-6;
         acts(thruster)
             || thruster.azimuth_axis.is_some()
@@ -263,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_turned_45_degrees_sees_forward_motion_on_both_axes() {
+    fn a_sensor_rotated_by_45_degrees_measures_forward_motion_on_both_axes() {
         let dvl = Sensor { rotation_rad: [0.0, 0.0, 45_f64.to_radians()], ..Default::default() };
         let seen = dvl.to_body().inverse() * Vector3::x();
         assert!((seen - Vector3::new(0.5_f64.sqrt(), -(0.5_f64.sqrt()), 0.0)).norm() < 1e-12);

@@ -3,21 +3,28 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use seaplant::Dof;
 use seaplant::estimate::RudderLaw;
 use seaplant::results::{
     AxisScore, Coefficient, CoupledPlant, NomotoResult, Parameter, SecondOrder, ToldBy,
 };
+use seaplant::{Dof, Estimate};
 use seaplant_report::number::{Rounded, decimals, or_absent};
 
-use super::{align, beside_truth, plain_table, push_caveats, push_good_for, spoken_verdict};
+use super::{
+    align, beside_truth, parameter_row, plain_table, push_caveats, push_good_for, spoken_verdict,
+};
 use crate::output::{FAINT, STRONG};
 
 /// True coefficients by name; an absent one is zero.
 type Truth = BTreeMap<String, f64>;
 
-/// Formats a block for each plant: coefficients of each axis, couplings, predictions.
-pub(super) fn block(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
+/// Formats a block for each plant: coefficients of each axis, couplings, drag at a speed of each axis,
+/// predictions.
+pub(super) fn block(
+    plant: &CoupledPlant,
+    drag: &[(Dof, (f64, Estimate))],
+    truth: Option<&Truth>,
+) -> String {
     let mut text = String::new();
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     let _ = writeln!(
@@ -29,11 +36,27 @@ pub(super) fn block(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
     );
     push_good_for(&mut text, &plant.verdict);
     let _ = writeln!(text, "{}", coefficients(plant, truth));
+    push_drag(&mut text, drag);
     let where_ = if plant.hold_out.is_some() { "held out" } else { "on its own trials" };
     let _ = writeln!(text, "  simulated from forces alone, {where_}:\n{}", scores(plant));
     push_caveats(&mut text, &plant.caveats);
     text.push('\n');
     text
+}
+
+/// Adds the drag of each axis as a force, which is known where its parts are not.
+fn push_drag(text: &mut String, drag: &[(Dof, (f64, Estimate))]) {
+    if drag.is_empty() {
+        return;
+    }
+    let mut table = plain_table();
+    for (dof, (speed, force)) in drag {
+        let units = dof.units();
+        let name = format!("drag in {dof} at {speed} {}", units.velocity);
+        table.add_row(parameter_row(&name, &Parameter::new(*force, units.force), None));
+    }
+    align(&mut table, 1..4);
+    let _ = writeln!(text, "{}", table.to_string().trim_end());
 }
 
 /// Formats a steering model: K, T and its prediction error.

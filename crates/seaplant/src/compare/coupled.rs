@@ -1,4 +1,4 @@
-//! Plants of several axes beside each other.
+//! Comparison of plants of several axes.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,16 +8,16 @@ use crate::exchange::PlantModel;
 use crate::plant::{Basis, Product};
 use crate::{Dof, Method};
 
-/// A plant of several axes: of a table, or of what a fit identified together.
+/// A plant of several axes: of a table, or of a fit.
 pub(super) struct Coupled<'a> {
     pub(super) model: Cow<'a, PlantModel>,
-    /// The method of each axis; absent of tables.
+    /// The method of each axis; absent for tables.
     methods: BTreeMap<Dof, Method>,
 }
 
 impl<'a> Coupled<'a> {
-    /// `None` of a fit without such a plant, or without one by the method.
-    pub(super) fn of(compared: Compared<'a>, method: Option<Method>) -> Option<Self> {
+    /// Creates the plant; `None` for a fit without such a plant, or without one by the method.
+    pub(super) fn new(compared: Compared<'a>, method: Option<Method>) -> Option<Self> {
         let fit = match compared {
             Compared::Table(model) => {
                 return Some(Self { model: Cow::Borrowed(model), methods: BTreeMap::new() });
@@ -32,7 +32,7 @@ impl<'a> Coupled<'a> {
         Some(Self { model: Cow::Owned(model), methods })
     }
 
-    /// Whether an axis is one of those that belong together.
+    /// Returns whether the plant has an axis.
     pub(super) fn has(&self, dof: Dof) -> bool {
         let is_table = matches!(self.model, Cow::Borrowed(_));
         self.methods.contains_key(&dof) || (is_table && self.model.plant.axes().contains(&dof))
@@ -42,14 +42,14 @@ impl<'a> Coupled<'a> {
         self.methods.get(&dof).copied()
     }
 
-    /// A coefficient by its name.
+    /// Returns a coefficient by its name.
     fn stated(&self, name: &str) -> Option<Stated> {
         let structure = self.model.plant.structure();
         let at = structure.names().iter().position(|known| known == name)?;
         Some(stated(&self.model, at, 1.0, structure.unit_of(&structure.terms()[at])))
     }
 
-    /// The names of coefficients that no axis has by itself.
+    /// Returns the names of coefficients that are not those of a single axis.
     fn names(&self) -> impl Iterator<Item = String> + '_ {
         let structure = self.model.plant.structure();
         let terms = structure.terms().iter().filter(|term| !is_of_one_axis(term));
@@ -57,7 +57,7 @@ impl<'a> Coupled<'a> {
     }
 }
 
-/// A coefficient of a model, `sign` times.
+/// Returns a coefficient of a model, times `sign`.
 pub(super) fn stated(model: &PlantModel, at: usize, sign: f64, unit: String) -> Stated {
     let interval = model.interval(at).map(|ends| ends.map(|end| sign * end));
     Stated {
@@ -68,7 +68,7 @@ pub(super) fn stated(model: &PlantModel, at: usize, sign: f64, unit: String) -> 
     }
 }
 
-/// Whether a term is among the mass, drag and bias of one axis.
+/// Returns whether a term is the mass, drag or bias of one axis.
 fn is_of_one_axis(term: &Basis) -> bool {
     match *term {
         Basis::Mass(i, j) => i == j,
@@ -80,8 +80,8 @@ fn is_of_one_axis(term: &Basis) -> bool {
     }
 }
 
-/// Every coefficient beyond those of single axes that any plant of several axes has; empty of fewer
-/// than two such plants.
+/// Compares every coefficient of plants of several axes except those of single axes; empty for
+/// fewer than two such plants.
 pub(super) fn coefficients(
     plants: &[Option<Coupled<'_>>],
 ) -> BTreeMap<String, ParameterDifference> {
@@ -124,7 +124,7 @@ mod tests {
         let names: Vec<&str> = found.coefficients.keys().map(String::as_str).collect();
         assert_eq!(names, ["mass.sway-yaw", "yaw: v"]);
         let coupling = &found.coefficients["mass.sway-yaw"];
-        // (9 − 3)² / (1² + 1²), and beyond chance.
+        // (9 − 3)² / (1² + 1²), which is significant.
         let test = coupling.test.expect("two state errors");
         assert!((test.q - 18.0).abs() < 1e-9 && test.differs, "{test:?}");
         assert_eq!(coupling.estimates[2].as_ref().expect("stated").std, None);

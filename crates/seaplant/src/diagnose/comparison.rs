@@ -1,4 +1,4 @@
-//! Doubts that show only beside another fit, another trial or another degree of freedom.
+//! Caveats from the comparison of fits, trials or degrees of freedom.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +9,10 @@ use crate::judge::{Judged, PREDICTS, drag_at, free_error, is_better, vouched};
 use crate::results::{PlantResult, Score, SteadyResult, TrialResult};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
-/// Fits of one degree of freedom that differ by more than their intervals allow.
+/// Returns a caveat if two fits of one degree of freedom differ by more than their intervals allow.
 ///
-/// The caveat goes with the fit that is not recommended if that one has a known fault,
-/// else with both.
+/// The caveat applies to the fit that is not recommended if that one has a known fault, otherwise
+/// to both.
 pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
     let (a, b) = (recommended.estimates(), other.estimates());
     let pairs = [
@@ -24,7 +24,7 @@ pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
         let (a, b) = a.zip(b)?;
         let sigma = a.std.hypot(b.std);
         let off = (a.value - b.value).abs();
-        // Below 5 % no one minds, however sharp both are.
+        // Differences below 5 % are irrelevant, however precise both estimates are.
         (off > 2.0 * sigma && off > 0.05 * a.value.abs()).then_some((name, a, b))
     })?;
     let (name, a, b) = apart;
@@ -39,19 +39,19 @@ pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
     Some(Caveat::warning(CaveatCode::MethodsDisagree, message))
 }
 
-/// Masses that differ by more than this part are two masses to a user …
+/// Relative difference of masses above which a dispute is reported …
 const OTHER_MASS: f64 = 0.2;
-/// … and drags by more than this, two drags.
+/// … and that of drags.
 const OTHER_DRAG: f64 = 0.3;
 
-/// Whether a possible plant predicts unseen trials as well as another does.
+/// Returns whether a physically possible plant predicts unseen trials as well as another.
 pub(crate) fn predicts_as_well(one: &Judged, other: &Judged) -> bool {
     let is_worse = one.tested().zip(other.tested()).map(|(a, b)| is_better(&b.parts, &a.parts));
     one.impossible.is_none() && is_worse == Some(false)
 }
 
-/// That another method predicts unseen trials as well as the recommended one, and finds another
-/// plant; `speed` is where drags are compared.
+/// Returns a caveat if another method predicts unseen trials as well as the recommended one with a
+/// different plant; drags are compared at `speed`.
 pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Caveat> {
     if !predicts_as_well(other, one) {
         return None;
@@ -84,11 +84,11 @@ pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Cavea
     Some(Caveat::warning(code, message))
 }
 
-/// Plants whose masses or drags differ by this factor, and that predict alike, leave the plant
-/// open.
+/// Ratio of masses or drags of plants that predict equally well, above which the plant is not
+/// determined.
 const ANOTHER_PLANT: f64 = 1.5;
 
-/// That a plant simulates its own fitted trials clearly worse than output error's does.
+/// Returns a caveat if a plant simulates its own fitted trials clearly worse than output error's.
 pub(crate) fn outdone(one: &Judged, by: &Judged) -> Option<Caveat> {
     let error = |judged: &Judged| judged.own().score.offset_free_error;
     let (own, others) = error(one).zip(error(by))?;
@@ -107,13 +107,13 @@ pub(crate) fn outdone(one: &Judged, by: &Judged) -> Option<Caveat> {
     })
 }
 
-/// Whether a plant predicts trials worse than their mean does, also with offsets of their own.
+/// Returns whether a plant predicts trials worse than their mean, also with offsets removed.
 fn contradicts(score: &Score) -> bool {
     let is_far = free_error(score) > PREDICTS * score.null_error;
     score.r_squared.is_some_and(|r2| r2 < 0.0) && is_far
 }
 
-/// Doubts about how a plant was scored.
+/// Returns caveats from the score of a plant.
 pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     if hold_out.is_none() {
@@ -155,10 +155,10 @@ pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Ca
     caveats
 }
 
-/// An error below this part of the recommended plant's is clearly better.
+/// Ratio of errors below which another plant is clearly better.
 const CLEARLY_BETTER: f64 = 0.85;
 
-/// Whether another method predicts the held-out trials clearly better.
+/// Returns a caveat if another method predicts the held-out trials clearly better.
 pub(crate) fn better_elsewhere(
     dof: Dof,
     recommended: &PlantResult,
@@ -182,8 +182,8 @@ pub(crate) fn better_elsewhere(
     })
 }
 
-/// Reverse thrust that is off its curve in one degree of freedom is so in the others, too,
-/// also where thrusters push in pairs, one ahead and one astern, and hide it in the scale.
+/// Adds caveats on reverse thrust to other degrees of freedom if one shows a wrong ratio: pairs of
+/// thrusters with opposite thrusts hide it in their scale.
 pub(crate) fn reverse_elsewhere(
     plants: &mut BTreeMap<Dof, PlantResult>,
     steady: &mut BTreeMap<Dof, SteadyResult>,
@@ -211,7 +211,7 @@ pub(crate) fn reverse_elsewhere(
     }
 }
 
-/// How far the vehicle goes in the trials of each kind.
+/// Strokes of the vehicle in unsteady and steady trials.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Strokes {
     unsteady: Option<Stroke>,
@@ -252,14 +252,14 @@ impl Stroke {
     }
 }
 
-/// Whether unsteady and steady drag differ by more than their intervals allow; by the test
-/// inside the fit where there is one.
+/// Returns a caveat if unsteady and steady drag differ by more than their intervals allow, by the
+/// test in the fit if there is one.
 pub(crate) fn steady_against_unsteady(
     fit: &Fit,
     steady: &SteadyFit,
     strokes: &Strokes,
 ) -> Option<Caveat> {
-    // As the plant has it, where the test has a fit of its own: one drag has one number.
+    // The drag of the plant, even if the test fitted its own: one drag has one number.
     let unsteady = fit.estimates().d_quadratic?;
     let (runs, sure) = match fit.steady_test {
         Some(test) => (test.steady.d_quadratic?, !test.agrees),

@@ -1,8 +1,8 @@
-//! What users get wrong, tried on the logs: signs, exchanged channels, frames, mounting, units.
+//! Detection of users' mistakes in the logs: signs, exchanged channels, frames, mounting, units.
 //!
-//! Each mistake is a change of the log. Least squares on the equation of motion, whose coefficients
-//! have the signs that those of a vehicle have, says how much of the change of velocity the forces
-//! explain with and without it. It needs no filter and no start, and takes a fraction of a second.
+//! Each mistake is a change of the log. Least squares on the equation of motion, with coefficients
+//! of physically possible sign, yields the share of the change of velocity that the forces explain
+//! with and without it. It needs no filter and no initial values, and takes a fraction of a second.
 
 mod angles;
 mod change;
@@ -11,53 +11,56 @@ mod units;
 mod weak;
 
 use change::{Change, view};
-use weak::{Explained, Look, View, explained, look};
+use weak::{Explained, Settings, View, choose_settings, explained};
 
 use crate::trial::Logged;
 use crate::{Caveat, CaveatCode, Dof, Role, Trial, Vehicle};
 
-/// A mistake that explains the logs, and how to correct it.
+/// A mistake that explains the logs, and its correction.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mistake {
     /// The axes whose motion it explains.
     pub(crate) axes: Vec<Dof>,
-    /// What it is, how much better it explains the logs, and the line to change.
+    /// Description, improvement, and the line to change.
     pub(crate) message: String,
 }
 
 impl Mistake {
-    /// It, as a doubt about plants.
+    /// Returns the mistake as a caveat of plants.
     pub(crate) fn caveat(&self) -> Caveat {
         Caveat::severe(CaveatCode::LikelyMistake, self.message.clone())
     }
 }
 
-/// With a change less than this part of the misfit is left, all axes multiplied: of logs without a
-/// mistake no change leaves less than 0.9 …
+/// A change is reported if it reduces the unexplained variance to below this fraction, as a product
+/// over all axes: without a mistake no change reduces it to below 0.9 …
 const MUCH_BETTER: f64 = 0.4;
-/// … in one axis no more than this part of that without it, …
+/// … in one axis to below this fraction, …
 const BETTER: f64 = 0.6;
-/// … and no more than this part of the variation: what forces explain half of, they cause; …
+/// … and to below this fraction of the variance, so that forces explain most of the motion; …
 const EXPLAINS: f64 = 0.5;
-/// … in no axis more than so many times as much, as by chance where little is explained anyway; …
+/// … in no axis increases it by more than this factor, which chance may do if little is explained;
+/// …
 const NOT_WORSE: f64 = 2.0;
-/// … and log-likelihood grows by so much: chance in one of a million logs for one number, and the
-/// changes tried are some dozens.
+/// … and increases log-likelihood by this much: for one parameter, chance does so in one of a
+/// million logs, and some dozens of changes are tested.
 const SURE: f64 = 25.0;
 
-/// Axes in which less than this part is left are said to be explained by a change.
+/// An axis is listed as explained by a change that reduces its unexplained variance to below this
+/// fraction.
 const NOTICED: f64 = 0.8;
 
-/// Others that leave less than so many times as much in all are named, too.
+/// Other changes are listed if their product of unexplained variances is at most this factor
+/// greater.
 const AS_GOOD: f64 = 1.3;
 
-/// Changes of more channels have to leave less, by this part each.
+/// Penalty per changed channel, in log of unexplained variance.
 const PRICE: f64 = 0.05;
 
-/// No more mistakes than this are made at once.
+/// Largest number of mistakes to search.
 const MOST: usize = 3;
 
-/// The mistakes of signs and places that explain the logs of trials to fit.
+/// Finds the mistakes that explain the logs of fitted trials.
 pub(crate) fn mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Mistake> {
     let fitted = trials.iter().filter(|trial| trial.role() == Role::Fit);
     let logs: Vec<&Logged> = fitted.filter_map(Trial::logged).collect();
@@ -68,7 +71,7 @@ pub(crate) fn mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Mistake> {
     let reversed = |dof: &Dof| {
         changes.iter().any(|change| matches!(change, Change::Reversed(axes) if axes.contains(dof)))
     };
-    let is_right = |(dof, found): &&Of| found.left < EXPLAINS && !reversed(dof);
+    let is_right = |(dof, found): &&AxisFit| found.unexplained < EXPLAINS && !reversed(dof);
     let right: Vec<Dof> = axes.iter().filter(is_right).map(|(dof, _)| *dof).collect();
     let mut all = instruments::mistakes(&logs, &vehicle.sensors, &right);
     all.extend(mistakes);
@@ -76,52 +79,55 @@ pub(crate) fn mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Mistake> {
     all
 }
 
-/// Changes that explain the logs.
+/// The result of a search.
 struct Found {
     mistakes: Vec<Mistake>,
     changes: Vec<Change>,
-    /// What is left with all of them.
-    axes: Vec<Of>,
+    /// The unexplained variance with all of them.
+    axes: Vec<AxisFit>,
 }
 
-/// What is left of an axis.
-type Of = (Dof, Explained);
+/// The unexplained variance of an axis.
+type AxisFit = (Dof, Explained);
 
-/// By how much less is left, ln, over all axes.
-fn worth(as_is: &[Of], with: &[Of]) -> f64 {
-    let gain = |((_, a), (_, b)): (&Of, &Of)| (a.left / b.left).ln();
+/// Returns the decrease of log unexplained variance, summed over all axes.
+fn worth(as_is: &[AxisFit], with: &[AxisFit]) -> f64 {
+    let gain = |((_, a), (_, b)): (&AxisFit, &AxisFit)| (a.unexplained / b.unexplained).ln();
     as_is.iter().zip(with).map(gain).sum()
 }
 
-/// Whether a change explains the logs so much better that it is named.
-fn is_sure(as_is: &[Of], with: &[Of]) -> bool {
+/// Returns whether a change explains the logs well enough to be reported.
+fn is_sure(as_is: &[AxisFit], with: &[AxisFit]) -> bool {
     let both = || as_is.iter().zip(with).map(|((_, a), (_, b))| (a, b));
-    let is_better =
-        |(a, b): (&Explained, &Explained)| b.left < BETTER * a.left && b.left < EXPLAINS;
+    let is_better = |(a, b): (&Explained, &Explained)| {
+        b.unexplained < BETTER * a.unexplained && b.unexplained < EXPLAINS
+    };
     let likelihood: f64 =
-        both().map(|(a, b)| 0.5 * a.windows as f64 * (a.left / b.left).ln()).sum();
+        both().map(|(a, b)| 0.5 * a.windows as f64 * (a.unexplained / b.unexplained).ln()).sum();
     as_is.len() == with.len()
         && worth(as_is, with) > -MUCH_BETTER.ln()
         && both().any(is_better)
-        && both().all(|(a, b)| b.left < NOT_WORSE * a.left)
+        && both().all(|(a, b)| b.unexplained < NOT_WORSE * a.unexplained)
         && likelihood > SURE
 }
 
-/// The logs, and how each axis is looked at.
+/// The logs, and the test functions of each axis.
 struct Bench<'a> {
     logs: &'a [&'a Logged],
-    looks: Vec<(Dof, Look)>,
+    settings: Vec<(Dof, Settings)>,
 }
 
 impl<'a> Bench<'a> {
     fn new(logs: &'a [&'a Logged]) -> Option<Self> {
         let views: Vec<View> = logs.iter().map(|log| view(log, &[])).collect();
-        let of = |dof: &Dof| Some((*dof, look(&on_axis(logs, &views, *dof), *dof)?.0));
-        let looks: Vec<(Dof, Look)> = Dof::ALL.iter().filter_map(of).collect();
-        (!looks.is_empty()).then_some(Self { logs, looks })
+        let with_settings =
+            |dof: &Dof| Some((*dof, choose_settings(&on_axis(logs, &views, *dof), *dof)?.0));
+        let settings: Vec<(Dof, Settings)> = Dof::ALL.iter().filter_map(with_settings).collect();
+        (!settings.is_empty()).then_some(Self { logs, settings })
     }
 
-    /// The changes that explain the logs far better, the best first; and what they leave.
+    /// Searches the changes that explain the logs clearly better, the best first, and returns what
+    /// they leave unexplained.
     fn search(&self, vehicle: &Vehicle) -> Found {
         let all = Change::all(self.logs);
         let (mut made, mut found) = (Vec::<Change>::new(), Vec::new());
@@ -133,12 +139,12 @@ impl<'a> Bench<'a> {
                 let worth = worth(&as_is, &axes) - PRICE * change.channels() as f64;
                 (change.clone(), axes, worth)
             };
-            let mut tried: Vec<(Change, Vec<Of>, f64)> = all.iter().map(tried).collect();
+            let mut tried: Vec<(Change, Vec<AxisFit>, f64)> = all.iter().map(tried).collect();
             tried.retain(|(_, axes, _)| is_sure(&as_is, axes));
             tried.sort_by(|a, b| b.2.total_cmp(&a.2));
             let Some((best, axes, worth)) = tried.first().cloned() else { break };
             let is_as_good =
-                |(_, _, other): &&(Change, Vec<Of>, f64)| *other > worth - AS_GOOD.ln();
+                |(_, _, other): &&(Change, Vec<AxisFit>, f64)| *other > worth - AS_GOOD.ln();
             let others: Vec<&Change> =
                 tried.iter().skip(1).filter(is_as_good).map(|(change, ..)| change).collect();
             found.push(self.mistake(vehicle, &best, &others, [&as_is, &axes]));
@@ -148,13 +154,13 @@ impl<'a> Bench<'a> {
         Found { mistakes: found, changes: made, axes: as_is }
     }
 
-    /// What is left of each axis with changes.
-    fn axes(&self, changes: &[Change]) -> Vec<Of> {
+    /// Returns the unexplained variance of each axis with changes.
+    fn axes(&self, changes: &[Change]) -> Vec<AxisFit> {
         let views: Vec<View> = self.logs.iter().map(|log| view(log, changes)).collect();
-        let of = |(dof, look): &(Dof, Look)| {
-            Some((*dof, explained(&on_axis(self.logs, &views, *dof), *dof, *look)?))
+        let fit_of = |(dof, settings): &(Dof, Settings)| {
+            Some((*dof, explained(&on_axis(self.logs, &views, *dof), *dof, *settings)?))
         };
-        self.looks.iter().filter_map(of).collect()
+        self.settings.iter().filter_map(fit_of).collect()
     }
 
     fn mistake(
@@ -162,16 +168,16 @@ impl<'a> Bench<'a> {
         vehicle: &Vehicle,
         change: &Change,
         others: &[&Change],
-        [as_is, with]: [&[Of]; 2],
+        [as_is, with]: [&[AxisFit]; 2],
     ) -> Mistake {
         let mut better: Vec<(Dof, f64, f64)> = as_is
             .iter()
             .zip(with)
-            .filter(|((_, a), (_, b))| b.left < NOTICED * a.left)
-            .map(|((dof, a), (_, b))| (*dof, a.left, b.left))
+            .filter(|((_, a), (_, b))| b.unexplained < NOTICED * a.unexplained)
+            .map(|((dof, a), (_, b))| (*dof, a.unexplained, b.unexplained))
             .collect();
         better.sort_by(|a, b| (a.2 / a.1).total_cmp(&(b.2 / b.1)));
-        let part = |left: f64| format!("{:.0} %", 100.0 * (1.0 - left));
+        let part = |unexplained: f64| format!("{:.0} %", 100.0 * (1.0 - unexplained));
         let most: Vec<String> = better
             .iter()
             .take(2)
@@ -196,7 +202,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The views of the trials that are to identify an axis.
+/// Returns the views of the trials that identify an axis.
 fn on_axis<'v>(logs: &[&Logged], views: &'v [View], dof: Dof) -> Vec<&'v View> {
     let both = logs.iter().zip(views);
     both.filter(|(log, _)| log.axes.contains(&dof)).map(|(_, view)| view).collect()

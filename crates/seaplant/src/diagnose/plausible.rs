@@ -1,4 +1,4 @@
-//! Whether plants are those of a body in water.
+//! Plausibility of plants as bodies in water.
 
 use std::collections::BTreeMap;
 
@@ -9,14 +9,14 @@ use crate::{Caveat, CaveatCode, Dof, Vehicle};
 /// Density of sea water, kg/m³.
 const SEA_WATER: f64 = 1025.0;
 
-/// Drag coefficients of bodies from a slender hull, end on, to a plate that oscillates in
-/// its own wake [Faltinsen1990, §7]; the area is that of the hull's box.
+/// Drag coefficients of bodies from a slender hull, end on, to a plate that oscillates in its own
+/// wake [Faltinsen1990, §7], by the area of the hull's bounding box.
 const DRAG_COEFFICIENTS: (f64, f64) = (0.02, 10.0);
 
-/// An area this much larger than another makes more added mass, whatever the shape.
+/// Ratio of areas above which the larger one has more added mass for any shape.
 const CLEARLY_LARGER: f64 = 1.3;
 
-/// Raises doubts about the plants of a vehicle whose size is known.
+/// Adds caveats to implausible plants of a vehicle of known size.
 pub(crate) fn implausible(plants: &mut BTreeMap<Dof, PlantResult>, vehicle: &Vehicle) {
     for (dof, plant) in plants.iter_mut() {
         plant.caveats.extend(drag_coefficient(*dof, plant, vehicle));
@@ -34,46 +34,49 @@ pub(crate) fn implausible(plants: &mut BTreeMap<Dof, PlantResult>, vehicle: &Veh
     }
 }
 
-/// A mass or inertia that no vehicle of that weight and size has.
+/// Returns a caveat for a mass or inertia that is impossible for a vehicle of that weight and size.
 pub(crate) fn impossible_mass(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     too_heavy(dof, mass, vehicle).or_else(|| too_light(dof, mass, vehicle))
 }
 
-/// `C_D = d_Q / (½ ρ A)` that no body has, at either end of its interval.
+/// Returns a caveat for a drag coefficient `C_D = d_Q / (½ ρ A)` outside the possible range, if
+/// both ends of its interval are.
 fn drag_coefficient(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<Caveat> {
     let area = vehicle.frontal_area_m2(dof)?;
     let drag = plant.parameters.quadratic_drag.as_ref()?;
-    let of = |drag: f64| drag / (0.5 * SEA_WATER * area);
+    let coefficient = |drag: f64| drag / (0.5 * SEA_WATER * area);
     let (least, most) = DRAG_COEFFICIENTS;
-    let is_off = of(drag.high95) < least || of(drag.low95) > most;
-    // Drag below zero has a caveat of its own.
+    let is_off = coefficient(drag.high95) < least || coefficient(drag.low95) > most;
+    // Negative drag has its own caveat.
     (is_off && drag.value > 0.0).then(|| {
         let message = format!(
             "the quadratic drag in {dof} gives a drag coefficient of {} for the hull's {} m²; bodies in water have {least} to {most}: check the units of thrust and speed, and the vehicle's size",
-            spoken(of(drag.value)),
+            spoken(coefficient(drag.value)),
             spoken(area)
         );
         Caveat::warning(CaveatCode::Implausible, message)
     })
 }
 
-/// Without the size of the hull: with the water that open frames hold, a vehicle has up to six times
-/// its mass in air [Jason2, table 5]; more than this is doubtful …
+/// Without the size of the hull: an open frame with its enclosed water has up to six times its mass
+/// in air [Jason2, table 5]; more than this is doubtful …
 const DOUBTFUL_TIMES_DRY: f64 = 7.0;
-/// … and more than this is no vehicle's.
+/// … and more than this is impossible.
 const MOST_TIMES_DRY: f64 = 10.0;
 
-/// A hull may stand out of its box, by tanks and frames: half as much again is forgiven.
+/// Tolerance for parts outside the hull's bounding box, such as tanks and frames.
 const FORGIVEN_TIMES: f64 = 1.5;
 
-/// A mass that no body of that size has: well more than the vehicle, the water in its box, and
-/// what a plate of its face moves with it, `π/4 ρ a b²` for sides a ≥ b [Newman1977, ch. 4].
+/// Returns a caveat for a mass that is impossible for a body of that size: well above the vehicle,
+/// the water in its bounding box, and the added mass of a plate of its face, `π/4 ρ a b²` for sides
+/// a ≥ b [Newman1977, ch. 4].
 ///
-/// An inertia: the vehicle at the corners of its box, the water in it and around it spread evenly.
+/// The limit of an inertia has the vehicle at the corners of its box, and the water in and around
+/// it spread evenly.
 fn too_heavy(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     let (most, by) = most_mass(dof, vehicle)?;
     let (doubtful, by_doubt) = match vehicle.size_m {
-        // What a hull of a known size holds and moves leaves no room for doubt.
+        // For a hull of known size, enclosed water and added mass are known well enough.
         Some(_) => (most, by),
         None => (most * DOUBTFUL_TIMES_DRY / MOST_TIMES_DRY, "seven times the mass in air"),
     };
@@ -93,7 +96,7 @@ fn too_heavy(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     Some(caveat(CaveatCode::Implausible, message))
 }
 
-/// The most mass that moves with a hull along an axis, and why.
+/// Returns the greatest effective mass of a hull along an axis, and its description.
 fn most_mass(dof: Dof, vehicle: &Vehicle) -> Option<(f64, &'static str)> {
     let Some([length, width, height]) = vehicle.size_m else {
         let dry = vehicle.dry_mass_kg.filter(|_| !dof.is_rotation())?;
@@ -126,11 +129,11 @@ fn most_mass(dof: Dof, vehicle: &Vehicle) -> Option<(f64, &'static str)> {
     Some((FORGIVEN_TIMES * (dry * square / 4.0 + water * square / 12.0), HULL))
 }
 
-/// Of the inertia of a box of even density, a vehicle that has its mass in its middle keeps more
-/// than this part.
+/// Least ratio of inertia to that of a box of even density, for a vehicle with its mass in its
+/// middle.
 const LEAST_INERTIA_PART: f64 = 0.15;
 
-/// An inertia that is too small for a vehicle of that mass and size.
+/// Returns a caveat for an inertia that is too small for a vehicle of that mass and size.
 fn too_light(dof: Dof, inertia: &Parameter, vehicle: &Vehicle) -> Option<Caveat> {
     let ([length, width, height], dry) = (vehicle.size_m?, vehicle.dry_mass_kg?);
     let (a, b) = match dof {
@@ -153,7 +156,7 @@ fn too_light(dof: Dof, inertia: &Parameter, vehicle: &Vehicle) -> Option<Caveat>
     })
 }
 
-/// More added mass along the axis with the clearly smaller area.
+/// Returns a caveat if the axis of the clearly smaller area has more added mass.
 fn out_of_order(
     narrow: Dof,
     broad: Dof,
@@ -184,7 +187,7 @@ mod tests {
     use crate::Severity;
 
     #[test]
-    fn open_frames_and_small_robots_are_below_the_most_and_twenty_times_as_much_is_not() {
+    fn open_frames_and_small_robots_are_possible_and_twenty_times_their_mass_is_not() {
         let jason = Vehicle {
             dry_mass_kg: Some(3400.0),
             size_m: Some([3.4, 2.2, 2.4]),
@@ -216,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn an_inertia_is_that_of_a_body_of_that_mass_and_size() {
+    fn limits_of_inertia_follow_from_mass_and_size() {
         let robot = Vehicle {
             dry_mass_kg: Some(8.6),
             size_m: Some([0.327, 0.283, 0.136]),

@@ -1,4 +1,4 @@
-//! From thruster inputs to the forces that a plant feels: curves, lag, delay, allocation.
+//! Forces on a plant from thruster inputs: curves, lag, delay, allocation.
 
 use std::collections::BTreeMap;
 
@@ -7,68 +7,68 @@ use crate::motion::Wind;
 use crate::plant::Signal;
 use crate::{Dof, Error, Thruster, Timed};
 
-/// What drives a plant, by name.
+/// The inputs of a plant, by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drive {
     /// Inputs of thrusters, in the unit of their curves, held between changes.
     pub thrusters: BTreeMap<String, Timed>,
-    /// Supply voltage, V, for curves that read it.
+    /// Supply voltage, V, for curves that depend on it.
     pub supply_v: Option<Timed>,
-    /// Force or moment on an axis beside the thrusters, N or N m, held between changes.
+    /// Force or moment on an axis in addition to the thrusters, N or N m, held between changes.
     pub wrench: BTreeMap<Dof, Timed>,
-    /// Angles of rudders and fins, rad; between samples they go straight.
+    /// Angles of rudders and fins, rad; linear between samples.
     pub angles: BTreeMap<String, Timed>,
-    /// The wind; still air if there is none.
+    /// The wind; still air if absent.
     pub wind: Option<Wind>,
-    /// Whether propellers have turned as the first inputs say before these begin; else they stand
-    /// still until then.
+    /// True if propellers run at the first inputs before these begin; otherwise they are at rest
+    /// until then.
     pub already_turning: bool,
 }
 
-/// How finely a propeller that lags is followed, s: as long as a step of the simulation.
+/// Time step for lagging propellers, s: that of the simulation.
 const GRID_S: f64 = 0.02;
 
 impl PlantModel {
-    /// The force on each axis, held between its times; none where nothing pushes.
+    /// Returns the force on each axis, held between its times; `None` on axes without force.
     ///
-    /// A propeller follows its input `s` by `lag ṡ = input − s`, delayed, thrust in reverse is
-    /// what the curve says times the reverse ratio, and the force of all thrusters on the axis
-    /// follows theirs by its own lag, all as they were fitted for the axis. Before its first input a
-    /// propeller stands still, unless [`Drive::already_turning`]. Forces beside the thrusters act at
-    /// once.
+    /// Propeller speed `s` follows its input by `lag ṡ = input − s`, after the delay; reverse
+    /// thrust is that of the curve times the reverse ratio; and the force of all thrusters on the
+    /// axis has its own lag, each as fitted for the axis. Before its first input a propeller is at
+    /// rest, unless [`Drive::already_turning`]. Forces in addition to the thrusters act
+    /// immediately.
     ///
     /// # Errors
-    /// [`Error::Thruster`] for an input of a thruster that the plant does not have, or a curve of
-    /// several voltages without one.
+    /// [`Error::Thruster`] for an input of an unknown thruster, or a curve of several voltages
+    /// without supply voltage.
     pub fn forces(&self, drive: &Drive, until_s: f64) -> Result<[Option<Timed>; 6], Error> {
         for name in drive.thrusters.keys().filter(|name| !self.is_propeller(name)) {
             self.thruster(name)?;
         }
         let mut forces = std::array::from_fn(|_| None);
         for dof in Dof::ALL {
-            let pushing: Vec<(&Thruster, &Timed)> = drive
+            let acting: Vec<(&Thruster, &Timed)> = drive
                 .thrusters
                 .iter()
                 .filter_map(|(name, input)| Some((self.thruster(name).ok()?, input)))
                 .filter(|(thruster, _)| crate::Vehicle::acts_on(thruster, dof))
                 .collect();
             let known = drive.wrench.get(&dof);
-            if pushing.is_empty() && known.is_none() {
+            if acting.is_empty() && known.is_none() {
                 continue;
             }
             let actuation = self.actuation.get(&dof).cloned().unwrap_or_default();
             let (supply_v, already_turning) = (drive.supply_v.as_ref(), drive.already_turning);
-            let run = Run { dof, pushing, known, supply_v, actuation, already_turning };
+            let run = Run { dof, acting, known, supply_v, actuation, already_turning };
             forces[dof.index()] = Some(run.force(until_s)?);
         }
         Ok(forces)
     }
 
-    /// What the plant's effects read; angles and drives that are not given are zero, and the air is
-    /// still: a wind comes in by [`Inputs::wind`](crate::motion::Inputs::wind).
+    /// Returns the signals of the plant's effects; missing angles and thruster inputs are zero, and
+    /// the air is still: wind is a separate input, [`Inputs::wind`](crate::motion::Inputs::wind).
     ///
     /// # Errors
-    /// [`Error::Fin`] for the angle of a surface that the plant does not have.
+    /// [`Error::Fin`] for the angle of an unknown surface.
     pub fn signals(&self, drive: &Drive) -> Result<BTreeMap<Signal, Timed>, Error> {
         let wanted = self.plant.structure().signals();
         let is_known = |name: &&String| {
@@ -81,7 +81,7 @@ impl PlantModel {
             return Err(Error::Fin { what: "rudder", name: name.clone(), reason });
         }
         let still = Timed::new("input", vec![0.0], vec![0.0])?;
-        let of = |signal: &Signal| {
+        let series = |signal: &Signal| {
             let given = match signal {
                 Signal::Angle { name, .. } => drive.angles.get(name).cloned(),
                 Signal::Drive(name) => {
@@ -102,15 +102,15 @@ impl PlantModel {
             };
             (signal.clone(), given.unwrap_or_else(|| still.clone()))
         };
-        Ok(wanted.iter().map(of).collect())
+        Ok(wanted.iter().map(series).collect())
     }
 
-    /// Whether wind pushes it.
+    /// Returns whether an effect depends on wind.
     pub fn reads_wind(&self) -> bool {
         self.plant.structure().signals().iter().any(Signal::is_of_wind)
     }
 
-    /// Whether a thruster is one whose strength was estimated.
+    /// Returns whether the strength of a thruster was estimated.
     fn is_propeller(&self, name: &str) -> bool {
         let signals = self.plant.structure().signals();
         let known = self.thrusters.iter().any(|thruster| thruster.name == name);
@@ -127,15 +127,15 @@ impl PlantModel {
     }
 }
 
-/// What follows a goal by a first-order lag, after some time.
+/// Returns the first-order response to a constant goal after a time `h`.
 fn after(x: f64, goal: f64, h: f64, lag_s: f64) -> f64 {
     if lag_s > 0.0 { goal + (x - goal) * (-h / lag_s).exp() } else { goal }
 }
 
-/// One axis.
+/// The forces on one axis.
 struct Run<'a> {
     dof: Dof,
-    pushing: Vec<(&'a Thruster, &'a Timed)>,
+    acting: Vec<(&'a Thruster, &'a Timed)>,
     known: Option<&'a Timed>,
     supply_v: Option<&'a Timed>,
     actuation: Actuation,
@@ -154,14 +154,14 @@ impl Run<'_> {
             true => input.values()[0],
             false => thruster.curve.neutral(),
         };
-        let mut speeds: Vec<f64> = self.pushing.iter().map(before).collect();
+        let mut speeds: Vec<f64> = self.acting.iter().map(before).collect();
         let mut forces = Vec::with_capacity(times.len());
         let mut lagging = (!self.already_turning).then_some(0.0);
         for (k, &t) in times.iter().enumerate() {
             let h = times.get(k + 1).map_or(0.0, |next| next - t);
             let mut force = 0.0;
-            for ((thruster, input), speed) in self.pushing.iter().zip(&mut speeds) {
-                // In the middle of a step: at its ends a delay's rounding may name either side.
+            for ((thruster, input), speed) in self.acting.iter().zip(&mut speeds) {
+                // In the middle of a step: at its ends a delay's rounding may select either side.
                 let goal = self.input_at(thruster, input, t + 0.5 * h - delay_s);
                 let thrust = self.thrust(thruster, after(*speed, goal, 0.5 * h, lag_s), t)?;
                 *speed = after(*speed, goal, h, lag_s);
@@ -176,7 +176,7 @@ impl Run<'_> {
         Timed::new("force", times, forces)
     }
 
-    /// The input in force at a time.
+    /// Returns the input at a time.
     fn input_at(&self, thruster: &Thruster, input: &Timed, t: f64) -> f64 {
         let stands = !self.already_turning && t < input.first_s();
         if stands { thruster.curve.neutral() } else { input.held_at(t) }
@@ -191,9 +191,9 @@ impl Run<'_> {
         Ok(thruster.curve.force(input, volts))
     }
 
-    /// Every change, and a grid where a propeller lags.
+    /// Returns the times of all changes, and a grid for lagging propellers.
     fn times(&self, lag_s: f64, delay_s: f64, until_s: f64) -> Vec<f64> {
-        let inputs = self.pushing.iter().flat_map(|(_, input)| input.time_s());
+        let inputs = self.acting.iter().flat_map(|(_, input)| input.time_s());
         let mut times: Vec<f64> = inputs.map(|t| t + delay_s).collect();
         times.extend(self.known.iter().flat_map(|known| known.time_s()));
         times.extend(self.supply_v.iter().flat_map(|supply| supply.time_s()));
@@ -259,8 +259,8 @@ mod tests {
         drive.thrusters.insert("port".to_owned(), port);
         let forces = boat().forces(&drive, 3.0).expect("known");
         let yaw = forces[5].as_ref().expect("turned");
-        // Of a lag of 0.5 s, after 0.5 s: 63 % of the speed, 40 % of the force. Each step holds what
-        // acts in its middle.
+        // Lag 0.5 s, after 0.5 s: 63 % of the speed, 40 % of the force. Each step has the force in
+        // its middle.
         for (times, force) in yaw.time_s().windows(2).zip(yaw.values()) {
             let since = 0.5 * (times[0] + times[1]) - 1.0;
             let expected = 0.5 * 400.0 * (1.0 - (-since.max(0.0) / 0.5).exp()).powi(2);
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_lags_follows_its_thrusters() {
+    fn a_lagging_force_follows_its_thrusters() {
         let mut model = boat();
         let mut yaw = model.actuation.remove(&Dof::Yaw).expect("stated");
         yaw.force_lag = yaw.lag.take();
@@ -280,14 +280,15 @@ mod tests {
         drive.wrench.insert(Dof::Yaw, held(7.0));
         let forces = model.forces(&drive, 3.0).expect("known");
         let yaw = forces[5].as_ref().expect("turned");
-        // 0.5 s after the step, of a lag of 0.5 s: 63 % of the force; what is beside acts at once.
+        // Lag 0.5 s, 0.5 s after the step: 63 % of the force; the additional force acts
+        // immediately.
         let expected = 7.0 + 0.5 * 400.0 * (1.0 - (-1.0_f64).exp());
         assert!((yaw.at(1.49) / expected - 1.0).abs() < 0.02, "{}", yaw.at(1.49));
         assert!((yaw.held_at(0.5) - 7.0).abs() < 1e-9);
     }
 
     #[test]
-    fn a_step_at_the_start_finds_propellers_that_stand_still() {
+    fn before_a_step_at_the_start_propellers_are_at_rest() {
         let forces = |already_turning: bool| {
             let drive = Drive { already_turning, ..drive(100.0, 100.0) };
             let mut model = boat();
@@ -305,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_delayed_input_leaves_its_propeller_still_until_then() {
+    fn a_propeller_is_at_rest_until_its_delayed_input() {
         let mut model = boat();
         let mut delayed = model.actuation.remove(&Dof::Yaw).expect("stated");
         delayed.delay = delayed.lag.take();

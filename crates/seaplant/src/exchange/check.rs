@@ -1,28 +1,28 @@
-//! Results as a file holds them: whether numbers that stand twice agree.
+//! Consistency checks of results in a file.
 
 use super::file::{basis_of_name, is_possible_std};
 use crate::plant::{Basis, Product};
 use crate::results::{CoupledPlant, MatrixResult, Parameter, PlantResult, Results};
 use crate::{Dof, Error, LumpedParameters};
 
-/// Rounding of a writer and a reader changes less than this part of a number.
+/// Relative rounding of a writer and a reader.
 const ROUNDING: f64 = 1e-6;
 
-/// Compares the numbers that results hold twice, and refuses standard deviations that cannot be.
+/// Compares numbers that results contain twice, and refuses impossible standard deviations.
 ///
-/// `parameters` and `lumped` are one plant, as are `plants.DOF` and `methods.DOF.METHOD`, and the
-/// coefficients and matrices of a plant of several axes.
+/// `parameters` and `lumped` describe one plant, as do `plants.DOF` and `methods.DOF.METHOD`, and
+/// the coefficients and matrices of a plant of several axes.
 ///
 /// # Errors
-/// [`Error::ResultsNumber`] names the first number that contradicts another, with both; it also
-/// names a number that is not finite, and a standard deviation below zero.
+/// [`Error::ResultsNumber`] with both values of the first number that contradicts another; also for
+/// a number that is not finite, or a negative standard deviation.
 pub fn check_results(results: &Results) -> Result<(), Error> {
     for (dof, plant) in &results.plants {
-        let place = format!("plants.{dof}");
-        check_plant(&place, plant)?;
+        let path = format!("plants.{dof}");
+        check_plant(&path, plant)?;
         let of_method = results.methods.get(dof).and_then(|methods| methods.get(&plant.method));
         if let Some(other) = of_method {
-            check_same(&place, plant, &format!("methods.{dof}.{}", plant.method), other)?;
+            check_same(&path, plant, &format!("methods.{dof}.{}", plant.method), other)?;
         }
     }
     for (dof, methods) in &results.methods {
@@ -33,8 +33,7 @@ pub fn check_results(results: &Results) -> Result<(), Error> {
     results.coupled.iter().try_for_each(|(name, plant)| check_coupled(name, plant))
 }
 
-/// The parameters of a plant with the names that results give them; those that were not fitted are
-/// absent.
+/// Returns the parameters of a plant with their names in results; those not fitted are absent.
 fn named(plant: &PlantResult) -> [(&'static str, Option<&Parameter>); 4] {
     let p = &plant.parameters;
     [
@@ -45,19 +44,19 @@ fn named(plant: &PlantResult) -> [(&'static str, Option<&Parameter>); 4] {
     ]
 }
 
-fn check_plant(place: &str, plant: &PlantResult) -> Result<(), Error> {
+fn check_plant(path: &str, plant: &PlantResult) -> Result<(), Error> {
     for (name, parameter) in named(plant) {
         let Some(parameter) = parameter else { continue };
-        check_parameter(&format!("{place}.parameters.{name}"), parameter)?;
+        check_parameter(&format!("{path}.parameters.{name}"), parameter)?;
     }
     for (name, parameter) in &plant.nuisances {
-        check_parameter(&format!("{place}.nuisances.{name}"), parameter)?;
+        check_parameter(&format!("{path}.nuisances.{name}"), parameter)?;
     }
-    check_lumped(place, plant)
+    check_lumped(path, plant)
 }
 
-/// `m = 1/α`, `d_Q = −β m`, `d_L = −μ m`, `b = −bias m`.
-fn check_lumped(place: &str, plant: &PlantResult) -> Result<(), Error> {
+/// Checks `m = 1/α`, `d_Q = −β m`, `d_L = −μ m`, `b = −bias m`.
+fn check_lumped(path: &str, plant: &PlantResult) -> Result<(), Error> {
     let LumpedParameters { alpha, beta, mu, bias } = plant.lumped;
     let mass = plant.parameters.mass.value;
     let lumped = [("alpha", alpha), ("beta", beta), ("mu", mu), ("bias", bias)];
@@ -66,9 +65,9 @@ fn check_lumped(place: &str, plant: &PlantResult) -> Result<(), Error> {
         let from_parameters = if name == "mass" { 1.0 / value } else { -value / mass };
         if !are_close(from_parameters, lumped) {
             let reason = format!(
-                "is {value}, which makes {lumped_name} {from_parameters}, but {place}.lumped.{lumped_name} is {lumped}"
+                "is {value}, which makes {lumped_name} {from_parameters}, but {path}.lumped.{lumped_name} is {lumped}"
             );
-            return Err(contradiction(format!("{place}.parameters.{name}"), &reason));
+            return Err(contradiction(format!("{path}.parameters.{name}"), &reason));
         }
     }
     Ok(())
@@ -76,40 +75,40 @@ fn check_lumped(place: &str, plant: &PlantResult) -> Result<(), Error> {
 
 /// Compares the recommended plant with the same plant among those of all methods.
 fn check_same(
-    place: &str,
+    path: &str,
     plant: &PlantResult,
-    other_place: &str,
+    other_path: &str,
     other: &PlantResult,
 ) -> Result<(), Error> {
     let value = |parameter: Option<&Parameter>| parameter.map_or(0.0, |p| p.value);
     for ((name, here), (_, there)) in named(plant).into_iter().zip(named(other)) {
         let (here, there) = (value(here), value(there));
         if !are_close(here, there) {
-            let reason = format!("is {here}, but {other_place}.parameters.{name} is {there}");
-            return Err(contradiction(format!("{place}.parameters.{name}"), &reason));
+            let reason = format!("is {here}, but {other_path}.parameters.{name} is {there}");
+            return Err(contradiction(format!("{path}.parameters.{name}"), &reason));
         }
     }
     Ok(())
 }
 
 fn check_coupled(name: &str, result: &CoupledPlant) -> Result<(), Error> {
-    let place = format!("coupled.{name}");
+    let path = format!("coupled.{name}");
     for (coefficient, x) in &result.parameters {
         let numbers = [x.value, x.std, x.low95, x.high95];
-        check_numbers(&format!("{place}.parameters.\"{coefficient}\""), numbers)?;
+        check_numbers(&format!("{path}.parameters.\"{coefficient}\""), numbers)?;
     }
     for (nuisance, parameter) in &result.nuisances {
-        check_parameter(&format!("{place}.nuisances.{nuisance}"), parameter)?;
+        check_parameter(&format!("{path}.nuisances.{nuisance}"), parameter)?;
     }
     for (coefficient, x) in &result.parameters {
-        check_entries(&place, result, coefficient, x.value)?;
+        check_entries(&path, result, coefficient, x.value)?;
     }
     Ok(())
 }
 
-/// Compares a coefficient with its entries in the matrices, if it has any.
+/// Compares a coefficient with its entries in the matrices, if any.
 fn check_entries(
-    place: &str,
+    path: &str,
     result: &CoupledPlant,
     coefficient: &str,
     value: f64,
@@ -120,8 +119,8 @@ fn check_entries(
         let entry = axis(on).zip(axis(of)).and_then(|(i, j)| matrix.value.get(i)?.get(j).copied());
         if entry.is_none_or(|entry| !are_close(entry, value)) {
             let entry = entry.map_or_else(|| "absent".to_owned(), |entry| entry.to_string());
-            let reason = format!("is {value}, but {place}.{key} of {on} and {of} is {entry}");
-            return Err(contradiction(format!("{place}.parameters.\"{coefficient}\""), &reason));
+            let reason = format!("is {value}, but {path}.{key} of {on} and {of} is {entry}");
+            return Err(contradiction(format!("{path}.parameters.\"{coefficient}\""), &reason));
         }
     }
     Ok(())
@@ -130,7 +129,7 @@ fn check_entries(
 /// A matrix by its key in results, and the row and column of an entry.
 type Entry<'a> = (&'static str, &'a MatrixResult, [Dof; 2]);
 
-/// Where the matrices hold a coefficient: a mass that couples two axes stands twice.
+/// Returns the entries of a coefficient in the matrices: two for a mass that couples two axes.
 fn entries(result: &CoupledPlant, term: Basis) -> Vec<Entry<'_>> {
     match term {
         Basis::Mass(i, j) => {

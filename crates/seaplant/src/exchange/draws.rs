@@ -1,4 +1,4 @@
-//! Plants as uncertain as an identification leaves them.
+//! Random draws of plants within their uncertainty.
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
@@ -12,9 +12,9 @@ use crate::plant::{Basis, Plant, Product};
 /// Draws of coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Draws {
-    /// How many.
+    /// Number of draws.
     pub count: usize,
-    /// Where their random numbers start.
+    /// Seed of their random numbers.
     pub seed: u64,
 }
 
@@ -24,20 +24,20 @@ impl Default for Draws {
     }
 }
 
-/// For one draw that a vehicle can have, so many are tried.
+/// Attempts per physically possible draw.
 const TRIES: usize = 50;
 
 impl PlantModel {
-    /// Plants whose coefficients are drawn from the normal distribution of the estimate.
+    /// Draws plants with coefficients from the normal distribution of the estimate.
     ///
-    /// A draw whose M is not that of a body, or whose damping of an axis by itself is below zero
-    /// where the estimate's is not, is drawn again. Empty if the covariance is not known.
+    /// A draw is repeated if its M is not positive definite, or if damping of an axis by its own
+    /// velocity is negative and the estimate's is not. Empty if the covariance is unknown.
     ///
     /// # Errors
-    /// [`Error::Plant`] if hardly any draw is a plant: the coefficients are then not known.
+    /// [`Error::Plant`] if hardly any draw is possible: the coefficients are then unknown.
     pub fn draws(&self, draws: Draws) -> Result<Vec<Plant>, Error> {
         let Some(covariance) = &self.covariance else { return Ok(Vec::new()) };
-        // In an order of their own: draws do not depend on that of a file.
+        // Terms are sorted, so that draws do not depend on their order in a file.
         let terms = self.plant.structure().terms();
         let mut order: Vec<usize> = (0..terms.len()).collect();
         order.sort_by_key(|k| terms[*k]);
@@ -46,7 +46,7 @@ impl PlantModel {
             let scale = std(order[i]) * std(order[j]);
             if scale > 0.0 { covariance[(order[i], order[j])] / scale } else { 0.0 }
         });
-        // Of a correlation that is rounded, not its Cholesky factor: it need not exist.
+        // By eigenvalues: a rounded correlation matrix may have no Cholesky factor.
         let eigen = correlation.symmetric_eigen();
         let scale = eigen.eigenvalues.map(|x| x.max(0.0).sqrt());
         let mut random = ChaCha8Rng::seed_from_u64(draws.seed);
@@ -77,7 +77,7 @@ impl PlantModel {
         Err(Error::Plant { axes: self.plant.structure().name(), reason })
     }
 
-    /// The plant with other coefficients, if a vehicle can have it.
+    /// Returns the plant with changed coefficients, if it is physically possible.
     fn moved(&self, by: &DVector<f64>) -> Option<Plant> {
         let terms = self.plant.structure().terms().iter().zip(self.plant.coefficients());
         let mut coefficients = Vec::with_capacity(by.len());
@@ -94,7 +94,7 @@ impl PlantModel {
     }
 }
 
-/// The 2.5 % and 97.5 % points; of what is not empty.
+/// Returns the 2.5 % and 97.5 % quantiles of values, which must not be empty.
 pub(super) fn band(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     let at = |part: f64| {

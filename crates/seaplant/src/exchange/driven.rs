@@ -1,4 +1,4 @@
-//! What disturbed a plant in its trials.
+//! Disturbances of a plant in its trials.
 
 use std::collections::BTreeMap;
 
@@ -13,21 +13,21 @@ use crate::random::gauss_markov;
 use crate::results::{CoupledPlant, PlantResult};
 use crate::{Dof, Error, Timed};
 
-/// A slow force on an axis that nothing measured explains, as the filter error method found it:
-/// a first-order Gauss–Markov process.
+/// A slow unexplained force on an axis, as estimated by the filter error method: a first-order
+/// Gauss–Markov process.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Disturbance {
-    /// Its standard deviation, N or N m.
+    /// Standard deviation, N or N m.
     pub std: f64,
-    /// Its correlation time, s.
+    /// Correlation time, s.
     pub correlation_s: f64,
 }
 
-/// How finely a disturbance is drawn, s, unless its correlation time asks for more.
+/// Time step of a drawn disturbance, s, unless a short correlation time requires less.
 const GRID_S: f64 = 0.1;
 
-/// Steps of a disturbance over a prediction, at most.
+/// Largest number of time steps of a disturbance.
 const MOST_STEPS: f64 = 1e6;
 
 impl Disturbance {
@@ -42,10 +42,10 @@ impl Disturbance {
 }
 
 impl PlantModel {
-    /// Inputs with a draw of the disturbances added; draw `k` of a seed is always the same.
+    /// Returns inputs with a draw of the disturbances added; draw `k` of a seed is always the same.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] if the plant's disturbances are not.
+    /// [`Error::NotFinite`] if the plant's disturbances are not finite.
     pub(super) fn disturbed(
         &self,
         inputs: &Inputs,
@@ -56,7 +56,7 @@ impl PlantModel {
         let mut disturbed = inputs.clone();
         for (dof, disturbance) in &self.disturbances {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
-            // A stream for each axis and draw, apart from that of the coefficients.
+            // A random stream for each axis and draw, separate from that of the coefficients.
             random.set_stream(1 + (6 * k + dof.index()) as u64);
             let drawn = disturbance.draw(until_s, random)?;
             let place = &mut disturbed.force[dof.index()];
@@ -69,7 +69,7 @@ impl PlantModel {
     }
 }
 
-/// The sum of two series, each held between its times.
+/// Returns the sum of two series, each held between its times.
 fn sum(a: &Timed, b: &Timed) -> Result<Timed, Error> {
     let mut times: Vec<f64> = a.time_s().iter().chain(b.time_s()).copied().collect();
     times.sort_by(f64::total_cmp);
@@ -78,21 +78,21 @@ fn sum(a: &Timed, b: &Timed) -> Result<Timed, Error> {
     Timed::new("force", times, values)
 }
 
-/// The disturbance of an axis that was identified by itself, N or N m.
-pub(super) fn of_axis(plant: &PlantResult) -> Option<Disturbance> {
+/// Returns the disturbance of an axis that was identified alone, N or N m.
+pub(super) fn disturbance_of_axis(plant: &PlantResult) -> Option<Disturbance> {
     let std = plant.nuisances.get("disturbance")?.value * plant.parameters.mass.value;
     let correlation_s = plant.nuisances.get("disturbance_correlation")?.value;
     possible(Disturbance { std, correlation_s })
 }
 
-/// The disturbances of a plant of several axes.
-pub(super) fn of_coupled(plant: &CoupledPlant) -> BTreeMap<Dof, Disturbance> {
-    let of = |&dof: &Dof| {
+/// Returns the disturbances of a plant of several axes.
+pub(super) fn disturbances_of_coupled(plant: &CoupledPlant) -> BTreeMap<Dof, Disturbance> {
+    let disturbance = |&dof: &Dof| {
         let std = plant.nuisances.get(&format!("disturbance: {dof}"))?.value;
         let correlation_s = plant.nuisances.get(&format!("disturbance correlation: {dof}"))?.value;
         Some((dof, possible(Disturbance { std, correlation_s })?))
     };
-    plant.axes.iter().filter_map(of).collect()
+    plant.axes.iter().filter_map(disturbance).collect()
 }
 
 fn possible(of: Disturbance) -> Option<Disturbance> {
@@ -105,19 +105,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_draw_has_the_spread_and_the_memory_that_were_asked_for() {
+    fn a_draw_has_the_specified_spread_and_correlation_time() {
         let disturbance = Disturbance { std: 20.0, correlation_s: 2.0 };
         let random = ChaCha8Rng::seed_from_u64(3);
         let drawn = disturbance.draw(20_000.0, random).expect("finite");
         let x = drawn.values();
         let mean = x.iter().sum::<f64>() / x.len() as f64;
-        let of = |lag: usize| {
+        let autocovariance = |lag: usize| {
             let pairs = x.iter().zip(&x[lag..]);
             pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / x.len() as f64
         };
-        // 20 000 s hold 5000 independent stretches of 2 T: 2 % of the deviation at two sigma.
-        assert!((of(0).sqrt() - 20.0).abs() < 0.6, "{}", of(0).sqrt());
-        let memory = of(20) / of(0);
+        // 20 000 s are 5000 independent intervals of 2 T: 2 % of the deviation at two sigma.
+        assert!((autocovariance(0).sqrt() - 20.0).abs() < 0.6, "{}", autocovariance(0).sqrt());
+        let memory = autocovariance(20) / autocovariance(0);
         assert!((memory - (-1.0_f64).exp()).abs() < 0.04, "{memory}");
     }
 }

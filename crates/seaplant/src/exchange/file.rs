@@ -1,4 +1,4 @@
-//! The file in which a plant travels: `seaplant/plant/1`, in Fossen's form.
+//! The plant file, `seaplant/plant/1`, in Fossen's notation.
 
 use std::collections::BTreeMap;
 
@@ -6,50 +6,50 @@ use nalgebra::{DMatrix, Matrix6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::cancel::coriolis_of;
+use super::cancel::coriolis_products;
 use super::of_results::plant_of_terms;
 use super::{Actuation, Disturbance, Driven, Origin, PlantModel};
 use crate::plant::{Basis, Effect, Product};
 use crate::results::{BuoyancyResult, Correlation, CurveResult, RigidBodyResult};
 use crate::{Dof, Error, Thruster, axes_by_name, schema_of_axes};
 
-/// The name and version of this file.
+/// Name and version of the file format.
 pub const PLANT_SCHEMA: &str = "seaplant/plant/1";
 
-/// A plant as a file: a published table, or what `seaplant export --to json` wrote.
+/// A plant as a file: a published table, or the output of `seaplant export --to json`.
 ///
-/// Body frame x forward, y starboard, z down; SI. Masses and damping are positive: M_A is minus
-/// the SNAME derivatives X_u̇ …, damping minus X_u, X_|u|u …; all stand on the left of
-/// `M ν̇_r + C(M, ν_r) ν_r + D ν_r + D_q |ν_r| ν_r + … + g(η) = τ`.
+/// Body frame x forward, y starboard, z down; SI. Masses and damping are positive: M_A is minus the
+/// SNAME derivatives X_u̇ …, damping minus X_u, X_|u|u …; all are on the left of `M ν̇_r + C(M,
+/// ν_r) ν_r + D ν_r + D_q |ν_r| ν_r + … + g(η) = τ`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlantFile {
     /// `seaplant/plant/1`.
     pub schema: String,
-    /// What the vehicle is called.
+    /// Name of the vehicle.
     pub name: String,
-    /// Where the numbers come from: article, table, file.
+    /// Source of the numbers: article, table, file.
     pub source: String,
-    /// Where that can be read.
+    /// Address of the source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub url: Option<String>,
     /// Its licence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub licence: Option<String>,
-    /// What a reader must know beside the numbers.
+    /// Notes to the user.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// The axes that are known, in the order of rows and columns; all six if left out.
+    /// The known axes, in the order of rows and columns; all six if left out.
     #[serde(default = "all_axes", deserialize_with = "axes_by_name")]
     #[schemars(schema_with = "schema_of_axes")]
     pub axes: Vec<Dof>,
-    /// Whether C(M_A) comes on top of the numbers or is among them.
+    /// Treatment of C(M_A) in the numbers.
     #[serde(default)]
     pub coriolis: Coriolis,
-    /// The vehicle dry.
+    /// The rigid body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid_body: Option<FileRigidBody>,
-    /// What the water carries.
+    /// Displacement and centre of buoyancy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub buoyancy: Option<BuoyancyResult>,
     /// Length, width and height of the hull, m.
@@ -58,72 +58,72 @@ pub struct PlantFile {
     /// M, rigid body and added mass together: its diagonal, or all of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_matrix: Option<Entries>,
-    /// M_A, beside `rigid_body`: its diagonal, or all of it.
+    /// M_A, in addition to `rigid_body`: its diagonal, or all of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_mass: Option<Entries>,
-    /// What multiplies ν_r.
+    /// The matrix that multiplies ν_r.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub linear_damping: Option<Entries>,
-    /// What multiplies |ν_k|ν_k of each axis k.
+    /// The matrix that multiplies |ν_k|ν_k of each axis k.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quadratic_damping: Option<Entries>,
-    /// W − B, N, in place of `rigid_body` and `buoyancy`.
+    /// W − B, N, instead of `rigid_body` and `buoyancy`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weight_minus_buoyancy_n: Option<f64>,
-    /// `W r_G − B r_B`, N m, in place of `rigid_body` and `buoyancy`.
+    /// `W r_G − B r_B`, N m, instead of `rigid_body` and `buoyancy`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub righting_lever_nm: Option<[f64; 3]>,
     /// Further terms, such as `"yaw: |v|r" = 3.5`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub terms: BTreeMap<String, f64>,
-    /// All coefficients by name, in place of every matrix, restoring and term above.
+    /// All coefficients by name, instead of every matrix, restoring force and term above.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub coefficients: BTreeMap<String, FileCoefficient>,
     /// Correlations of the coefficients.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<Correlation>,
-    /// Forces of rudders, fins, propellers of unknown strength and wind, whose coefficients stand
-    /// among `coefficients` by their names.
+    /// Forces of rudders, fins, propellers of unknown strength and wind, with coefficients by name
+    /// among `coefficients`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<Effect>,
     /// Thrusters.
     #[serde(default, rename = "thruster", skip_serializing_if = "Vec::is_empty")]
     pub thrusters: Vec<FileThruster>,
-    /// What stands between thrust and the water, by axis.
+    /// The actuator model by axis.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub actuation: BTreeMap<Dof, Actuation>,
-    /// How far each axis was driven in the trials that the numbers come from.
+    /// Range of motion and force in the trials, by axis.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub driven: BTreeMap<Dof, Driven>,
-    /// What disturbed each axis there.
+    /// Disturbances in the trials, by axis.
     #[serde(default, rename = "disturbance", skip_serializing_if = "BTreeMap::is_empty")]
     pub disturbances: BTreeMap<Dof, Disturbance>,
-    /// The same numbers once more, for readers; not read back.
+    /// The same numbers as matrices, for readers; ignored on input.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub derived: Option<Derived>,
 }
 
-/// A plant as matrices over all six axes, in SNAME order; an entry that is not known is null.
+/// A plant as matrices over all six axes, in SNAME order; an unknown entry is null.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Derived {
     /// M.
     pub mass_matrix: Vec<Vec<Option<f64>>>,
-    /// M_RB, where the dry vehicle is known.
+    /// M_RB, if the rigid body is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid_body_mass_matrix: Option<Vec<Vec<Option<f64>>>>,
-    /// M − M_RB, where the dry vehicle is known.
+    /// M − M_RB, if the rigid body is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_mass: Option<Vec<Vec<Option<f64>>>>,
-    /// What multiplies ν_r.
+    /// The matrix that multiplies ν_r.
     pub linear_damping: Vec<Vec<Option<f64>>>,
-    /// What multiplies |ν_k|ν_k.
+    /// The matrix that multiplies |ν_k|ν_k.
     pub quadratic_damping: Vec<Vec<Option<f64>>>,
     /// Products of other velocities, by name.
     pub other_terms: BTreeMap<String, f64>,
     /// Hydrodynamic derivatives in SNAME's notation and sign: X_udot, X_u, X_u|u| …; those of M
-    /// only where the rigid body is known.
+    /// only if the rigid body is known.
     pub sname: BTreeMap<String, f64>,
-    /// From thrusts, N, to the wrench, N and N m; a column for each thruster.
+    /// The matrix from thrusts, N, to the wrench, N and N m; a column for each thruster.
     pub allocation: Vec<Vec<f64>>,
 }
 
@@ -131,14 +131,14 @@ fn all_axes() -> Vec<Dof> {
     Dof::ALL.to_vec()
 }
 
-/// Whether the Coriolis forces of added mass come on top of a table's numbers.
+/// Treatment of the Coriolis forces of added mass in a table's numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coriolis {
-    /// They do: C(M) follows from M.
+    /// The numbers exclude them: C(M) follows from M.
     #[default]
     Explicit,
-    /// Derivatives such as N_uv or X_vr hold them already; the Munk moment must not count twice.
+    /// Derivatives such as N_uv or X_vr include them; the Munk moment must not count twice.
     InDerivatives,
 }
 
@@ -152,14 +152,14 @@ pub enum Entries {
     Matrix(Vec<Vec<f64>>),
 }
 
-/// A vehicle dry, with its inertia about its centre of gravity.
+/// A rigid body, with its inertia about its centre of gravity.
 pub type FileRigidBody = RigidBodyResult;
 
-/// A coefficient with what is known of its error.
+/// A coefficient with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileCoefficient {
-    /// The number.
+    /// The value.
     pub value: f64,
     /// Its standard deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -181,24 +181,24 @@ pub struct FileCoefficient {
 pub struct FileThruster {
     /// Its name.
     pub name: String,
-    /// Where it pushes, m.
+    /// Point of application of thrust, m.
     pub position_m: [f64; 3],
-    /// The way of positive thrust.
+    /// Direction of positive thrust.
     pub direction: [f64; 3],
     /// Its curve.
     pub curve: CurveResult,
-    /// The greatest speed of its shaft, either way, rpm, where the source states it.
+    /// Largest shaft speed in either direction, rpm, if the source states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_rpm: Option<f64>,
 }
 
 impl PlantFile {
-    /// The plant that the file holds.
+    /// Converts the file to a plant.
     ///
     /// # Errors
-    /// [`Error::PlantTable`] with the key that is wrong; [`Error::PlantTerm`] for a term that is
-    /// none; [`Error::Plant`] if M is not that of a body; [`Error::RigidBody`],
-    /// [`Error::Thruster`] or [`Error::ThrustTable`] for a vehicle that cannot be.
+    /// [`Error::PlantTable`] with the invalid key; [`Error::PlantTerm`] for an invalid term;
+    /// [`Error::Plant`] if M is not positive definite; [`Error::RigidBody`], [`Error::Thruster`] or
+    /// [`Error::ThrustTable`] for a physically impossible vehicle.
     pub fn model(&self) -> Result<PlantModel, Error> {
         if self.schema != PLANT_SCHEMA {
             let reason = format!("is `{}`; this version reads `{PLANT_SCHEMA}`", self.schema);
@@ -237,7 +237,7 @@ impl PlantFile {
         })
     }
 
-    /// Refuses standard deviations and intervals that cannot be.
+    /// Refuses impossible standard deviations and intervals.
     fn check_errors(&self) -> Result<(), Error> {
         for (name, x) in &self.coefficients {
             let refuse = |key: &str, reason: String| {
@@ -256,7 +256,7 @@ impl PlantFile {
         Ok(())
     }
 
-    /// The least of what its thrusters state.
+    /// Returns the least of the thrusters' limits.
     fn max_rpm(&self) -> Result<Option<f64>, Error> {
         let stated = || self.thrusters.iter().filter_map(|thruster| thruster.max_rpm);
         match stated().find(|rpm| !(rpm.is_finite() && *rpm > 0.0)) {
@@ -296,7 +296,7 @@ impl PlantFile {
         named.map(|(name, x)| Ok((self.term_of_name(name)?, x.value))).collect()
     }
 
-    /// The term of a coefficient's name, that of an effect by its number.
+    /// Returns the term of a coefficient's name, that of an effect by its index.
     fn term_of_name(&self, name: &str) -> Result<Basis, Error> {
         match self.effects.iter().position(|effect| effect.name == name) {
             Some(k) => Ok(Basis::Effect(k)),
@@ -341,7 +341,7 @@ impl PlantFile {
         Ok(terms)
     }
 
-    /// M over the axes of the file.
+    /// Returns M over the axes of the file.
     fn mass(&self) -> Result<DMatrix<f64>, Error> {
         match (&self.mass_matrix, &self.added_mass, &self.rigid_body) {
             (Some(_), Some(_), _) => Err(refuse(
@@ -407,7 +407,7 @@ impl PlantFile {
         Ok(())
     }
 
-    /// Takes C(M_A) out again: [`PlantModel`] has an explicit C of all of M.
+    /// Subtracts C(M_A): [`PlantModel`] has an explicit C of all of M.
     fn cancel_coriolis(&self, terms: &mut Vec<(Basis, f64)>) -> Result<(), Error> {
         let Some(added) = &self.added_mass else {
             let reason =
@@ -421,7 +421,7 @@ impl PlantFile {
                 six[(i.index(), j.index())] = added[(k, l)];
             }
         }
-        for (on, product, value) in coriolis_of(&six) {
+        for (on, product, value) in coriolis_products(&six) {
             let reads = |of: Dof| self.axes.contains(&of);
             if reads(on) && product.factors().all(|factor| reads(factor.of)) {
                 push(terms, Basis::Product(on, product), value);
@@ -441,7 +441,7 @@ impl PlantFile {
         self.coefficients.iter().filter_map(interval).collect()
     }
 
-    /// Of named coefficients that all have a standard deviation.
+    /// Returns the covariance of named coefficients, if all have a standard deviation.
     fn covariance(&self, terms: &[(Basis, f64)]) -> Option<DMatrix<f64>> {
         let std: Option<Vec<f64>> = self.coefficients.values().map(|x| x.std).collect();
         let std = std.filter(|std| !std.is_empty() && std.len() == terms.len())?;
@@ -464,14 +464,14 @@ impl PlantFile {
     }
 }
 
-/// A damping matrix: its key, its entries, and the product of speeds that each multiplies.
+/// A damping matrix: its key, its entries, and the product of velocities that each multiplies.
 type Products<'a> = (&'static str, &'a Option<Entries>, fn(Dof) -> Product);
 
 fn refuse(key: &str, reason: String) -> Error {
     Error::PlantTable { key: key.to_owned(), reason }
 }
 
-/// Whether a standard deviation is finite, as its square is, and not below zero.
+/// Returns whether a standard deviation is not negative, and its square finite.
 pub(super) fn is_possible_std(std: f64) -> bool {
     std >= 0.0 && (std * std).is_finite()
 }
@@ -481,7 +481,7 @@ fn thruster(thruster: &FileThruster) -> Result<Thruster, Error> {
     Thruster::new(name, *position_m, *direction, curve.curve()?)
 }
 
-/// Adds to a term that is there already: a table may hold it twice in other words.
+/// Adds a value to a term, which a table may contain twice under different names.
 fn push(terms: &mut Vec<(Basis, f64)>, basis: Basis, value: f64) {
     match terms.iter_mut().find(|(known, _)| *known == basis) {
         Some((_, sum)) => *sum += value,
@@ -489,7 +489,7 @@ fn push(terms: &mut Vec<(Basis, f64)>, basis: Basis, value: f64) {
     }
 }
 
-/// Entries that mirror each other may differ by this part: published tables are rounded.
+/// Largest relative difference of mirrored entries: published tables are rounded.
 const SYMMETRY_PART: f64 = 1e-3;
 
 fn symmetric(key: &str, matrix: &DMatrix<f64>, i: usize, j: usize) -> Result<f64, Error> {
@@ -505,7 +505,7 @@ fn symmetric(key: &str, matrix: &DMatrix<f64>, i: usize, j: usize) -> Result<f64
     Ok(0.5 * (a + b))
 }
 
-/// A coefficient by the name that results give it.
+/// Parses a coefficient's name in results.
 pub(super) fn basis_of_name(name: &str) -> Result<Basis, Error> {
     let unknown = || {
         Error::PlantTerm {
@@ -557,7 +557,7 @@ mod tests {
     }
 
     #[test]
-    fn the_munk_moment_counts_once_in_tables_that_hold_it() {
+    fn the_munk_moment_counts_once_in_tables_that_include_it() {
         let yaw = |coriolis: &str| {
             let mut value = remus();
             value["coriolis"] = coriolis.into();
@@ -565,14 +565,14 @@ mod tests {
             let velocity = Vector6::new(1.5, 0.1, 0.0, 0.0, 0.0, 0.0);
             plant.resistance(&velocity, &Vector3::z())[5]
         };
-        // N_uv of the table stands alone: the rigid body has no moment of its own in u v.
+        // N_uv is that of the table alone: the rigid body has no moment in u v.
         assert!((yaw("in-derivatives") - 24.0 * 0.15).abs() < 1e-12);
         let munk = (35.5 - 0.93) * 0.15;
         assert!((yaw("explicit") - (24.0 * 0.15 + munk)).abs() < 1e-12);
     }
 
     #[test]
-    fn wrong_tables_are_refused_by_their_key() {
+    fn invalid_tables_are_refused_by_their_key() {
         let error = |key: &str, value: serde_json::Value| {
             let mut all = remus();
             all[key] = value;

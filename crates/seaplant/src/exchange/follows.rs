@@ -1,4 +1,4 @@
-//! What follows from a plant: top speeds, time constants, stopping distances, natural periods.
+//! Consequences of a plant: top speeds, time constants, stopping distances, natural periods.
 
 use std::collections::BTreeMap;
 
@@ -10,12 +10,12 @@ use crate::plant::{Basis, Plant, Product};
 use crate::{Dof, Error, PhysicalParameters};
 
 impl PlantModel {
-    /// Top speed, time constant there and stopping distance for a force on each axis, the
-    /// speed of rising or sinking freely, and the periods of free roll and pitch.
+    /// Computes top speed, time constant there and stopping distance for a force on each axis, the
+    /// terminal speed of free ascent or descent, and the natural periods of roll and pitch.
     ///
-    /// Every axis is taken by itself: `τ = d_Q v|v| + d_L v + b` at rest of all others. The period
-    /// is `2π √(1/(M⁻¹)ᵢᵢ / lever)`, other axes free to follow and damping left out. `force` has N
-    /// and N m by axis; intervals are those of draws.
+    /// Each axis is considered alone: `τ = d_Q v|v| + d_L v + b` with all others at rest. The
+    /// period is `2π √(1/(M⁻¹)ᵢᵢ / lever)`, other axes free to move and damping neglected. `force`
+    /// has N and N m by axis; intervals are those of draws.
     ///
     /// # Errors
     /// As [`PlantModel::draws`].
@@ -32,9 +32,9 @@ impl PlantModel {
             };
             let values: Vec<f64> = drawn.iter().filter_map(same).collect();
             // Draws without the number leave the interval open.
-            let is_told = !drawn.is_empty() && values.len() == drawn.len();
+            let is_known = !drawn.is_empty() && values.len() == drawn.len();
             Consequence {
-                interval95: is_told.then(|| band(values)),
+                interval95: is_known.then(|| band(values)),
                 name: number.name,
                 axis: number.axis,
                 value: number.value,
@@ -46,14 +46,14 @@ impl PlantModel {
 }
 
 impl PlantModel {
-    /// `τ = m v̇ + d_Q v|v| + d_L v + b` of one axis at rest of all others, level; `None` of an
-    /// axis that is not known.
+    /// Returns the parameters of `τ = m v̇ + d_Q v|v| + d_L v + b` of one axis with all others at
+    /// rest, level; `None` for an axis outside the plant.
     pub fn single_axis(&self, dof: Dof) -> Option<PhysicalParameters> {
-        self.plant.axes().contains(&dof).then(|| alone(&self.plant, dof))
+        self.plant.axes().contains(&dof).then(|| single_axis_of(&self.plant, dof))
     }
 }
 
-fn alone(plant: &Plant, dof: Dof) -> PhysicalParameters {
+fn single_axis_of(plant: &Plant, dof: Dof) -> PhysicalParameters {
     let value = |basis: Basis| plant.coefficient(&basis).unwrap_or(0.0);
     let excess = if dof == Dof::Heave { value(Basis::WeightExcess) } else { 0.0 };
     PhysicalParameters {
@@ -74,7 +74,7 @@ struct Number {
 fn numbers(plant: &Plant, force: &BTreeMap<Dof, f64>) -> Vec<Number> {
     let mut all = Vec::new();
     for &dof in plant.axes() {
-        let axis = Axis::of(plant, dof);
+        let axis = Axis::new(plant, dof);
         if let Some(&tau) = force.get(&dof) {
             driven(&axis, tau, &mut all);
         }
@@ -86,30 +86,31 @@ fn numbers(plant: &Plant, force: &BTreeMap<Dof, f64>) -> Vec<Number> {
     all
 }
 
-/// One axis by itself.
+/// One axis alone.
 struct Axis {
     dof: Dof,
     mass: f64,
     quadratic: f64,
     linear: f64,
-    /// Of the left side: thrust less this moves the axis.
+    /// On the left side: thrust less this moves the axis.
     bias: f64,
 }
 
 impl Axis {
-    fn of(plant: &Plant, dof: Dof) -> Self {
-        let PhysicalParameters { mass, d_quadratic, d_linear, bias_force } = alone(plant, dof);
+    fn new(plant: &Plant, dof: Dof) -> Self {
+        let PhysicalParameters { mass, d_quadratic, d_linear, bias_force } =
+            single_axis_of(plant, dof);
         Self { dof, mass, quadratic: d_quadratic, linear: d_linear, bias: bias_force }
     }
 
-    /// The speed at which damping takes up a force; `None` without damping.
+    /// Returns the speed at which damping balances a force; `None` without damping.
     fn speed(&self, force: f64) -> Option<f64> {
         let (d, l, f) = (self.quadratic, self.linear, force.abs());
         let speed = if d > 0.0 { ((l * l + 4.0 * d * f).sqrt() - l) / (2.0 * d) } else { f / l };
         (speed.is_finite() && speed > 0.0).then(|| speed.copysign(force))
     }
 
-    /// How far it goes from a speed to a tenth of it without force.
+    /// Returns the distance without force from a speed to a tenth of it.
     fn distance(&self, speed: f64) -> Option<f64> {
         let (d, l, v) = (self.quadratic, self.linear, speed.abs());
         let way = if d > 0.0 {
@@ -121,7 +122,7 @@ impl Axis {
     }
 }
 
-/// A force as it is named: to four digits.
+/// Rounds a force to four digits for its name.
 fn four_digits(x: f64) -> f64 {
     let scale = 10_f64.powf(3.0 - x.abs().log10().floor());
     if scale.is_finite() && scale > 0.0 { (x * scale).round() / scale } else { x }
@@ -186,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_is_what_closed_forms_say() {
+    fn consequences_agree_with_closed_forms() {
         let model = model(serde_json::json!({
             "mass.surge": { "value": 100.0, "std": 1.0 },
             "surge: |u|u": { "value": 20.0, "std": 1.0 },
@@ -198,19 +199,19 @@ mod tests {
         }));
         let force = BTreeMap::from([(Dof::Surge, 80.0)]);
         let all = model.consequences(&force, Draws::default()).expect("known");
-        let of = |name: &str| all.iter().find(|x| x.name.starts_with(name)).expect(name);
-        assert!((of("top speed").value - 2.0).abs() < 1e-12);
-        assert!((of("time constant").value - 1.25).abs() < 1e-12);
-        assert!((of("stopping").value - 5.0 * 10.0_f64.ln()).abs() < 1e-12);
+        let named = |name: &str| all.iter().find(|x| x.name.starts_with(name)).expect(name);
+        assert!((named("top speed").value - 2.0).abs() < 1e-12);
+        assert!((named("time constant").value - 1.25).abs() < 1e-12);
+        assert!((named("stopping").value - 5.0 * 10.0_f64.ln()).abs() < 1e-12);
         // It rises.
-        assert!((of("speed without thrust").value + 0.5).abs() < 1e-12);
-        assert!((of("natural period").value - std::f64::consts::PI).abs() < 1e-12);
-        let [low, high] = of("top speed").interval95.expect("drawn");
+        assert!((named("speed without thrust").value + 0.5).abs() < 1e-12);
+        assert!((named("natural period").value - std::f64::consts::PI).abs() < 1e-12);
+        let [low, high] = named("top speed").interval95.expect("drawn");
         assert!(low < 1.93 && low > 1.86 && high > 2.07 && high < 2.2, "{low} {high}");
     }
 
     #[test]
-    fn draws_are_possible_and_the_same_for_a_seed() {
+    fn draws_are_possible_and_reproducible() {
         let model = model(serde_json::json!({
             "mass.surge": { "value": 100.0, "std": 30.0 },
             "surge: |u|u": { "value": 1.0, "std": 20.0 },

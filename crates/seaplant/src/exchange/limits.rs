@@ -1,4 +1,4 @@
-//! The greatest thrust of a vehicle, as its curves state it.
+//! Thrust limits of a vehicle by its curves.
 
 use super::PlantModel;
 use crate::{Dof, ThrustCurve, Thruster, ThrusterInput};
@@ -7,10 +7,10 @@ use crate::{Dof, ThrustCurve, Thruster, ThrusterInput};
 const RPM: f64 = std::f64::consts::PI / 30.0;
 
 impl PlantModel {
-    /// The most thrust of a thruster in reverse (below zero) and forward, N.
+    /// Returns the greatest thrust of a thruster in reverse (negative) and forward, N.
     ///
-    /// Tables end at theirs, a law of a command at −1 and 1, and a law of propeller speed at
-    /// `max_rpm`; `None` where nothing states an end.
+    /// The range of a table is its own, that of a law of commands −1 to 1, and that of a law of
+    /// propeller speed ± `max_rpm`; `None` without a known range.
     pub fn thrust_limits(&self, thruster: &Thruster) -> Option<[f64; 2]> {
         let ends = |input: f64| {
             let at = |x: f64| thruster.curve.force(x, None);
@@ -29,12 +29,12 @@ impl PlantModel {
         }
     }
 
-    /// The input at which a thruster makes a part of the thrust at the end of its curve, from −1
-    /// (all it gives in reverse) to 1 (all forward), in the unit of the curve.
+    /// Returns the input for a fraction of the greatest thrust, from −1 (full reverse) to 1 (full
+    /// forward), in the unit of the curve.
     ///
-    /// `supply_v` \[V\] is for curves of several voltages. Ends of curves are those of
-    /// [`Self::thrust_limits`]; `None` where nothing states one, or where the curve gives no thrust
-    /// that way.
+    /// `supply_v` \[V\] is for curves of several voltages. The range of a curve is that of
+    /// [`Self::thrust_limits`]; `None` without a known range, or if the curve gives no thrust in
+    /// that direction.
     ///
     /// # Example
     /// ```
@@ -48,7 +48,7 @@ impl PlantModel {
     ///     }]
     /// })).expect("a table");
     /// let model = file.model()?;
-    /// // A quarter of 50 N: half of the command, for thrust goes with its square.
+    /// // A quarter of 50 N: half of the command, as thrust is proportional to its square.
     /// let half = model.input_for_part(&model.thrusters[0], 0.25, None).expect("known");
     /// assert!((half - 0.5).abs() < 1e-9);
     /// # Ok::<(), seaplant::Error>(())
@@ -76,8 +76,8 @@ impl PlantModel {
         curve.input_for(part.abs() * greatest, supply_v)
     }
 
-    /// The most force or moment that all thrusters make on an axis, the negative way and the
-    /// positive, N and N m; `None` if none pushes there, or one of unknown greatest thrust does.
+    /// Returns the greatest force or moment of all thrusters on an axis, negative and positive, N
+    /// and N m; `None` if none acts on it, or if one of unknown greatest thrust does.
     ///
     /// # Example
     /// ```

@@ -1,5 +1,5 @@
-//! Standard manoeuvres of a ship from its plant, with intervals as wide as its coefficients are
-//! uncertain.
+//! Standard manoeuvres of a ship from its plant, with intervals by the uncertainty of its
+//! coefficients.
 
 use nalgebra::Vector6;
 use schemars::JsonSchema;
@@ -15,51 +15,52 @@ use crate::{Error, Timed, parallel};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Manoeuvre {
-    /// The rudder is put to an angle and held.
+    /// The rudder is turned to an angle and held.
     TurningCircle {
-        /// That angle, rad.
+        /// Rudder angle, rad.
         angle: f64,
     },
-    /// The rudder is put over each time the heading has changed by so much.
+    /// The rudder is reversed each time the heading has changed by an angle.
     Zigzag {
-        /// Angle of the rudder, rad.
+        /// Rudder angle, rad.
         angle: f64,
         /// Change of heading, rad.
         heading: f64,
     },
-    /// Thrust is taken away or reversed until the ship stands.
+    /// Thrust is stopped or reversed until the ship stops.
     Stop,
 }
 
-/// A number that a manoeuvre gives.
+/// A number from a manoeuvre.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ManoeuvreNumber {
-    /// What it is: `advance`, `first overshoot`.
+    /// Its name: `advance`, `first overshoot`.
     pub name: String,
-    /// By the estimate.
+    /// The value for the estimated plant.
     pub value: f64,
-    /// Its 95 % interval, where the errors of the coefficients are known.
+    /// Its 95 % interval, if the uncertainty of the coefficients is known.
     pub interval95: Option<[f64; 2]>,
     /// Its unit.
     pub unit: String,
 }
 
-/// How a manoeuvre is driven.
+/// The conditions of a manoeuvre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Approach {
-    /// The rudder that is turned.
+    /// Name of the rudder.
     pub rudder: String,
-    /// How fast it is turned, rad/s.
+    /// Its rate, rad/s.
     pub rudder_rate: f64,
-    /// Thrusters and forces during the manoeuvre; propellers turn so already when it begins.
+    /// Thrusters and forces during the manoeuvre; propellers already run at these inputs when it
+    /// begins.
     pub drive: Drive,
-    /// Forward speed at its beginning, m/s.
+    /// Initial forward speed, m/s.
     pub speed: f64,
-    /// How long it is followed at most, s.
+    /// Largest duration of the simulation, s.
     pub longest_s: f64,
 }
 
-/// The least rate at which SOLAS lets the rudder of a ship turn, rad/s: 65° in 28 s.
+/// Least rudder rate required by SOLAS, rad/s: 65° in 28 s.
 pub const SOLAS_RUDDER_RATE: f64 = 65.0 / 28.0 * std::f64::consts::PI / 180.0;
 
 impl Default for Approach {
@@ -74,17 +75,17 @@ impl Default for Approach {
     }
 }
 
-/// From one instant of a manoeuvre to the next, s.
+/// Time step of a manoeuvre, s.
 const STEP_S: f64 = 0.1;
 
-/// Executes of a zigzag that are followed.
+/// Number of executes of a zigzag.
 const EXECUTES: usize = 5;
 
-/// Slower than this a ship stands, m/s.
+/// Speed below which a ship has stopped, m/s.
 const STANDING: f64 = 0.01;
 
-/// The way of a ship: time, north, east, heading, speed ahead.
-struct Way {
+/// The path of a ship: time, north, east, heading, forward speed.
+struct Path {
     time_s: Vec<f64>,
     north: Vec<f64>,
     east: Vec<f64>,
@@ -93,15 +94,15 @@ struct Way {
 }
 
 impl PlantModel {
-    /// The numbers of a manoeuvre: advance, transfer and tactical diameter of a turning circle,
-    /// overshoots of a zigzag, way and time to stop; lengths in m, angles in rad.
+    /// Computes the numbers of a manoeuvre: advance, transfer and tactical diameter of a turning
+    /// circle, overshoots of a zigzag, distance and time to stop; lengths in m, angles in rad.
     ///
-    /// The ship heads north at `approach.speed`, its rudder amidships. A zigzag puts the rudder over
-    /// first to `angle`, and then against the turn, whichever way this rudder turns the ship.
+    /// Initially the ship heads north at `approach.speed`, its rudder amidships. A zigzag turns the
+    /// rudder first to `angle`, and then against the turn, for either sign of the rudder's effect.
     ///
     /// # Errors
-    /// As [`simulate`]; [`Error::Fin`] if the plant has no such rudder, or its rate is not above
-    /// zero; [`Error::Plant`] if the ship does not turn or stop in the time that is given.
+    /// As [`simulate`]; [`Error::Fin`] if the plant has no such rudder, or its rate is not
+    /// positive; [`Error::Plant`] if the ship does not turn or stop within the time limit.
     pub fn manoeuvre(
         &self,
         manoeuvre: Manoeuvre,
@@ -135,30 +136,31 @@ impl PlantModel {
     ) -> Result<Vec<(String, f64, &'static str)>, Error> {
         match manoeuvre {
             Manoeuvre::TurningCircle { angle } => {
-                let way = self.way(plant, approach, &[(0.0, angle)])?;
+                let path = self.path(plant, approach, &[(0.0, angle)])?;
                 let right = std::f64::consts::FRAC_PI_2;
-                let (quarter, half) = (self.turned(&way, right)?, self.turned(&way, 2.0 * right)?);
+                let (quarter, half) =
+                    (self.index_of_turn(&path, right)?, self.index_of_turn(&path, 2.0 * right)?);
                 Ok(vec![
-                    ("advance".to_owned(), way.north[quarter], "m"),
-                    ("transfer".to_owned(), way.east[quarter].abs(), "m"),
-                    ("tactical diameter".to_owned(), way.east[half].abs(), "m"),
-                    ("time to turn 90°".to_owned(), way.time_s[quarter], "s"),
+                    ("advance".to_owned(), path.north[quarter], "m"),
+                    ("transfer".to_owned(), path.east[quarter].abs(), "m"),
+                    ("tactical diameter".to_owned(), path.east[half].abs(), "m"),
+                    ("time to turn 90°".to_owned(), path.time_s[quarter], "s"),
                 ])
             }
             Manoeuvre::Zigzag { angle, heading } => self.zigzag(plant, approach, angle, heading),
             Manoeuvre::Stop => {
-                let way = self.way(plant, approach, &[])?;
-                let stands = way.surge.iter().position(|u| *u < STANDING);
+                let path = self.path(plant, approach, &[])?;
+                let stands = path.surge.iter().position(|u| *u < STANDING);
                 let stands = stands.ok_or_else(|| self.too_long("stop", approach))?;
                 Ok(vec![
-                    ("way to stop".to_owned(), way.north[stands].hypot(way.east[stands]), "m"),
-                    ("time to stop".to_owned(), way.time_s[stands], "s"),
+                    ("way to stop".to_owned(), path.north[stands].hypot(path.east[stands]), "m"),
+                    ("time to stop".to_owned(), path.time_s[stands], "s"),
                 ])
             }
         }
     }
 
-    /// Each execute follows from the motion that the ones before it lead to.
+    /// Simulates a zigzag; each execute follows from the motion after those before it.
     fn zigzag(
         &self,
         plant: &Plant,
@@ -166,22 +168,23 @@ impl PlantModel {
         angle: f64,
         heading: f64,
     ) -> Result<Vec<(String, f64, &'static str)>, Error> {
-        let sense = self.sense(plant, approach, angle, heading)?;
+        let rudder_sign = self.rudder_sign(plant, approach, angle, heading)?;
         let mut orders = vec![(0.0, angle)];
         let mut numbers = Vec::new();
         for execute in 1..=EXECUTES {
-            let way = self.way(plant, approach, &orders)?;
+            let path = self.path(plant, approach, &orders)?;
             let (since, order) = orders[orders.len() - 1];
-            let side = sense * order.signum();
-            let is_there = |k: &usize| way.time_s[*k] > since && side * way.heading[*k] >= heading;
-            let Some(at) = (0..way.time_s.len()).find(is_there) else {
+            let side = rudder_sign * order.signum();
+            let is_there =
+                |k: &usize| path.time_s[*k] > since && side * path.heading[*k] >= heading;
+            let Some(at) = (0..path.time_s.len()).find(is_there) else {
                 return Err(self.too_long("reach the heading of its zigzag", approach));
             };
             if execute == 1 {
-                numbers.push(("time to the second execute".to_owned(), way.time_s[at], "s"));
+                numbers.push(("time to the second execute".to_owned(), path.time_s[at], "s"));
             }
-            orders.push((way.time_s[at], -order));
-            let after = self.way(plant, approach, &orders)?;
+            orders.push((path.time_s[at], -order));
+            let after = self.path(plant, approach, &orders)?;
             // The greatest heading before the ship swings back.
             let back = (at..after.time_s.len())
                 .find(|k| *k > at && side * after.heading[*k] < side * after.heading[*k - 1])
@@ -192,9 +195,9 @@ impl PlantModel {
         Ok(numbers)
     }
 
-    /// 1 if a positive angle of the rudder turns the ship to starboard, −1 if it does to port: from the
-    /// difference of what an angle and its opposite do, which no wind has a part in.
-    fn sense(
+    /// Returns 1 if a positive rudder angle turns the ship to starboard, −1 if to port: by the
+    /// difference between an angle and its opposite, which is independent of wind.
+    fn rudder_sign(
         &self,
         plant: &Plant,
         approach: &Approach,
@@ -202,8 +205,8 @@ impl PlantModel {
         heading: f64,
     ) -> Result<f64, Error> {
         let [one, other] = [
-            self.way(plant, approach, &[(0.0, angle)])?,
-            self.way(plant, approach, &[(0.0, -angle)])?,
+            self.path(plant, approach, &[(0.0, angle)])?,
+            self.path(plant, approach, &[(0.0, -angle)])?,
         ];
         let apart = |k: &usize| one.heading[*k] - other.heading[*k];
         let found = (0..one.heading.len()).find(|k| apart(k).abs() >= heading);
@@ -211,11 +214,11 @@ impl PlantModel {
         Ok(apart(&found).signum() * angle.signum())
     }
 
-    /// The first instant at which the ship has turned so far.
-    fn turned(&self, way: &Way, by: f64) -> Result<usize, Error> {
-        let found = way.heading.iter().position(|heading| heading.abs() >= by);
+    /// Returns the index of the first instant at which the ship has turned by an angle.
+    fn index_of_turn(&self, path: &Path, by: f64) -> Result<usize, Error> {
+        let found = path.heading.iter().position(|heading| heading.abs() >= by);
         found.ok_or_else(|| {
-            let seconds = way.time_s.last().copied().unwrap_or(0.0);
+            let seconds = path.time_s.last().copied().unwrap_or(0.0);
             let reason = format!(
                 "it does not turn by {:.0}° in {seconds:.0} s; give more time, more rudder or more speed",
                 by.to_degrees()
@@ -232,11 +235,16 @@ impl PlantModel {
         Error::Plant { axes: self.plant.structure().name(), reason }
     }
 
-    /// The way under orders `(time, angle)` of the rudder.
-    fn way(&self, plant: &Plant, approach: &Approach, orders: &[(f64, f64)]) -> Result<Way, Error> {
+    /// Simulates the path under orders `(time, angle)` of the rudder.
+    fn path(
+        &self,
+        plant: &Plant,
+        approach: &Approach,
+        orders: &[(f64, f64)],
+    ) -> Result<Path, Error> {
         let mut drive = Drive { already_turning: true, ..approach.drive.clone() };
         if !orders.is_empty() {
-            let turned = turned_by(orders, approach.rudder_rate)?;
+            let turned = rudder_angle(orders, approach.rudder_rate)?;
             drive.angles.insert(approach.rudder.clone(), turned);
         }
         let rows = (approach.longest_s / STEP_S).ceil().max(1.0) as usize;
@@ -256,12 +264,12 @@ impl PlantModel {
         )?);
         let (north, east) = moved.position.iter().map(|at| (at.x, at.y)).unzip();
         let surge = moved.velocity.iter().map(|v| v[0]).collect();
-        Ok(Way { time_s, north, east, heading: heading.values().to_vec(), surge })
+        Ok(Path { time_s, north, east, heading: heading.values().to_vec(), surge })
     }
 }
 
-/// A rudder that turns from order to order at its rate, rad/s.
-fn turned_by(orders: &[(f64, f64)], rate: f64) -> Result<Timed, Error> {
+/// Returns the rudder angle for a series of orders, at a rate, rad/s.
+fn rudder_angle(orders: &[(f64, f64)], rate: f64) -> Result<Timed, Error> {
     let (mut times, mut values) = (Vec::new(), Vec::new());
     let mut angle = 0.0_f64;
     for (k, &(from, goal)) in orders.iter().enumerate() {
@@ -290,7 +298,7 @@ mod tests {
         ship_with_axis(-1.0)
     }
 
-    /// A ship whose rudder turns about the axis z times a sign.
+    /// Returns a ship whose rudder rotates about z times a sign.
     fn ship_with_axis(z: f64) -> PlantModel {
         let foil = serde_json::json!({
             "kind": "rudder", "name": "rudder", "position_m": [-1.5, 0.0, 0.0],
@@ -320,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_to_port_is_that_to_starboard() {
+    fn a_circle_to_port_mirrors_that_to_starboard() {
         let ship = ship();
         let draws = Draws { count: 20, seed: 1 };
         let numbers = |angle: f64| {
@@ -333,8 +341,8 @@ mod tests {
             let [low, high] = a.interval95.expect("drawn");
             assert!(low < a.value && a.value < high, "{a:?}");
         }
-        let of = |name: &str| starboard.iter().find(|x| x.name == name).expect(name).value;
-        assert!(of("transfer") < of("tactical diameter"));
+        let value_of = |name: &str| starboard.iter().find(|x| x.name == name).expect(name).value;
+        assert!(value_of("transfer") < value_of("tactical diameter"));
     }
 
     #[test]
@@ -354,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn a_zigzag_is_the_same_with_a_rudder_that_turns_the_other_way() {
+    fn a_zigzag_is_the_same_with_a_rudder_of_opposite_sign() {
         let none = Draws { count: 0, seed: 1 };
         let zigzag = |ship: &PlantModel, angle: f64| {
             let manoeuvre = Manoeuvre::Zigzag { angle, heading: 0.2 };
@@ -379,7 +387,7 @@ mod tests {
         let rates = [SOLAS_RUDDER_RATE, 0.3].map(|rate| overshoot(rate).expect("it swings"));
         assert!(rates[1] < rates[0], "{rates:?}");
         // 2 s to 0.1 rad, and from 3 s on 4 s to the other side.
-        let turned = turned_by(&[(0.0, 0.1), (3.0, -0.1)], 0.05).expect("orders");
+        let turned = rudder_angle(&[(0.0, 0.1), (3.0, -0.1)], 0.05).expect("orders");
         let angles = [1.0, 2.5, 5.0, 9.0].map(|t| turned.at(t));
         for (found, expected) in angles.into_iter().zip([0.05, 0.1, 0.0, -0.1]) {
             assert!((found - expected).abs() < 1e-12, "{angles:?}");
@@ -388,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rudder_that_is_not_there_is_refused() {
+    fn refuses_an_unknown_rudder() {
         let other = Approach { rudder: "helm".to_owned(), ..approach() };
         let circle = Manoeuvre::TurningCircle { angle: 0.3 };
         let error = ship().manoeuvre(circle, &other, Draws::default()).expect_err("no helm");

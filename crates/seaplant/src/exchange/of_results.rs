@@ -1,10 +1,10 @@
-//! From results to a plant that leaves the program.
+//! Plants for export from results.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 
-use super::driven::{of_axis as disturbance_of_axis, of_coupled as disturbances_of_coupled};
+use super::driven::{disturbance_of_axis, disturbances_of_coupled};
 use super::{Actuation, Judgement, Origin, PlantModel};
 use crate::plant::{Basis, Effect, Plant, Product, Structure, Symmetry};
 use crate::results::{
@@ -13,29 +13,29 @@ use crate::results::{
 };
 use crate::{Dof, Error, Method, ThrustCurve, Thruster};
 
-/// Terms with their numbers, and how those vary together.
+/// Terms with their coefficients and covariance.
 struct Part {
     terms: Vec<(Basis, f64)>,
     covariance: DMatrix<f64>,
     intervals: BTreeMap<String, [f64; 2]>,
-    /// What terms refer to by number.
+    /// The effects to which terms refer by index.
     effects: Vec<Effect>,
 }
 
 impl PlantModel {
-    /// The plant that results hold: their plants of several axes, and beside these each axis that
-    /// was identified by itself only.
+    /// Creates the plant of results: their plants of several axes, and each other axis that was
+    /// identified alone.
     ///
-    /// Of a single axis, d_Q, d_L and m become the terms of that axis; b is a constant force, in
-    /// heave weight minus buoyancy. The Coriolis forces of M belong to the equation of motion
-    /// whether one axis was identified or six: motion along one axis does not show them.
+    /// For a single axis, d_Q, d_L and m become the terms of that axis; b is a constant force, in
+    /// heave weight minus buoyancy. The Coriolis forces of M belong to the equation of motion for
+    /// one identified axis as for six: motion along one axis does not excite them.
     ///
-    /// `source` says where the results are; `method` chooses among plants of single axes.
+    /// `source` names the results; `method` selects among plants of single axes.
     ///
     /// # Errors
-    /// [`Error::NoPlant`] if there is none; [`Error::Plant`] if an M is not that of a body;
-    /// [`Error::ThrustTable`], [`Error::Thruster`] or [`Error::RigidBody`] if what the results
-    /// say of the vehicle cannot be.
+    /// [`Error::NoPlant`] if there is none; [`Error::Plant`] if an M is not positive definite;
+    /// [`Error::ThrustTable`], [`Error::Thruster`] or [`Error::RigidBody`] if the vehicle of the
+    /// results is physically impossible.
     pub fn of_results(
         results: &Results,
         source: &str,
@@ -48,20 +48,20 @@ impl PlantModel {
         let mut actuation = BTreeMap::new();
         let mut disturbances = BTreeMap::new();
         for (name, plant) in &results.coupled {
-            parts.push(of_coupled(plant)?);
-            left_out(name, &plant.nuisances, &mut notes);
+            parts.push(part_of_coupled(plant)?);
+            note_omissions(name, &plant.nuisances, &mut notes);
             disturbances.extend(disturbances_of_coupled(plant));
             let of_all = actuation_of(&plant.nuisances);
             actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
         }
         for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
             let plant = results.plant_of(*dof, method)?;
-            parts.push(of_axis(*dof, plant));
+            parts.push(part_of_axis(*dof, plant));
             actuation.insert(*dof, actuation_of(&plant.nuisances));
             disturbances.extend(disturbance_of_axis(plant).map(|found| (*dof, found)));
-            left_out(dof.name(), &plant.nuisances, &mut notes);
+            note_omissions(dof.name(), &plant.nuisances, &mut notes);
         }
-        let (plant, covariance, intervals) = joined(parts)?;
+        let (plant, covariance, intervals) = join(parts)?;
         if results.coupled.is_empty() && plant.axes().len() > 1 {
             notes.push(ALONE.to_owned());
         }
@@ -77,7 +77,7 @@ impl PlantModel {
                 scale.value
             ));
         }
-        // Gains are parts of the thrust of the vehicle file.
+        // Gains are fractions of the thrust of the vehicle file.
         let scale = scale.map_or(1.0, |scale| scale.value);
         for plant in results.coupled.values() {
             for (name, gain) in plant.thruster_gains() {
@@ -119,8 +119,8 @@ impl PlantModel {
 }
 
 impl Judgement {
-    /// What to make of the plants that [`PlantModel::of_results`] takes: those of several axes,
-    /// and beside these each axis that was identified by itself only.
+    /// Returns the verdicts on the plants of [`PlantModel::of_results`]: those of several axes, and
+    /// each other axis that was identified alone.
     ///
     /// # Errors
     /// [`Error::NoPlant`] if `method` has no plant of an axis.
@@ -157,7 +157,7 @@ fn thrusters(results: &Results, notes: &mut Vec<String>) -> Result<Vec<Thruster>
     Ok(thrusters)
 }
 
-fn of_axis(dof: Dof, plant: &PlantResult) -> Part {
+fn part_of_axis(dof: Dof, plant: &PlantResult) -> Part {
     let p = &plant.parameters;
     let bias = if dof == Dof::Heave { Basis::WeightExcess } else { Basis::One(dof) };
     let quadratic = Basis::Product(dof, Product::quadratic(dof));
@@ -168,7 +168,7 @@ fn of_axis(dof: Dof, plant: &PlantResult) -> Part {
         (linear, p.linear_drag.as_ref()),
         (bias, p.bias_force.as_ref()),
     ];
-    // A buoyant vehicle is pushed up: b on the left is −(W − B).
+    // A buoyant vehicle has an upward force: b on the left is −(W − B).
     let sign = |basis: &Basis| if *basis == Basis::WeightExcess { -1.0 } else { 1.0 };
     let fitted: Vec<_> =
         all.iter().enumerate().filter_map(|(k, (basis, x))| Some((k, *basis, (*x)?))).collect();
@@ -189,11 +189,11 @@ fn of_axis(dof: Dof, plant: &PlantResult) -> Part {
     }
 }
 
-/// A curve with the gains that trials show; one that hardly pushes is none.
+/// Scales a curve by gains from trials; a slightly negative gain counts as zero.
 ///
 /// # Errors
-/// [`Error::Thruster`] of one that pushes the other way; [`Error::ThrustTable`] of a table that
-/// cannot be.
+/// [`Error::Thruster`] for a thruster of reversed direction; [`Error::ThrustTable`] for an
+/// impossible table.
 fn scaled(name: &str, curve: &ThrustCurve, gains: [f64; 2]) -> Result<ThrustCurve, Error> {
     let least = gains[0].min(gains[1]);
     if least < LEAST_GAIN {
@@ -206,10 +206,10 @@ fn scaled(name: &str, curve: &ThrustCurve, gains: [f64; 2]) -> Result<ThrustCurv
     curve.scaled(forward, reverse)
 }
 
-/// A gain below this is of a thruster that pushes the other way; above it, of one that stands still.
+/// A gain below this means reversed thrust; between it and zero, a thruster without thrust.
 const LEAST_GAIN: f64 = -0.2;
 
-/// The plant of results, without gains of thrusters: curves have those.
+/// Returns the plant of results without gains of thrusters, which are part of the curves.
 fn without_gains(result: &CoupledPlant) -> Result<Plant, Error> {
     let whole = plant_of_result(result)?;
     let structure = whole.structure().without(|term| is_gain(whole.structure(), term));
@@ -218,15 +218,15 @@ fn without_gains(result: &CoupledPlant) -> Result<Plant, Error> {
     Plant::new(structure, coefficients)?.pruned()
 }
 
-fn of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
+fn part_of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
     let plant = without_gains(result)?;
     let names = plant.structure().names();
-    let place = |name: &String| result.correlation.names.iter().position(|known| known == name);
-    let places: Vec<Option<usize>> = names.iter().map(place).collect();
+    let index = |name: &String| result.correlation.names.iter().position(|known| known == name);
+    let indices: Vec<Option<usize>> = names.iter().map(index).collect();
     let std = |k: usize| result.parameters[&names[k]].std;
     let covariance = DMatrix::from_fn(names.len(), names.len(), |i, j| {
-        let known = places[i]
-            .zip(places[j])
+        let known = indices[i]
+            .zip(indices[j])
             .and_then(|(a, b)| result.correlation.value.get(a).and_then(|row| row.get(b)).copied());
         let correlation = if i == j { 1.0 } else { known.unwrap_or(0.0) };
         correlation * std(i) * std(j)
@@ -246,8 +246,8 @@ fn of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
 
 type Joined = (Plant, DMatrix<f64>, BTreeMap<String, [f64; 2]>);
 
-/// One plant of all parts, whose axes do not overlap.
-fn joined(parts: Vec<Part>) -> Result<Joined, Error> {
+/// Joins parts, whose axes do not overlap, to one plant.
+fn join(parts: Vec<Part>) -> Result<Joined, Error> {
     let mut terms: Vec<(Basis, f64)> = Vec::new();
     let (mut intervals, mut effects) = (BTreeMap::new(), Vec::new());
     let count = parts.iter().map(|part| part.terms.len()).sum();
@@ -268,7 +268,7 @@ fn joined(parts: Vec<Part>) -> Result<Joined, Error> {
     Ok((plant_of_terms(&terms, &effects)?, covariance, intervals))
 }
 
-/// A plant of just these terms; those of effects count these.
+/// Creates a plant of these terms only; those of effects refer to `effects` by index.
 pub(super) fn plant_of_terms(terms: &[(Basis, f64)], effects: &[Effect]) -> Result<Plant, Error> {
     let masses = terms.iter().filter_map(|(basis, _)| match basis {
         Basis::Mass(i, j) if i == j => Some(*i),
@@ -310,13 +310,13 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
     Actuation {
         lag: fitted("lag"),
         force_lag: fitted("force_lag"),
-        // What acts before its log says does not act before it is commanded.
+        // A negative delay is an error of the log; an exported plant must be causal.
         delay: fitted("delay").filter(|delay| delay.value > 0.0),
         reverse_ratio: fitted("reverse_ratio"),
     }
 }
 
-/// Nuisances of thrust that no format has a place for.
+/// Nuisances of thrust that no export format supports.
 const LEFT_OUT: [&str; 10] = [
     "inflow",
     "inflow_ahead",
@@ -330,7 +330,7 @@ const LEFT_OUT: [&str; 10] = [
     "full_speed",
 ];
 
-fn left_out(of: &str, nuisances: &BTreeMap<String, Parameter>, notes: &mut Vec<String>) {
+fn note_omissions(of: &str, nuisances: &BTreeMap<String, Parameter>, notes: &mut Vec<String>) {
     let fitted = LEFT_OUT.iter().filter(|name| nuisances.contains_key(**name));
     let names: Vec<&str> = fitted.copied().filter(|name| *name != "full_speed").collect();
     if !names.is_empty() {
@@ -359,7 +359,7 @@ mod tests {
                 "on": ["sway"], "told_by": "data" })
     }
 
-    /// A coupled boat as results hold it, and heave by itself.
+    /// Results with a coupled boat, and heave alone.
     fn results() -> Results {
         let unit = json!([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         let empty = json!({ "value": [], "std": [] });
@@ -401,19 +401,19 @@ mod tests {
     }
 
     #[test]
-    fn coupled_axes_and_axes_by_themselves_are_one_plant() {
+    fn coupled_axes_and_single_axes_are_one_plant() {
         let model = PlantModel::of_results(&results(), "results.json", None).expect("a plant");
-        // Yaw is in the coupled plant: its own counts no more.
+        // Yaw is in the coupled plant: its single-axis plant is ignored.
         assert_eq!(model.plant.axes(), [Dof::Sway, Dof::Heave, Dof::Yaw]);
         assert_eq!(model.plant.mass_matrix()[(0, 2)], 12.0);
-        // b = 3 N on the left pushes up.
+        // b = 3 N on the left is an upward force.
         assert_eq!(model.weight_excess(), -3.0);
         assert_eq!(model.actuation[&Dof::Heave].lag.as_ref().map(|lag| lag.value), Some(0.3));
         assert!(model.notes.iter().any(|note| note.contains("inflow")), "{:?}", model.notes);
         assert_eq!(model.reasons_against(), ["sway-yaw: it drives itself"]);
     }
 
-    /// The same with a thruster of such a gain both ways, and less in reverse.
+    /// Results with a thruster of such a gain in both directions, and less in reverse.
     fn with_gains(gain: f64, reverse: f64) -> Results {
         let mut results = results();
         let law =
@@ -444,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn curves_of_a_plant_that_leaves_have_the_gains_of_its_thrusters() {
+    fn exported_curves_include_the_gains_of_thrusters() {
         let results = with_gains(0.9, 0.7);
         let gain = results.coupled["sway-yaw"].thruster_gains()["port"];
         assert!((gain.forward - 0.9).abs() < 1e-12 && (gain.reverse - 0.7).abs() < 1e-12);
@@ -460,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thruster_that_pushes_the_other_way_is_no_curve() {
+    fn a_thruster_of_reversed_direction_is_refused() {
         let refused = PlantModel::of_results(&with_gains(-1.0, -1.0), "results.json", None);
         let message = refused.expect_err("turned round").to_string();
         assert!(message.contains("port") && message.contains("identify again"), "{message}");
@@ -471,16 +471,16 @@ mod tests {
     #[test]
     fn covariance_follows_the_names_and_the_signs() {
         let model = PlantModel::of_results(&results(), "results.json", None).expect("a plant");
-        let place = |name: &str| {
+        let index = |name: &str| {
             let terms = model.plant.structure().terms();
             terms.iter().position(|term| term.to_string() == name).expect(name)
         };
         let covariance = model.covariance.as_ref().expect("known");
-        let of = |a: &str, b: &str| covariance[(place(a), place(b))];
-        assert_eq!(of("mass.yaw", "mass.sway"), 0.5 * 0.5 * 2.0);
-        assert_eq!(of("mass.sway", "mass.sway-yaw"), 0.0);
-        assert_eq!(of("mass.heave", "weight-minus-buoyancy"), -0.3);
-        assert_eq!(of("mass.heave", "mass.sway"), 0.0);
-        assert_eq!(model.interval(place("weight-minus-buoyancy")), Some([-5.0, -1.0]));
+        let covariance_of = |a: &str, b: &str| covariance[(index(a), index(b))];
+        assert_eq!(covariance_of("mass.yaw", "mass.sway"), 0.5 * 0.5 * 2.0);
+        assert_eq!(covariance_of("mass.sway", "mass.sway-yaw"), 0.0);
+        assert_eq!(covariance_of("mass.heave", "weight-minus-buoyancy"), -0.3);
+        assert_eq!(covariance_of("mass.heave", "mass.sway"), 0.0);
+        assert_eq!(model.interval(index("weight-minus-buoyancy")), Some([-5.0, -1.0]));
     }
 }

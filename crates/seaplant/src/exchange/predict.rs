@@ -1,4 +1,4 @@
-//! What a plant would do, with bands as wide as its coefficients are uncertain.
+//! Prediction of motion, with bands by the uncertainty of the coefficients.
 
 use nalgebra::Vector6;
 
@@ -8,7 +8,7 @@ use crate::motion::{Inputs, Simulated, simulate};
 use crate::plant::Plant;
 use crate::{Error, parallel};
 
-/// The motion of a plant under inputs alone.
+/// The simulated motion of a plant under inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Instants, s.
@@ -17,17 +17,17 @@ pub struct Prediction {
     pub pose: Vec<[f64; 6]>,
     /// Velocity over ground in body axes, m/s and rad/s: by the estimate.
     pub velocity: Vec<[f64; 6]>,
-    /// The 95 % band of each velocity, low and high; empty if the covariance is not known.
+    /// The 95 % band of each velocity, low and high; empty if the covariance is unknown.
     pub band: Vec<[[f64; 2]; 6]>,
-    /// Draws that ran away, and are not part of the band.
+    /// Number of draws that diverged, which are not part of the band.
     pub lost: usize,
 }
 
 impl PlantModel {
     /// Simulates the plant from a velocity under inputs, and draws of it for the band.
     ///
-    /// `start` is velocity over ground, shape (6,); `time_s` increases. The motion does not depend
-    /// on how close these instants are: position is integrated with velocity.
+    /// `start` is velocity over ground, shape (6,); `time_s` increases. The motion is independent
+    /// of the spacing of these instants.
     ///
     /// # Errors
     /// As [`simulate`] and [`PlantModel::draws`].
@@ -65,8 +65,8 @@ impl PlantModel {
         self.with_band(inputs, start, time_s, &runs)
     }
 
-    /// [`PlantModel::predict`], each draw disturbed as the trials were; without covariance the
-    /// estimate itself is, so often.
+    /// Simulates as [`PlantModel::predict`], with each draw disturbed as in the trials; without
+    /// covariance, each draw is the estimate.
     ///
     /// # Errors
     /// As [`PlantModel::predict`].
@@ -89,7 +89,7 @@ impl PlantModel {
         self.with_band(inputs, start, time_s, &runs)
     }
 
-    /// The estimate's motion, with the band of other runs around it.
+    /// Simulates the estimate, with the band of other runs around it.
     fn with_band(
         &self,
         inputs: &Inputs,
@@ -102,10 +102,12 @@ impl PlantModel {
             simulate(plant, inputs, start, time_s).ok().map(|moved| moved.velocity)
         });
         let kept: Vec<Vec<Vector6<f64>>> = runs.into_iter().flatten().collect();
-        let of = |k: usize, axis: usize| band(kept.iter().map(|run| run[k][axis]).collect());
+        let band_at = |k: usize, axis: usize| band(kept.iter().map(|run| run[k][axis]).collect());
         let band = match kept.is_empty() {
             true => Vec::new(),
-            false => (0..time_s.len()).map(|k| std::array::from_fn(|axis| of(k, axis))).collect(),
+            false => {
+                (0..time_s.len()).map(|k| std::array::from_fn(|axis| band_at(k, axis))).collect()
+            }
         };
         Ok(Prediction {
             time_s: time_s.to_vec(),

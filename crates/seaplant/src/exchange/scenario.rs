@@ -1,4 +1,4 @@
-//! What a plant is asked to do, and what it then does.
+//! Scenarios for a plant, and their outcomes.
 
 use std::collections::BTreeMap;
 
@@ -8,44 +8,44 @@ use super::{Consequence, Draws, Drive, PlantModel, Prediction};
 use crate::motion::Inputs;
 use crate::{Dof, Error, Timed};
 
-/// What a plant is asked to do: inputs, the state to begin from, and the water.
+/// A scenario for a plant: inputs, initial state, and the water.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scenario {
-    /// What drives it.
+    /// Its inputs.
     pub drive: Drive,
-    /// The instants of the result, s; they increase.
+    /// The instants of the result, s; increasing.
     pub time_s: Vec<f64>,
-    /// Velocity over ground at the first of them by axis, m/s and rad/s. A translation that the
-    /// plant does not have keeps it; a rotation that it does not have has none, for its angle stays.
+    /// Velocity over ground at the first instant by axis, m/s and rad/s. A translation outside the
+    /// plant keeps it; a rotation outside the plant must have none, as its angle stays constant.
     pub velocity: BTreeMap<Dof, f64>,
-    /// Roll, pitch and heading there, rad.
+    /// Roll, pitch and heading at the first instant, rad.
     pub attitude: [f64; 3],
     /// Velocity of the water north and east, m/s.
     pub current: [f64; 2],
-    /// Whether each draw is disturbed as the trials were.
+    /// True if each draw has disturbances like those of the trials.
     pub disturbed: bool,
 }
 
-/// What a plant does in a scenario.
+/// The outcome of a scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// The motion, with its band.
     pub prediction: Prediction,
-    /// What follows from the plant at the greatest force on each axis.
+    /// Consequences of the plant at the greatest force on each axis.
     pub consequences: Vec<Consequence>,
-    /// What limits it: axes that are not known, speeds beyond the trials', draws that ran away.
+    /// Limitations: unknown axes, speeds beyond those of the trials, draws that diverged.
     pub notes: Vec<String>,
 }
 
-/// A part by which speeds and forces may exceed those of the trials before it is said.
+/// Factor by which speeds and forces may exceed those of the trials without a note.
 const BEYOND: f64 = 1.1;
 
 impl PlantModel {
-    /// Runs the plant through a scenario, with a band of draws.
+    /// Simulates a scenario, with a band of draws.
     ///
     /// # Errors
-    /// As [`PlantModel::forces`] and [`PlantModel::predict`]; [`Error::Plant`] for a rate of a
-    /// rotation that the plant does not have.
+    /// As [`PlantModel::forces`] and [`PlantModel::predict`]; [`Error::Plant`] for an initial rate
+    /// of a rotation outside the plant.
     ///
     /// # Example
     /// ```
@@ -84,7 +84,7 @@ impl PlantModel {
         Ok(Outcome { prediction, consequences, notes })
     }
 
-    /// Forces, attitude and current, and the velocity of the plant's axes to begin with.
+    /// Returns forces, attitude and current, and the initial velocity of the plant's axes.
     fn inputs_of(&self, scenario: &Scenario) -> Result<(Inputs, Vector6<f64>), Error> {
         let until = scenario.time_s.last().copied().unwrap_or(0.0);
         let constant = |name: &str, x: f64| Timed::new(name, vec![0.0], vec![x]);
@@ -156,7 +156,7 @@ impl PlantModel {
         notes
     }
 
-    /// Where the scenario leaves what the trials showed.
+    /// Returns notes on motion and force beyond those of the trials.
     fn beyond_trials(&self, forces: &BTreeMap<Dof, f64>, prediction: &Prediction) -> Vec<String> {
         let mut notes = Vec::new();
         for &dof in self.plant.axes() {
@@ -186,14 +186,14 @@ fn three_digits(x: f64) -> f64 {
     if scale.is_finite() { (x * scale).round() / scale } else { x }
 }
 
-/// The greatest force on each axis, with its sign.
+/// Returns the greatest force on each axis, with its sign.
 fn greatest(inputs: &Inputs) -> BTreeMap<Dof, f64> {
-    let of = |dof: Dof| {
+    let greatest_on = |dof: Dof| {
         let force = inputs.force[dof.index()].as_ref()?;
         let most = force.values().iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
         (most != 0.0).then_some((dof, most))
     };
-    Dof::ALL.into_iter().filter_map(of).collect()
+    Dof::ALL.into_iter().filter_map(greatest_on).collect()
 }
 
 #[cfg(test)]
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_and_force_beyond_the_trials_are_said() {
+    fn motion_and_force_beyond_the_trials_are_noted() {
         let notes = boat().run(&scenario(200.0), Draws::default()).expect("bounded").notes;
         let beyond: Vec<_> = notes.iter().filter(|note| note.contains("extrapolated")).collect();
         assert_eq!(beyond.len(), 2, "{notes:?}");
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn disturbances_widen_the_band_and_leave_the_estimate() {
+    fn disturbances_widen_the_band_and_keep_the_estimate() {
         let draws = Draws { count: 100, seed: 5 };
         let calm = boat().run(&scenario(50.0), draws).expect("bounded").prediction;
         let rough = Scenario { disturbed: true, ..scenario(50.0) };

@@ -1,4 +1,4 @@
-//! How well identification does on twins of a whole vehicle.
+//! Monte Carlo evaluation of plants of several axes.
 
 use std::collections::BTreeMap;
 
@@ -13,27 +13,27 @@ use crate::series::median;
 use crate::twin::{TrueVehicle, WholeTwinSpec, make_whole};
 use crate::{Dof, Error, Estimate, IdentifyOptions, Method, Trial, identify};
 
-/// What was found of one twin of a whole vehicle.
+/// The result for one twin of several axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WholeSample {
     /// The twin's seed.
     pub seed: u64,
-    /// Its coefficients, or why there are none.
+    /// Its coefficients, or the reason of the failure.
     pub found: Result<Vec<FoundCoefficient>, String>,
-    /// What its user is told of each axis that has a drag of its own, and what is true.
+    /// The verdict on each axis with damping by its own velocity, and the true errors.
     pub judged: BTreeMap<Dof, Judged>,
 }
 
-/// One coefficient, found and true.
+/// One coefficient, estimated and true.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundCoefficient {
     /// Its name.
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// As found.
+    /// The estimate.
     pub estimate: Estimate,
-    /// As it is; zero of one that the vehicle does not have.
+    /// The true value; zero if the vehicle lacks the term.
     pub truth: f64,
 }
 
@@ -44,22 +44,22 @@ pub struct CoefficientRow {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// As it is; zero of one that the vehicle does not have.
+    /// The true value; zero if the vehicle lacks the term.
     pub truth: f64,
     /// Median of |error|, in its unit.
     pub median_abs_error: f64,
-    /// Median error, in its unit: what is left of it is bias.
+    /// Median error, in its unit, which is the bias.
     pub median_error: f64,
-    /// Part of the 95 % intervals that hold the truth, in %.
+    /// Share of the 95 % intervals that include the truth, in %.
     pub coverage_percent: f64,
     /// Plants that have it.
     pub answers: usize,
 }
 
-/// Makes the twin of one seed and identifies it as its campaign asks, by filter error.
+/// Simulates the twin of one seed and identifies it as planned, by filter error.
 ///
 /// # Errors
-/// As [`make_whole`]; a plant that is not found is a sample.
+/// As [`make_whole`]; a failed identification is a sample.
 pub fn sample_whole(spec: &WholeTwinSpec, model: &PlantModel) -> Result<WholeSample, Error> {
     let twin = make_whole(spec, model)?;
     let trials: Vec<Trial> =
@@ -84,9 +84,9 @@ fn why(results: &Results) -> String {
     first.map_or("no plant was found".to_owned(), |failure| failure.message.clone())
 }
 
-/// Coefficients that are held have no interval, and are not compared.
+/// Compares coefficients with the truth, except for fixed ones, which have no interval.
 fn compare(plant: &CoupledPlant, truth: &TrueVehicle) -> Vec<FoundCoefficient> {
-    let of = |(name, found): (&String, &Coefficient)| {
+    let comparison = |(name, found): (&String, &Coefficient)| {
         let Coefficient { value, std, low95, high95, unit, .. } = found.clone();
         (high95 > low95).then(|| FoundCoefficient {
             name: name.clone(),
@@ -95,17 +95,17 @@ fn compare(plant: &CoupledPlant, truth: &TrueVehicle) -> Vec<FoundCoefficient> {
             truth: truth.coefficients.get(name).copied().unwrap_or(0.0),
         })
     };
-    plant.parameters.iter().filter_map(of).collect()
+    plant.parameters.iter().filter_map(comparison).collect()
 }
 
 fn judged(plant: &CoupledPlant, truth: &TrueVehicle) -> BTreeMap<Dof, Judged> {
-    let of = |(&dof, verdict): (&Dof, &Verdict)| {
-        // A model that never moves errs by the mean speed.
+    let assess = |(&dof, verdict): (&Dof, &Verdict)| {
+        // The error of a model at rest is the mean speed.
         let speed = plant.hold_out.as_ref()?.by_axis.get(&dof)?.null_error;
         let found = |name: &str| plant.parameters.get(name).map_or(0.0, |x| x.value);
         let of_truth = |name: &str| truth.coefficients.get(name).copied().unwrap_or(0.0);
-        let drag = |of: &dyn Fn(&str) -> f64| {
-            let of_product = |product| of(&Basis::Product(dof, product).to_string());
+        let drag = |value_of: &dyn Fn(&str) -> f64| {
+            let of_product = |product| value_of(&Basis::Product(dof, product).to_string());
             of_product(Product::linear(dof)) * speed
                 + of_product(Product::quadratic(dof)) * speed * speed
         };
@@ -117,10 +117,10 @@ fn judged(plant: &CoupledPlant, truth: &TrueVehicle) -> BTreeMap<Dof, Judged> {
         };
         (drag(&of_truth) > 0.0).then_some((dof, judged))
     };
-    plant.verdicts.iter().filter_map(of).collect()
+    plant.verdicts.iter().filter_map(assess).collect()
 }
 
-/// Errors and coverage of each coefficient, in the order of their names.
+/// Computes errors and coverage of each coefficient, in order of name.
 pub fn summarise_whole(samples: &[WholeSample]) -> Vec<CoefficientRow> {
     let mut by_name: BTreeMap<&str, Vec<&FoundCoefficient>> = BTreeMap::new();
     for found in samples.iter().filter_map(|sample| sample.found.as_ref().ok()).flatten() {
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_errors_and_coverage_by_hand() {
+    fn errors_and_coverage_agree_with_hand_calculation() {
         let failed =
             WholeSample { seed: 4, found: Err("too short".to_owned()), judged: BTreeMap::new() };
         let samples =
@@ -179,7 +179,7 @@ mod tests {
 
     /// A boat with a pair of thrusters that is driven for four minutes.
     #[test]
-    fn a_twin_is_identified_and_held_against_its_truth() {
+    fn a_twin_is_identified_and_compared_with_its_truth() {
         let thruster = |name: &str, y: f64| {
             serde_json::json!({
                 "name": name, "position_m": [0.0, y, 0.0], "direction": [1.0, 0.0, 0.0],

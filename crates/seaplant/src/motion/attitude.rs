@@ -1,17 +1,17 @@
-//! Attitude between its samples, and what it turns.
+//! Interpolation of attitude, and rotations by it.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::Timed;
 
-/// `R(η)ᵀ`: takes a vector from the world's frame to the body's; `angles` are roll, pitch and
-/// heading, rad.
+/// Returns `R(η)ᵀ`, which rotates a vector from the world's frame to the body's; `angles` are roll,
+/// pitch and heading, rad.
 pub(crate) fn body_from_world(angles: [f64; 3]) -> Matrix3<f64> {
     let [roll, pitch, heading] = angles;
     Rotation3::from_euler_angles(roll, pitch, heading).matrix().transpose()
 }
 
-/// k = R(η)ᵀ e₃: the world's down in body axes; rad in, shape (3,) out.
+/// Returns k = R(η)ᵀ e₃, the world's down in body axes; rad in, shape (3,) out.
 ///
 /// ```
 /// let k = seaplant::motion::down_body(0.0, 0.1);
@@ -21,15 +21,16 @@ pub fn down_body(roll: f64, pitch: f64) -> Vector3<f64> {
     Vector3::new(-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos())
 }
 
-/// A series at a time by the cubic through the four samples around it.
+/// Interpolates a series by the cubic through the four samples around a time; zero without a
+/// series.
 ///
-/// A straight line between samples 0.1 s apart takes 1 to 2 % off an oscillation at 4 rad/s,
-/// and with it off the righting moment; the cubic takes 0.01 %.
+/// Linear interpolation between samples 0.1 s apart reduces an oscillation at 4 rad/s, and with it
+/// the righting moment, by 1 to 2 %; the cubic by 0.01 %.
 pub(crate) fn interpolated(series: Option<&Timed>, t_s: f64) -> f64 {
     let Some(series) = series else { return 0.0 };
     let (time_s, x) = (series.time_s(), series.values());
     let after = series.reached(t_s);
-    // At the ends, and across a stretch without samples, nothing better than a line is known.
+    // At the ends and across gaps, interpolation is linear.
     let is_inside = after >= 2 && after + 1 < time_s.len();
     let regular = |from: usize| time_s[from + 1] - time_s[from] < 2.0 * series.period_s();
     if !is_inside || !(after - 2..=after).all(regular) {
@@ -50,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn down_is_what_the_rotation_makes_of_it() {
+    fn down_agrees_with_the_rotation_matrix() {
         let (roll, pitch) = (0.4, -0.7);
         let k = body_from_world([roll, pitch, 2.0]) * Vector3::z();
         assert!((k - down_body(roll, pitch)).norm() < 1e-12);

@@ -1,78 +1,78 @@
-//! The way from one measurement to the next, with its sensitivities.
+//! Integration of the motion between measurements, with its sensitivities.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 use super::{Prepared, apply, times};
 
-/// A short time with a constant force: at most 0.05 s, so that roll and pitch at some rad/s
-/// carry no error of the integration.
+/// An interval of constant force, at most 0.05 s, short enough that the integration error of roll
+/// and pitch at some rad/s is negligible.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Slice {
-    /// Its beginning, s.
+    /// Start, s.
     pub(crate) from_s: f64,
-    /// Its length, s.
+    /// Duration, s.
     pub(crate) length_s: f64,
-    /// k at its beginning, middle and end.
+    /// k at its start, middle and end.
     pub(crate) down_body: [Vector3<f64>; 3],
-    /// Velocities of axes that the plant does not have, at the same instants.
+    /// Velocities of axes outside the plant, at the same instants.
     pub(crate) others: [Vector6<f64>; 3],
-    /// What the plant's effects read, at the same instants; empty if it has none.
+    /// Values of the plant's signals, at the same instants; empty if it has none.
     pub(crate) signals: [Vec<f64>; 3],
-    /// Which of the known forces act, by their number in the plant; none where none does.
+    /// Index of the known forces that act, among those of the plant; `None` if none acts.
     pub(crate) load: Option<usize>,
 }
 
 /// The force over a slice.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct HeldForce {
-    /// τ, held, N and N m.
+    /// τ, constant, N and N m.
     pub(crate) force: Vector6<f64>,
-    /// ∂τ by the numbers of the actuators.
+    /// ∂τ by the actuator parameters.
     pub(crate) by: [Vector6<f64>; PUSHED_BY],
 }
 
-/// How many numbers of the actuators a force depends on: two of lag, delay, reverse-thrust ratio,
+/// Number of actuator parameters on which a force depends: two of lag, delay, reverse-thrust ratio,
 /// exponent, slew time, two of slow changes, one of load, and the scale of all.
 pub(crate) const PUSHED_BY: usize = 10;
 
-/// How each axis's disturbance fades: ḟ = −f/T.
+/// Decay of each axis's disturbance: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Decay<const N: usize> {
     /// 1/T, 1/s.
     pub(crate) rate: SVector<f64, N>,
 }
 
-/// Where a state goes over some slices, and how that changes.
+/// The state after some slices, and its derivatives.
 ///
-/// Its motion is ν_r, N numbers, and where M = N + 3 the world's down in body axes behind it; else
-/// that is known, and the slices have it.
+/// The motion consists of the N entries of ν_r and, if M = N + 3, the world's down in body axes;
+/// otherwise that is prescribed by the slices.
 pub(crate) struct Flow<const N: usize, const M: usize> {
     /// The motion at the end.
     pub(crate) motion: SVector<f64, M>,
-    /// Its columns: by the motion at the beginning (M), by the disturbance there (N), by each
-    /// coefficient and by the numbers of the actuators, if these were asked for.
+    /// Its derivatives by the motion at the start (M), by the disturbance there (N), and by each
+    /// coefficient and actuator parameter, if requested.
     pub(crate) columns: Vec<SVector<f64, M>>,
-    /// What drives each column in the middle of a slice.
+    /// The forcing of each derivative in the middle of a slice.
     sources: Vec<SVector<f64, N>>,
 }
 
 impl<const N: usize, const M: usize> Flow<N, M> {
-    /// A flow with columns for the state alone.
+    /// Creates a flow with derivatives by the state.
     pub(crate) fn of_state() -> Self {
         Self::with_columns(M + N)
     }
 
-    /// A flow with columns for so many coefficients, and for the actuators, too.
+    /// Creates a flow with derivatives by the state, the coefficients and the actuator parameters.
     pub(crate) fn of_plant(coefficients: usize) -> Self {
         Self::with_columns(M + N + coefficients + PUSHED_BY)
     }
 
-    /// A flow with columns for the state and for so many coefficients.
+    /// Creates a flow with derivatives by the state and the coefficients.
     pub(crate) fn of_coefficients(count: usize) -> Self {
         Self::with_columns(M + N + count)
     }
 
-    /// A flow without derivatives.
+    /// Creates a flow without derivatives.
     pub(crate) fn bare() -> Self {
         Self::with_columns(0)
     }
@@ -85,17 +85,17 @@ impl<const N: usize, const M: usize> Flow<N, M> {
         }
     }
 
-    /// ∂x(end)/∂x(beginning) of the motion x, shape (M, M).
+    /// Returns ∂x(end)/∂x(start) of the motion x, shape (M, M).
     pub(crate) fn by_motion(&self) -> SMatrix<f64, M, M> {
         SMatrix::from_fn(|i, j| self.columns[j][i])
     }
 
-    /// ∂x(end)/∂f(beginning), shape (M, N).
+    /// Returns ∂x(end)/∂f(start), shape (M, N).
     pub(crate) fn by_disturbance(&self) -> SMatrix<f64, M, N> {
         SMatrix::from_fn(|i, j| self.columns[M + j][i])
     }
 
-    /// ∂x(end)/∂θ at a given beginning, of the coefficients and the actuators.
+    /// Returns ∂x(end)/∂θ at a fixed start, θ being the coefficients and the actuator parameters.
     pub(crate) fn by_plant(&self) -> &[SVector<f64, M>] {
         &self.columns[M + N..]
     }
@@ -111,11 +111,11 @@ impl<const N: usize, const M: usize> Flow<N, M> {
     }
 }
 
-/// Follows a plant through slices by the classical Runge–Kutta method.
+/// Integrates a plant's motion over slices by the classical Runge–Kutta method.
 ///
-/// The columns are those of the motion linearised in the middle of each slice, `ẋ = A x + s`:
-/// derivatives to the second order of h. That moves no estimate: the slope of a cost vanishes where its
-/// errors are noise, whatever they are weighted with.
+/// The derivatives are those of the motion linearised in the middle of each slice, `ẋ = A x + s`,
+/// and of second order in h. Their error does not bias estimates: at the optimum the gradient
+/// vanishes for errors that are noise, whatever their weights.
 pub(crate) fn advance<const N: usize, const M: usize>(
     plant: &Prepared<N>,
     (slices, pushes): (&[Slice], &[HeldForce]),
@@ -129,23 +129,23 @@ pub(crate) fn advance<const N: usize, const M: usize>(
     for (slice, push) in slices.iter().zip(pushes) {
         let half = decay.rate.map(|rate| (-0.5 * rate * slice.length_s).exp());
         let middle = left.component_mul(&half);
-        let lefts = [left, middle, middle.component_mul(&half)];
-        step(plant, (slice, push), disturbance, &lefts, flow);
-        left = lefts[2];
+        let remaining = [left, middle, middle.component_mul(&half)];
+        step(plant, (slice, push), disturbance, &remaining, flow);
+        left = remaining[2];
     }
 }
 
-/// Where in a slice each stage is, and which of its instants that is.
+/// Time of each stage as a fraction of the slice, and the index of that instant.
 const STAGES: [(f64, usize); 4] = [(0.0, 0), (0.5, 1), (0.5, 1), (1.0, 2)];
-/// How much each stage counts.
+/// Weight of each stage.
 const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
-/// A slice; `lefts` is what is left of the disturbance at its three instants.
+/// Integrates one slice; `remaining` is the fraction of the disturbance left at its three instants.
 fn step<const N: usize, const M: usize>(
     plant: &Prepared<N>,
     (slice, push): (&Slice, &HeldForce),
     disturbance: &SVector<f64, N>,
-    lefts: &[SVector<f64, N>; 3],
+    remaining: &[SVector<f64, N>; 3],
     flow: &mut Flow<N, M>,
 ) {
     let plant = plant.under(slice.load);
@@ -160,7 +160,7 @@ fn step<const N: usize, const M: usize>(
     for (stage, (part, instant)) in STAGES.into_iter().enumerate() {
         let behind = if stage == 0 { SVector::zeros() } else { rates[stage - 1] * (part * h) };
         let (six, down) = at(&(flow.motion + behind), instant);
-        let force = force + disturbance.component_mul(&lefts[instant]);
+        let force = force + disturbance.component_mul(&remaining[instant]);
         let own = plant.rate(&six, &down, &force, &slice.signals[instant]);
         rates[stage] = with_down(&own, || down.cross(&turn(&six)));
         if stage == 2 {
@@ -175,7 +175,7 @@ fn step<const N: usize, const M: usize>(
         let share = SMatrix::<f64, M, N>::from_fn(|i, j| share[(i, j)]);
         let (of_motion, driven) = flow.columns.split_at_mut(M);
         let (of_disturbance, of_plant) = flow.sources.split_at_mut(N);
-        let mean_left = (lefts[0] + lefts[1] * 4.0 + lefts[2]) / 6.0;
+        let mean_left = (remaining[0] + remaining[1] * 4.0 + remaining[2]) / 6.0;
         for (j, source) in of_disturbance.iter_mut().enumerate() {
             *source = plant.inverse().column(j) * mean_left[j];
         }
@@ -198,13 +198,12 @@ fn step<const N: usize, const M: usize>(
     }
 }
 
-/// The world's down in body axes, where it is a part of the motion.
+/// Returns the world's down in body axes, if it is part of the motion.
 fn down_of<const N: usize, const M: usize>(motion: &SVector<f64, M>) -> Option<Vector3<f64>> {
     (M > N).then(|| Vector3::from_fn(|i, _| motion[N + i]))
 }
 
-/// Numbers of the velocity with those of the world's down behind them, where these are a part of
-/// the motion.
+/// Returns the velocity followed by the world's down in body axes, if that is part of the motion.
 pub(crate) fn with_down<const N: usize, const M: usize>(
     velocity: &SVector<f64, N>,
     down: impl FnOnce() -> Vector3<f64>,
@@ -213,12 +212,12 @@ pub(crate) fn with_down<const N: usize, const M: usize>(
     SVector::from_fn(|i, _| if i < N { velocity[i] } else { down[i - N] })
 }
 
-/// ω.
+/// Returns ω.
 fn turn(velocity: &Vector6<f64>) -> Vector3<f64> {
     velocity.fixed_rows::<3>(3).into_owned()
 }
 
-/// ∂ẋ/∂x of the motion: of ν̇, and of `k̇ = k × ω`.
+/// Returns ∂ẋ/∂x of the motion: of ν̇, and of `k̇ = k × ω`.
 fn slope<const N: usize, const M: usize>(
     plant: &Prepared<N>,
     velocity: &Vector6<f64>,
@@ -255,8 +254,8 @@ fn slope<const N: usize, const M: usize>(
     slope
 }
 
-/// What `ẋ = A x + s` makes of x and of s over h: `e^(A h)` and `∫₀ʰ e^(A t) dt`, to the fourth power
-/// of h.
+/// Returns the discrete transition of `ẋ = A x + s` over h: `e^(A h)` and `∫₀ʰ e^(A t) dt`, to the
+/// fourth power of h.
 fn linearised<const N: usize>(
     a: &SMatrix<f64, N, N>,
     h: f64,
@@ -276,11 +275,11 @@ mod tests {
     use crate::motion::down_body;
     use crate::plant::{Plant, Structure, Symmetry};
 
-    /// Central differences over 1e-6 of numbers of order one.
+    /// Error of central differences over 1e-6 of numbers of order one.
     const DIFFERENCE: f64 = 1e-7;
 
-    /// Slices of a tenth of a second, so short that what lies in the middle of one stands for all of it
-    /// as exactly as differences tell.
+    /// Number of slices in a tenth of a second: short enough that the linearisation at their middle
+    /// is exact to the accuracy of differences.
     const SLICES: usize = 1000;
 
     fn plant(lever: f64) -> Plant {
@@ -293,7 +292,7 @@ mod tests {
     fn slices() -> Vec<Slice> {
         let length_s = 0.1 / SLICES as f64;
         let pitch = |k: usize, part: f64| 0.2 + length_s * (k as f64 + part);
-        let of = |k: usize| Slice {
+        let slice = |k: usize| Slice {
             from_s: length_s * k as f64,
             length_s,
             down_body: [0.0, 0.5, 1.0].map(|part| down_body(0.1, pitch(k, part))),
@@ -301,17 +300,17 @@ mod tests {
             signals: [const { Vec::new() }; 3],
             load: None,
         };
-        (0..SLICES).map(of).collect()
+        (0..SLICES).map(slice).collect()
     }
 
-    /// A force that depends on the first number of the actuators.
+    /// Returns a force that depends on the first actuator parameter.
     fn push(lag: f64) -> HeldForce {
         let by = Vector6::new(-30.0, 0.0, 0.0, 0.0, 2.0, 0.0);
         let force = Vector6::new(20.0, 0.0, 0.0, 0.0, 0.3, 0.0) + lag * by;
         HeldForce { force, by: std::array::from_fn(|k| if k == 0 { by } else { Vector6::zeros() }) }
     }
 
-    /// Where a flow ends, from a motion, a disturbance and a lag.
+    /// Returns the motion at the end, from a motion, a disturbance and a lag.
     fn pushed<const M: usize>(
         plant: &Plant,
         motion: SVector<f64, M>,
@@ -334,20 +333,20 @@ mod tests {
             assert!((slope - column).amax() < DIFFERENCE, "{what}: {slope} {column}");
         };
         for j in 0..M {
-            let of = |step: f64| {
+            let end = |step: f64| {
                 let mut moved = motion;
                 moved[j] += step;
                 pushed(&base, moved, disturbance, 0.0).motion
             };
-            near(&of, &flow.by_motion().column(j).into(), &format!("motion {j}"));
+            near(&end, &flow.by_motion().column(j).into(), &format!("motion {j}"));
         }
         for j in 0..2 {
-            let of = |step: f64| {
+            let end = |step: f64| {
                 let mut moved = disturbance;
                 moved[j] += step;
                 pushed(&base, motion, moved, 0.0).motion
             };
-            near(&of, &flow.by_disturbance().column(j).into(), &format!("disturbance {j}"));
+            near(&end, &flow.by_disturbance().column(j).into(), &format!("disturbance {j}"));
         }
         let of_lever = |step: f64| pushed(&plant(6.6 + step), motion, disturbance, 0.0).motion;
         near(&of_lever, &flow.by_plant()[7], "lever");
@@ -363,12 +362,12 @@ mod tests {
     }
 
     #[test]
-    fn the_worlds_down_turns_as_the_vehicle_does_not() {
+    fn the_worlds_down_turns_opposite_to_the_vehicle() {
         let (roll, pitch) = (0.4_f64, -0.3_f64);
         let down = down_body(roll, pitch);
         let motion = SVector::from([0.5, -0.3, down.x, down.y, down.z]);
         let flow = pushed(&plant(6.6), motion, SVector::zeros(), 0.0);
-        // By Euler's angles, with p and r from the slices and q of the plant.
+        // By Euler angles, with p and r from the slices and q from the plant.
         let mut angles = (roll, pitch);
         let after = |k: usize| {
             let part = &slices()[..k];

@@ -1,25 +1,25 @@
-//! Rotations that a plant does not have: their angles stay as they are.
+//! Rotations outside a plant: their Euler angles stay constant.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 use crate::Dof;
 use crate::plant::Plant;
 
-/// ω of a vehicle some of whose Euler angles are held, with its derivatives.
+/// ω of a vehicle with some Euler angles held, with its derivatives.
 pub(crate) struct HeldTurn {
     /// ω, rad/s.
     pub(crate) omega: Vector3<f64>,
-    /// ∂ω by the rates that are given, shape (3, 3); columns of other rates are zero.
+    /// ∂ω by the given rates, shape (3, 3); columns of other rates are zero.
     pub(crate) by_rates: Matrix3<f64>,
     /// ∂ω by the world's down in body axes, shape (3, 3).
     pub(crate) by_down: Matrix3<f64>,
 }
 
-/// ω from the rates of some rotations while the angles of the others are held.
+/// Returns ω from the rates of some rotations while the Euler angles of the others are held.
 ///
-/// `ω = φ̇ e₁ + θ̇ (0, k_z, −k_y)/√(k_y² + k_z²) + ψ̇ k` with k the world's down in body axes; the Euler
-/// rates of held angles are zero, and those of the others follow from their own p, q and r.
-/// `moves` marks roll, pitch and yaw whose rate is given; other entries of `rates` are not read.
+/// `ω = φ̇ e₁ + θ̇ (0, k_z, −k_y)/√(k_y² + k_z²) + ψ̇ k` with k the world's down in body axes; the
+/// Euler rates of held angles are zero, and those of the others follow from their p, q and r.
+/// `moves` marks roll, pitch and yaw with a given rate; other entries of `rates` are ignored.
 pub(crate) fn held_turn(moves: [bool; 3], rates: &Vector3<f64>, down: &Vector3<f64>) -> HeldTurn {
     let (q, r) = (rates.y, rates.z);
     let (kx, ky, kz) = (down.x, down.y, down.z);
@@ -40,7 +40,7 @@ pub(crate) fn held_turn(moves: [bool; 3], rates: &Vector3<f64>, down: &Vector3<f
             by_down[(0, 2)] = kx * (r - 2.0 * kz * heading) / square;
         }
         [rolls, false, true] => {
-            // ψ̇ = r/k_z turns about k: p = k_x ψ̇, q = k_y ψ̇.
+            // ψ̇ = r/k_z rotates about k: p = k_x ψ̇, q = k_y ψ̇.
             let held = if rolls { 1..2 } else { 0..2 };
             for axis in held {
                 by_rates[(axis, 2)] = down[axis] / kz;
@@ -49,7 +49,7 @@ pub(crate) fn held_turn(moves: [bool; 3], rates: &Vector3<f64>, down: &Vector3<f
             }
         }
         [_, true, false] => {
-            // θ̇ turns about (0, k_z, −k_y).
+            // θ̇ rotates about (0, k_z, −k_y).
             by_rates[(2, 1)] = -ky / kz;
             by_down[(2, 1)] = -q / kz;
             by_down[(2, 2)] = q * ky / (kz * kz);
@@ -59,18 +59,18 @@ pub(crate) fn held_turn(moves: [bool; 3], rates: &Vector3<f64>, down: &Vector3<f
     HeldTurn { omega: by_rates * rates, by_rates, by_down }
 }
 
-/// Which rotations a plant has.
+/// Returns whether roll, pitch and yaw are axes of a plant.
 pub(crate) fn rotations(plant: &Plant) -> [bool; 3] {
     [Dof::Roll, Dof::Pitch, Dof::Yaw].map(|dof| plant.axes().contains(&dof))
 }
 
 impl Plant {
-    /// Velocity with p, q and r of rotations that the plant does not have set to those that hold
-    /// their Euler angles; m/s and rad/s, shape (6,).
+    /// Returns a velocity with p, q and r of rotations outside the plant set to the values that
+    /// hold their Euler angles; m/s and rad/s, shape (6,).
     ///
-    /// A vehicle that is pitched and turns does not keep its roll angle by `p = 0` but by
-    /// `p = −ψ̇ sin θ`. Rates that `velocity` has of such rotations are not read; `down_body` is the
-    /// world's down in body axes.
+    /// A pitched vehicle that turns keeps its roll angle not by `p = 0` but by `p = −ψ̇ sin θ`. The
+    /// rates of such rotations in `velocity` are ignored; `down_body` is the world's down in body
+    /// axes.
     ///
     /// # Example
     /// ```
@@ -104,7 +104,7 @@ mod tests {
     use super::super::down_body;
     use super::*;
 
-    /// Rates of roll, pitch and heading that ω makes, [Fossen2021, eq. (2.41)].
+    /// Returns the rates of roll, pitch and heading due to ω, [Fossen2021, eq. (2.41)].
     fn euler_rates(roll: f64, pitch: f64, omega: &Vector3<f64>) -> [f64; 3] {
         let across = omega.y * roll.sin() + omega.z * roll.cos();
         [

@@ -1,45 +1,45 @@
-//! Forces that are known: weights hung on a vehicle, and lines with a scale.
+//! Known forces: weights hung on a vehicle, and lines with a scale.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::series::union;
 
-/// A force on the vehicle that is known, from an instant to another.
+/// A known force on the vehicle over an interval of time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownForce {
-    /// What makes it.
+    /// Type of force.
     pub kind: KnownKind,
-    /// Where it acts, from the origin in body axes, m.
+    /// Point of application, from the origin in body axes, m.
     pub position_m: [f64; 3],
-    /// Standard deviation of its size, N.
+    /// Standard deviation of its magnitude, N.
     pub std_n: f64,
-    /// When it begins, in the recording's time, s.
+    /// Start, in the recording's time, s.
     pub from_s: f64,
-    /// When it ends, likewise.
+    /// End, in the recording's time, s.
     pub to_s: f64,
 }
 
-/// What makes a known force.
+/// Type of a known force.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KnownKind {
-    /// A weight that is fixed to the vehicle: it pulls along the world's down.
+    /// A weight fixed to the vehicle; it acts along the world's down.
     Weight {
         /// Weight in water, N; negative if it floats.
         weight_n: f64,
         /// Mass, kg; it moves with the vehicle.
         mass_kg: f64,
     },
-    /// A line that pulls along a direction in body axes.
+    /// A line that pulls in a constant direction in body axes.
     Line {
-        /// Its pull, N.
+        /// Its tension, N.
         force_n: f64,
-        /// Where it pulls, in body axes; of length 1.
+        /// Direction of the pull in body axes, a unit vector.
         direction: [f64; 3],
     },
 }
 
 impl KnownForce {
-    /// Its size, N.
+    /// Returns its magnitude, N; negative for a weight that floats.
     pub fn size_n(&self) -> f64 {
         match self.kind {
             KnownKind::Weight { weight_n, .. } => weight_n,
@@ -47,7 +47,7 @@ impl KnownForce {
         }
     }
 
-    /// Returns the same with another size, N; the mass of a weight stays.
+    /// Returns the force with another magnitude, N, and the same mass.
     pub(crate) fn with_size(&self, size_n: f64) -> Self {
         let kind = match self.kind {
             KnownKind::Weight { mass_kg, .. } => KnownKind::Weight { weight_n: size_n, mass_kg },
@@ -56,7 +56,7 @@ impl KnownForce {
         Self { kind, ..self.clone() }
     }
 
-    /// Returns true for the same weight or pull at another time.
+    /// Returns whether two forces differ only in time.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let size = |force: &Self| (force.kind.clone(), force.position_m, force.std_n);
         size(self) == size(other)
@@ -78,7 +78,7 @@ pub(crate) fn acting(known: &[KnownForce], time_s: f64) -> Vec<KnownForce> {
     known.iter().filter(|force| force.acts_at(time_s)).cloned().collect()
 }
 
-/// The known forces of an instant together: what they add to a plant.
+/// The sum of the known forces at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Load {
     /// Their rigid-body mass matrix about the origin.
@@ -92,7 +92,7 @@ pub(crate) struct Load {
 }
 
 impl Load {
-    /// Sums the known forces of an instant; none if nothing acts.
+    /// Sums the known forces at an instant; `None` if none acts.
     pub(crate) fn at(known: &[KnownForce], time_s: f64) -> Option<Self> {
         let acting = acting(known, time_s);
         (!acting.is_empty()).then(|| Self::of(&acting))
@@ -120,7 +120,7 @@ impl Load {
         load
     }
 
-    /// Force and moment at an attitude, without what the mass takes, N and N m.
+    /// Returns force and moment at an attitude, without inertia of the mass, N and N m.
     pub(crate) fn wrench(&self, down_body: &Vector3<f64>) -> Vector6<f64> {
         let (force, moment) = (down_body * self.weight_n, self.lever.cross(down_body));
         self.wrench + Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_weight_pulls_down_and_turns_the_bow_down() {
+    fn a_weight_pulls_down_and_pitches_the_bow_down() {
         let load = Load::at(&[weight()], 10.0).expect("acts");
         let level = load.wrench(&Vector3::z());
         // W k = (0, 0, 20); r × W k = (0, −0.4 · 20, 0).
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_weight_brings_its_mass_first_moment_and_inertia() {
+    fn a_weight_adds_its_mass_first_moment_and_inertia() {
         let mass = Load::at(&[weight()], 15.0).expect("acts").mass;
         assert!((mass - mass.transpose()).amax() < ROUNDING);
         let expected = [
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_pulls_along_its_direction_and_about_its_place() {
+    fn a_line_pulls_along_its_direction_and_has_a_moment() {
         let line = KnownForce {
             kind: KnownKind::Line { force_n: 50.0, direction: [-1.0, 0.0, 0.0] },
             position_m: [-0.5, 0.1, 0.0],
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_weight_acts_from_when_it_is_hung_on_until_it_is_taken_off() {
+    fn a_weight_acts_in_its_interval_only() {
         let known = [weight()];
         assert_eq!(Load::at(&known, 9.9), None);
         assert!(Load::at(&known, 10.0).is_some() && Load::at(&known, 19.9).is_some());

@@ -1,9 +1,9 @@
-//! Products of small matrices, written out over their columns: what multiplies large matrices is
-//! slow on small ones.
+//! Products of small matrices, written out by columns: general matrix products are slow for small
+//! sizes.
 
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
-/// A B.
+/// Returns A B.
 pub(crate) fn times<const M: usize, const K: usize, const N: usize>(
     a: &SMatrix<f64, M, K>,
     b: &SMatrix<f64, K, N>,
@@ -15,7 +15,7 @@ pub(crate) fn times<const M: usize, const K: usize, const N: usize>(
     SMatrix::from_data(ArrayStorage(product))
 }
 
-/// A Bᵀ.
+/// Returns A Bᵀ.
 pub(crate) fn times_transposed<const M: usize, const K: usize, const N: usize>(
     a: &SMatrix<f64, M, K>,
     b: &SMatrix<f64, N, K>,
@@ -29,7 +29,7 @@ pub(crate) fn times_transposed<const M: usize, const K: usize, const N: usize>(
     SMatrix::from_data(ArrayStorage(product))
 }
 
-/// A Bᵀ of a B that is mostly zero.
+/// Returns A Bᵀ for a B that is mostly zero.
 pub(crate) fn times_sparse_transposed<const M: usize, const K: usize, const N: usize>(
     a: &SMatrix<f64, M, K>,
     b: &SMatrix<f64, N, K>,
@@ -43,7 +43,7 @@ pub(crate) fn times_sparse_transposed<const M: usize, const K: usize, const N: u
     SMatrix::from_data(ArrayStorage(product))
 }
 
-/// A x.
+/// Returns A x.
 pub(crate) fn apply<const M: usize, const N: usize>(
     a: &SMatrix<f64, M, N>,
     x: &SVector<f64, N>,
@@ -51,7 +51,7 @@ pub(crate) fn apply<const M: usize, const N: usize>(
     SVector::from_data(ArrayStorage([combined(&a.data.0, &x.data.0[0])]))
 }
 
-/// Takes x yᵀ from A.
+/// Subtracts x yᵀ from A.
 pub(crate) fn subtract_outer<const M: usize, const N: usize>(
     a: &mut SMatrix<f64, M, N>,
     x: &SVector<f64, M>,
@@ -62,7 +62,7 @@ pub(crate) fn subtract_outer<const M: usize, const N: usize>(
     }
 }
 
-/// Takes x yᵀ + u vᵀ from A.
+/// Subtracts x yᵀ + u vᵀ from A.
 pub(crate) fn subtract_outers<const M: usize, const N: usize>(
     a: &mut SMatrix<f64, M, N>,
     (x, y): (&SVector<f64, M>, &SVector<f64, N>),
@@ -76,7 +76,7 @@ pub(crate) fn subtract_outers<const M: usize, const N: usize>(
     }
 }
 
-/// Σ_k a_k x_k over the columns of a matrix.
+/// Returns Σ_k a_k x_k over the columns of a matrix.
 fn combined<const M: usize, const N: usize>(a: &[[f64; M]; N], x: &[f64; N]) -> [f64; M] {
     let mut sum = [0.0; M];
     for (column, &factor) in a.iter().zip(x) {
@@ -99,7 +99,7 @@ mod tests {
     const ROUNDING: f64 = 1e-14;
 
     #[test]
-    fn products_are_those_of_the_algebra() {
+    fn products_agree_with_the_library() {
         let a = SMatrix::<f64, 4, 3>::from_fn(|i, j| (1.0 + i as f64) / (2.0 + j as f64));
         let b = SMatrix::<f64, 3, 2>::from_fn(|i, j| i as f64 - 0.7 * j as f64);
         let (x, y) = (SVector::from([0.3, -1.0, 2.0, 0.7]), SVector::from([1.0, 0.5, -0.2]));

@@ -1,4 +1,4 @@
-//! ν̇ of a plant and its derivatives, made ready for many evaluations.
+//! ν̇ of a plant and its derivatives, prepared for many evaluations.
 
 use nalgebra::{DMatrix, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
@@ -6,20 +6,20 @@ use super::{Load, apply, times};
 use crate::plant::{Basis, Instant, Plant, Product, Structure, kirchhoff, kirchhoff_slope};
 use crate::{Dof, Error};
 
-/// Everything on the left of the equation of motion that holds no acceleration.
+/// M and all terms without acceleration on the left of the equation of motion.
 struct Forces {
     mass: Matrix6<f64>,
     products: Vec<(Dof, Product, f64)>,
     weight_excess: f64,
     lever: Vector3<f64>,
     constant: Vector6<f64>,
-    /// Numbers of effects, and their coefficients.
+    /// Indices of effects, and their coefficients.
     effects: Vec<(usize, f64)>,
     structure: Structure,
 }
 
 impl Forces {
-    fn of(plant: &Plant) -> Self {
+    fn new(plant: &Plant) -> Self {
         let mut forces = Self {
             mass: Matrix6::zeros(),
             products: Vec::new(),
@@ -33,8 +33,8 @@ impl Forces {
         forces
     }
 
-    /// Adds known forces: a mass and a weight like those of the plant, and a force that is constant
-    /// in body axes.
+    /// Adds known forces: mass and weight like those of the plant, and a force that is constant in
+    /// body axes.
     fn add(&mut self, load: &Load) {
         self.mass += load.mass;
         self.weight_excess += load.weight_n;
@@ -42,7 +42,7 @@ impl Forces {
         self.constant -= load.wrench;
     }
 
-    /// Takes other coefficients of the same terms; nothing is allocated the second time.
+    /// Sets the coefficients of the same terms; the second call allocates nothing.
     fn set(&mut self, terms: &[Basis], coefficients: &[f64]) {
         self.products.clear();
         self.effects.clear();
@@ -61,7 +61,7 @@ impl Forces {
         }
     }
 
-    /// n(ν_r, η) less what effects push with, N and N m.
+    /// Returns n(ν_r, η) less the wrenches of effects, N and N m.
     fn at(
         &self,
         velocity: &Vector6<f64>,
@@ -83,13 +83,13 @@ impl Forces {
         n
     }
 
-    /// What restoring pushes with more if the world's down in body axes is by so much another.
+    /// Returns the change of the restoring force with a change of the world's down in body axes.
     fn change_by_down(&self, change: &Vector3<f64>) -> Vector6<f64> {
         let (force, moment) = (self.weight_excess * change, self.lever.cross(change));
         Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
     }
 
-    /// What each effect pushes with, and its slope by ν.
+    /// Returns the wrench of each effect, and its derivative by ν.
     fn effects<'a>(
         &'a self,
         velocity: &'a Vector6<f64>,
@@ -102,7 +102,7 @@ impl Forces {
         })
     }
 
-    /// ∂n/∂ν, shape (6, 6).
+    /// Returns ∂n/∂ν, shape (6, 6).
     fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
         let mut slope = kirchhoff_slope(&self.mass, velocity);
         for (on, product, value) in &self.products {
@@ -119,26 +119,28 @@ impl Forces {
     }
 }
 
-/// A plant whose rate is wanted on all six axes: zero on those that it does not have.
+/// A plant with rates on all six axes, zero outside its own.
 pub(crate) struct Whole {
     inverse: Matrix6<f64>,
     forces: Forces,
 }
 
 impl Whole {
+    /// Prepares a plant.
+    ///
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.
     pub(crate) fn new(plant: &Plant) -> Result<Self, Error> {
         Self::under(plant, None)
     }
 
-    /// The same under known forces.
+    /// Prepares a plant under known forces.
     ///
     /// # Errors
     /// As [`Self::new`].
     pub(crate) fn under(plant: &Plant, load: Option<&Load>) -> Result<Self, Error> {
         let axes = plant.axes();
-        let mut forces = Forces::of(plant);
+        let mut forces = Forces::new(plant);
         load.iter().for_each(|load| forces.add(load));
         let of_axes = inverse_under(plant, load)?;
         let mut inverse = Matrix6::zeros();
@@ -150,7 +152,7 @@ impl Whole {
         Ok(Self { inverse, forces })
     }
 
-    /// ν̇_r = M⁻¹ (τ − n), shape (6,).
+    /// Returns ν̇_r = M⁻¹ (τ − n), shape (6,).
     pub(crate) fn rate(
         &self,
         velocity: &Vector6<f64>,
@@ -161,28 +163,28 @@ impl Whole {
         self.inverse * (force - self.forces.at(velocity, down_body, signals))
     }
 
-    /// ∂ν̇/∂ν, shape (6, 6).
+    /// Returns ∂ν̇/∂ν, shape (6, 6).
     pub(crate) fn slope(&self, velocity: &Vector6<f64>) -> Matrix6<f64> {
         -self.inverse * self.forces.slope(velocity, &[])
     }
 
-    /// The change of ν̇ with a small change of the world's down in body axes, shape (6,).
+    /// Returns the change of ν̇ with a small change of the world's down in body axes, shape (6,).
     pub(crate) fn slope_by_down(&self, change: &Vector3<f64>) -> Vector6<f64> {
         self.inverse * self.forces.change_by_down(change)
     }
 
-    /// M, zero on axes that the plant does not have.
+    /// Returns M, zero outside the plant's axes.
     pub(crate) fn mass(&self) -> &Matrix6<f64> {
         &self.forces.mass
     }
 
-    /// M⁻¹, zero on axes that the plant does not have.
+    /// Returns M⁻¹, zero outside the plant's axes.
     pub(crate) fn inverse(&self) -> &Matrix6<f64> {
         &self.inverse
     }
 }
 
-/// M⁻¹ of a plant with the mass of known forces, shape (axes, axes).
+/// Returns M⁻¹ of a plant with the mass of known forces, shape (axes, axes).
 fn inverse_under(plant: &Plant, load: Option<&Load>) -> Result<DMatrix<f64>, Error> {
     let (mut mass, axes) = (plant.mass_matrix(), plant.axes());
     if let Some(load) = load {
@@ -198,35 +200,36 @@ fn singular(plant: &Plant) -> Error {
     Error::Plant { axes: plant.structure().name(), reason }
 }
 
-/// A plant of at most `N` axes, ready to be evaluated many times; places that it has no axis
-/// for stay at zero.
+/// A plant of at most `N` axes, prepared for many evaluations; entries beyond its axes are zero.
 pub(crate) struct Prepared<const N: usize> {
     axes: [Option<usize>; N],
     inverse: SMatrix<f64, N, N>,
     terms: Vec<Basis>,
     forces: Forces,
-    /// The same under known forces, by their number in slices.
+    /// The plant under each of the loads to which slices refer by index.
     loaded: Vec<Self>,
 }
 
 impl<const N: usize> Prepared<N> {
+    /// Prepares a plant.
+    ///
     /// # Errors
     /// [`Error::Plant`] if the plant has more than N axes or M cannot be inverted.
     pub(crate) fn new(plant: &Plant) -> Result<Self, Error> {
         Self::with_load(plant, None)
     }
 
-    /// The same, ready for slices under any of some known forces.
+    /// Prepares a plant for slices under known forces.
     ///
     /// # Errors
     /// As [`Self::new`].
     pub(crate) fn with_loads(plant: &Plant, loads: &[Load]) -> Result<Self, Error> {
-        let of = |load: &Load| Self::with_load(plant, Some(load));
-        let loaded = loads.iter().map(of).collect::<Result<_, Error>>()?;
+        let prepare = |load: &Load| Self::with_load(plant, Some(load));
+        let loaded = loads.iter().map(prepare).collect::<Result<_, Error>>()?;
         Ok(Self { loaded, ..Self::new(plant)? })
     }
 
-    /// The plant under the known forces of a slice.
+    /// Returns the plant under the known forces of a slice.
     pub(crate) fn under(&self, load: Option<usize>) -> &Self {
         load.and_then(|load| self.loaded.get(load)).unwrap_or(self)
     }
@@ -241,13 +244,13 @@ impl<const N: usize> Prepared<N> {
         let of_axes = inverse_under(plant, load)?;
         let inverse = SMatrix::from_fn(|i, j| if i < n && j < n { of_axes[(i, j)] } else { 0.0 });
         let terms = plant.structure().terms().to_vec();
-        let mut forces = Forces::of(plant);
+        let mut forces = Forces::new(plant);
         load.iter().for_each(|load| forces.add(load));
         Ok(Self { axes, inverse, terms, forces, loaded: Vec::new() })
     }
 
-    /// Takes other coefficients of the same terms, without allocating; false, and nothing
-    /// changed but the forces, if M cannot be inverted.
+    /// Sets the coefficients of the same terms, without allocating; returns false if M cannot be
+    /// inverted, and then only the forces have changed.
     pub(crate) fn renumber(&mut self, coefficients: &[f64]) -> bool
     where
         nalgebra::Const<N>: nalgebra::DimMin<nalgebra::Const<N>, Output = nalgebra::Const<N>>,
@@ -265,12 +268,12 @@ impl<const N: usize> Prepared<N> {
         true
     }
 
-    /// The plant's axes of a vector of six.
+    /// Returns the plant's axes of a vector of six.
     pub(crate) fn on_axes(&self, six: &Vector6<f64>) -> SVector<f64, N> {
         SVector::from_fn(|i, _| self.axes[i].map_or(0.0, |axis| six[axis]))
     }
 
-    /// A vector of six with the plant's axes put in place of what `others` has there.
+    /// Returns `others` with the entries of the plant's axes replaced.
     pub(crate) fn to_six(&self, x: &SVector<f64, N>, others: &Vector6<f64>) -> Vector6<f64> {
         let mut six = *others;
         for (axis, &x) in self.axes.iter().zip(x.iter()) {
@@ -281,22 +284,22 @@ impl<const N: usize> Prepared<N> {
         six
     }
 
-    /// Which axis of ν is in each place.
+    /// Returns the axis of ν at each index.
     pub(crate) fn axes(&self) -> &[Option<usize>; N] {
         &self.axes
     }
 
-    /// M⁻¹, shape (N, N).
+    /// Returns M⁻¹, shape (N, N).
     pub(crate) fn inverse(&self) -> &SMatrix<f64, N, N> {
         &self.inverse
     }
 
-    /// How many coefficients there are.
+    /// Returns the number of coefficients.
     pub(crate) fn count(&self) -> usize {
         self.terms.len()
     }
 
-    /// ν̇_r = M⁻¹ (τ − n); `velocity` of all six axes, `force` of the plant's.
+    /// Returns ν̇_r = M⁻¹ (τ − n); `velocity` has all six axes, `force` the plant's.
     pub(crate) fn rate(
         &self,
         velocity: &Vector6<f64>,
@@ -308,7 +311,7 @@ impl<const N: usize> Prepared<N> {
         apply(&self.inverse, &(force - self.on_axes(&n)))
     }
 
-    /// ∂ν̇/∂ν of the plant's axes, shape (N, N).
+    /// Returns ∂ν̇/∂ν of the plant's axes, shape (N, N).
     pub(crate) fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> SMatrix<f64, N, N> {
         let slope = self.forces.slope(velocity, signals);
         let of_axes = SMatrix::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
@@ -318,14 +321,14 @@ impl<const N: usize> Prepared<N> {
         times(&self.inverse, &of_axes)
     }
 
-    /// ∂ν̇/∂k of the plant's axes, k being the world's down in body axes; shape (N, 3).
+    /// Returns ∂ν̇/∂k of the plant's axes, k being the world's down in body axes; shape (N, 3).
     pub(crate) fn slope_by_down(&self) -> SMatrix<f64, N, 3> {
         SMatrix::from_columns(&[Vector3::x(), Vector3::y(), Vector3::z()].map(|change| {
             apply(&self.inverse, &self.on_axes(&self.forces.change_by_down(&change)))
         }))
     }
 
-    /// ∂ν̇/∂θ_k = −M⁻¹ Y_k(ν̇, ν, η) of every coefficient, put into `columns`.
+    /// Writes ∂ν̇/∂θ_k = −M⁻¹ Y_k(ν̇, ν, η) of every coefficient to `columns`.
     pub(crate) fn by_coefficient(
         &self,
         velocity: &Vector6<f64>,
@@ -342,7 +345,7 @@ impl<const N: usize> Prepared<N> {
         };
         for (term, column) in self.terms.iter().zip(columns) {
             *column = match *term {
-                // One row only: no product of matrices is needed.
+                // A product acts on one row only, so that a column of M⁻¹ suffices.
                 Basis::Product(on, product) => match self.place(on) {
                     Some(place) => self.inverse.column(place) * -product.value(velocity),
                     None => SVector::zeros(),
@@ -372,7 +375,7 @@ pub(crate) mod tests {
     /// The rudder's angle, rad.
     const SIGNALS: [f64; 1] = [0.2];
 
-    /// Central differences over 1e-6 of numbers of order one to a hundred.
+    /// Error of central differences over 1e-6 of numbers of order one to a hundred.
     const DIFFERENCE: f64 = 1e-6;
 
     pub(crate) fn vehicle() -> Plant {
@@ -394,7 +397,7 @@ pub(crate) mod tests {
         Plant::new(structure, coefficients).expect("possible")
     }
 
-    /// The same with a rudder.
+    /// Returns the vehicle with a rudder.
     fn with_rudder() -> Plant {
         let plant = vehicle();
         let foil = Foil {

@@ -1,4 +1,4 @@
-//! The motion of a plant from its forces alone.
+//! Open-loop simulation of a plant.
 
 use std::collections::BTreeMap;
 
@@ -11,57 +11,60 @@ use crate::quantity::WindFrame;
 use crate::series::ROUNDING_S;
 use crate::{Dof, Error, Timed};
 
-/// What drives a plant, and what is known of axes that it does not have.
+/// The inputs of a simulation, and the motion of axes outside the plant.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs {
-    /// Force and moment on each axis in SNAME order, held, N and N m; none is zero.
+    /// Force and moment on each axis in SNAME order, held between samples, N and N m; zero if
+    /// absent.
     pub force: [Option<Timed>; 6],
-    /// Velocity of axes that the plant does not have, m/s and rad/s. None of a translation is zero;
-    /// none of a rotation is the rate that holds its angle, and zero if `attitude` has that angle
-    /// changing.
+    /// Velocity of axes outside the plant, m/s and rad/s. If absent, a translation has zero
+    /// velocity; a rotation has the rate that holds its angle, or zero if `attitude` has a changing
+    /// angle.
     pub velocity: [Option<Timed>; 6],
-    /// Roll, pitch and heading, rad; an angle that the plant's own axes turn is read at the
-    /// beginning only.
+    /// Roll, pitch and heading, rad; of an angle that the plant's own axes rotate, only the initial
+    /// value is used.
     pub attitude: [Option<Timed>; 3],
     /// North and east velocity of the water, m/s.
     pub current: [f64; 2],
-    /// What the plant's effects read: angles, drives, air.
+    /// Signals of the plant's effects: angles, inputs of propellers, velocity of the air.
     pub signals: BTreeMap<Signal, Timed>,
-    /// The wind; in place of air among `signals`, where the vehicle's own heading is to turn it.
+    /// Wind, instead of velocities of the air among `signals`, if the simulated heading is to
+    /// rotate it.
     pub wind: Option<Wind>,
     /// Weights hung on the vehicle and lines with a scale, in the time of the other inputs.
     pub known: Vec<KnownForce>,
 }
 
-/// Wind as it is logged or forecast.
+/// Logged or forecast wind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wind {
-    /// Over ground, or as felt on board.
+    /// Relative to the ground or to the vehicle.
     pub frame: WindFrame,
     /// Its speed, m/s.
     pub speed: Timed,
-    /// Where it comes from, clockwise from north or from the bow, rad; held.
+    /// Direction from which it blows, clockwise from north or from the bow, rad; held between
+    /// samples.
     pub from: Timed,
 }
 
 impl Wind {
-    /// A wind that does not change.
+    /// Creates a constant wind.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for a speed or direction that is no number.
+    /// [`Error::NotFinite`] for a speed or direction that is not finite.
     pub fn steady(frame: WindFrame, speed: f64, from: f64) -> Result<Self, Error> {
         let constant = |x: f64| Timed::new("wind", vec![0.0], vec![x]);
         Ok(Self { frame, speed: constant(speed)?, from: constant(from)? })
     }
 
-    /// Velocity along the axes of its frame: it blows away from where it comes from.
+    /// Returns the velocity of the air along the axes of its frame, opposite to `from`.
     fn at(&self, t: f64) -> Vector3<f64> {
         let (speed, (sin, cos)) = (self.speed.at(t), self.from.held_at(t).sin_cos());
         Vector3::new(-speed * cos, -speed * sin, 0.0)
     }
 }
 
-/// The motion of a plant.
+/// Simulated motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulated {
     /// Instants, s.
@@ -70,30 +73,30 @@ pub struct Simulated {
     pub velocity: Vec<Vector6<f64>>,
     /// Roll, pitch and heading at each, rad.
     pub attitude: Vec<[f64; 3]>,
-    /// North, east and down of the first instant at each, m.
+    /// North, east and down relative to the first instant, m.
     pub position: Vec<Vector3<f64>>,
 }
 
-/// The longest step, s.
+/// Longest step, s.
 const STEP_S: f64 = 0.02;
 
-/// Beyond these a simulation runs away, m/s and rad/s.
+/// Velocity beyond which a simulation has diverged, m/s and rad/s.
 const RUNAWAY: f64 = 1e3;
 
-/// Simulates a plant from a velocity at the first of some instants.
+/// Simulates a plant from a velocity at the first of several instants.
 ///
-/// Steps are at most 0.02 s, by the classical Runge–Kutta method, for position, attitude and
-/// velocity alike. Where the plant has roll, pitch and yaw, attitude is a quaternion; where it has
-/// some of them, their angles follow from its rates and the others are taken from `inputs`.
+/// Position, attitude and velocity are integrated by the classical Runge–Kutta method in steps of
+/// at most 0.02 s. If the plant has roll, pitch and yaw, attitude is a quaternion; if it has some
+/// of them, their Euler angles follow from its rates and the others are those of `inputs`.
 ///
-/// An axis that the plant does not have does not move by itself: an angle keeps its value, by
+/// An axis outside the plant does not move by itself: an angle keeps its value, by
 /// [`Plant::with_held_angles`], and the velocity of a translation is that of `inputs`.
 ///
 /// `start` is velocity over ground, shape (6,); `time_s` increases.
 ///
 /// # Errors
-/// [`Error::Diverged`] if the velocity diverges; [`Error::Plant`] if M is singular, or if
-/// `inputs` lack a signal that an effect of the plant reads.
+/// [`Error::Diverged`] if the velocity diverges; [`Error::Plant`] if M is singular, or if `inputs`
+/// lack a signal of the plant's effects.
 ///
 /// # Example
 /// ```
@@ -119,29 +122,29 @@ pub fn simulate(
     Run::new(plant, inputs)?.over(start, time_s)
 }
 
-/// A simulation.
+/// The simulator.
 struct Run<'a> {
     plant: Whole,
-    /// From when on it is another under known forces, s; none where none acts.
+    /// The plant under known forces from each instant, s; `None` from one at which none acts.
     loaded: Vec<(f64, Option<Whole>)>,
-    /// What its effects read, in their order.
+    /// The signals of its effects, in order.
     signals: Vec<(&'a Signal, &'a Timed)>,
     first: Dof,
     inputs: &'a Inputs,
     /// North and east velocity of the water, m/s.
     current: [f64; 2],
     has: [bool; 6],
-    /// Rotations whose rate is the plant's or given; the angles of others are held.
+    /// Rotations with a rate from the plant or the inputs; the angles of others are held.
     turns: [bool; 3],
 }
 
-/// Where a vehicle is and how it moves.
+/// State of a simulation, and its derivative.
 #[derive(Clone, Copy)]
 struct Moved {
     /// Velocity through the water on the plant's axes.
     relative: Vector6<f64>,
     turned: Turned,
-    /// North, east and down of the start, m.
+    /// North, east and down relative to the start, m.
     position: Vector3<f64>,
 }
 
@@ -155,12 +158,12 @@ impl Moved {
     }
 }
 
-/// Attitude as the plant turns it.
+/// Attitude, or its derivative.
 #[derive(Clone, Copy)]
 enum Turned {
-    /// All three rates are the plant's own.
+    /// All rotations are axes of the plant.
     Freely(Quaternion<f64>),
-    /// Some angles are known, others follow.
+    /// Euler angles, some of which are inputs.
     Partly([f64; 3]),
 }
 
@@ -179,13 +182,13 @@ impl Turned {
 impl<'a> Run<'a> {
     fn new(plant: &Plant, inputs: &'a Inputs) -> Result<Self, Error> {
         let has = Dof::ALL.map(|dof| plant.axes().contains(&dof));
-        let of = |signal: &Signal| {
+        let find = |signal: &Signal| {
             inputs.signals.get_key_value(signal).ok_or_else(|| Error::Plant {
                 axes: plant.structure().name(),
                 reason: format!("its inputs lack {signal}, which it reads; add it"),
             })
         };
-        let signals = plant.structure().signals().iter().map(of).collect::<Result<_, _>>()?;
+        let signals = plant.structure().signals().iter().map(find).collect::<Result<_, _>>()?;
         let (first, current) = (plant.axes()[0], inputs.current);
         let changes = |angle: &Option<Timed>| angle.as_ref().is_some_and(|a| a.values().len() > 1);
         let turns = std::array::from_fn(|k| {
@@ -203,14 +206,14 @@ impl<'a> Run<'a> {
         Ok(Self { plant, loaded, signals, first, inputs, current, has, turns })
     }
 
-    /// The plant with what hangs on it at an instant.
+    /// Returns the plant under the known forces at an instant.
     fn plant_at(&self, t: f64) -> &Whole {
         let begun = self.loaded.partition_point(|(from_s, _)| *from_s <= t);
         let last = begun.checked_sub(1).and_then(|k| self.loaded[k].1.as_ref());
         last.unwrap_or(&self.plant)
     }
 
-    /// Attitude at an instant, from where the plant turns it on.
+    /// Returns the attitude of the inputs at an instant.
     fn turned_at(&self, t: f64) -> Turned {
         let angles = self.inputs.attitude.each_ref().map(|a| interpolated_attitude(a.as_ref(), t));
         if !self.has[3..].iter().all(|has| *has) {
@@ -246,14 +249,15 @@ impl<'a> Run<'a> {
         Ok(found)
     }
 
-    /// From a velocity over ground, at the attitude that `inputs` have at a time.
+    /// Returns the state for a velocity over ground at the inputs' attitude at a time.
     fn started(&self, start: &Vector6<f64>, t: f64) -> Moved {
         let turned = self.turned_at(t);
         let relative = self.on_own(start - self.water(turned, t));
         Moved { relative, turned, position: Vector3::zeros() }
     }
 
-    /// To the next change of a force, the next instant wanted, or as long as a step may be.
+    /// Returns the step to the next change of a force or the next requested instant, divided if it
+    /// is too long.
     fn next_step(&self, now: f64, until: f64) -> f64 {
         let change = |force: &Timed| force.time_s().get(force.reached(now + 1e-9)).copied();
         let held = self.signals.iter().filter(|(signal, _)| signal.is_held());
@@ -266,7 +270,7 @@ impl<'a> Run<'a> {
         (until - now) / steps
     }
 
-    /// The force of a step is that in its middle: it changes at the ends of steps only.
+    /// Returns the force in the middle of a step: it changes at the ends of steps only.
     fn force_at(&self, middle: f64) -> Vector6<f64> {
         Vector6::from_fn(|k, _| {
             self.inputs.force[k].as_ref().map_or(0.0, |force| force.held_at(middle))
@@ -274,9 +278,9 @@ impl<'a> Run<'a> {
     }
 
     fn step(&self, force: &Vector6<f64>, from: Moved, now: f64, h: f64) -> Moved {
-        let drive_at = now + 0.5 * h;
+        let held_at_s = now + 0.5 * h;
         let (middle, end) = (now + 0.5 * h, now + h);
-        let slope = |at: Moved, t: f64| self.slope(force, at, t, drive_at);
+        let slope = |at: Moved, t: f64| self.slope(force, at, t, held_at_s);
         let a = slope(from, now);
         let b = slope(from.plus(a, 0.5 * h), middle);
         let c = slope(from.plus(b, 0.5 * h), middle);
@@ -288,8 +292,8 @@ impl<'a> Run<'a> {
         moved
     }
 
-    /// How everything changes at a time; signals that are held are those of `drive_at`.
-    fn slope(&self, force: &Vector6<f64>, at: Moved, t: f64, drive_at: f64) -> Moved {
+    /// Returns the derivative of the state at a time; held signals are those at `held_at_s`.
+    fn slope(&self, force: &Vector6<f64>, at: Moved, t: f64, held_at_s: f64) -> Moved {
         let to_body = self.to_body(at.turned, t);
         let down = to_body * Vector3::z();
         let six = self.six(&at.relative, &down, t);
@@ -300,21 +304,21 @@ impl<'a> Run<'a> {
                 (Some(air), Signal::AirStarboard) => return air.y,
                 _ => {}
             }
-            // Like force, a held signal is that of the step's middle.
-            signal.value(series, if signal.is_held() { drive_at } else { t })
+            // Like force, a held signal is that in the middle of the step.
+            signal.value(series, if signal.is_held() { held_at_s } else { t })
         };
         let signals: Vec<f64> = self.signals.iter().map(value).collect();
         let water = self.on_own(self.water(at.turned, t));
         let through_ground = (six + water).fixed_rows::<3>(0).into_owned();
         Moved {
-            relative: self.plant_at(drive_at).rate(&six, &down, force, &signals),
+            relative: self.plant_at(held_at_s).rate(&six, &down, force, &signals),
             turned: self.turning(at.turned, &six, t),
             position: to_body.tr_mul(&through_ground),
         }
     }
 
-    /// Velocity through the water on the plant's axes, with what is known of the others and the
-    /// rates that hold angles.
+    /// Returns velocity through the water on the plant's axes, with prescribed velocities of the
+    /// others and the rates that hold angles.
     fn six(&self, relative: &Vector6<f64>, down: &Vector3<f64>, t: f64) -> Vector6<f64> {
         let mut six = relative + self.others(t);
         if self.turns != [true; 3] {
@@ -324,13 +328,13 @@ impl<'a> Run<'a> {
         six
     }
 
-    /// Velocity over ground in body axes.
+    /// Returns velocity over ground in body axes.
     fn over_ground(&self, moved: &Moved, t: f64) -> Vector6<f64> {
         let down = self.to_body(moved.turned, t) * Vector3::z();
         self.six(&moved.relative, &down, t) + self.on_own(self.water(moved.turned, t))
     }
 
-    /// How attitude changes at a rate of turn.
+    /// Returns the derivative of attitude.
     fn turning(&self, turned: Turned, six: &Vector6<f64>, t: f64) -> Turned {
         let (p, q, r) = (six[3], six[4], six[5]);
         match turned {
@@ -350,7 +354,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Roll, pitch and heading: turned where the plant turns them, else as known.
+    /// Returns roll, pitch and heading: integrated on the plant's axes, otherwise those of the
+    /// inputs.
     fn angles(&self, turned: Turned, t: f64) -> [f64; 3] {
         match turned {
             Turned::Freely(q) => {
@@ -374,7 +379,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Velocity of the air in body axes, if there is a wind of its own; `six` is the vehicle's.
+    /// Returns the velocity of the air in body axes, if the inputs have a wind; `six` is the
+    /// vehicle's velocity.
     fn air(&self, turned: Turned, six: &Vector6<f64>, t: f64) -> Option<Vector3<f64>> {
         let wind = self.inputs.wind.as_ref()?;
         Some(match wind.frame {
@@ -383,14 +389,14 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// The current in body axes.
+    /// Returns the current in body axes.
     fn water(&self, turned: Turned, t: f64) -> Vector6<f64> {
         let [north, east] = self.current;
         let body = self.to_body(turned, t) * Vector3::new(north, east, 0.0);
         Vector6::new(body.x, body.y, body.z, 0.0, 0.0, 0.0)
     }
 
-    /// What is known of axes that the plant does not have.
+    /// Returns the prescribed velocities of axes outside the plant.
     fn others(&self, t: f64) -> Vector6<f64> {
         Vector6::from_fn(|k, _| {
             let known = self.inputs.velocity[k].as_ref().filter(|_| !self.has[k]);
@@ -403,7 +409,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// A plant on its way, under forces that are decided as it moves.
+/// A simulation whose forces are computed from its motion.
 pub(crate) struct Moving<'a> {
     run: Run<'a>,
     moved: Moved,
@@ -411,8 +417,7 @@ pub(crate) struct Moving<'a> {
 }
 
 impl<'a> Moving<'a> {
-    /// Starts at rest over ground, at the attitude that `inputs` have at time zero; its forces
-    /// are not read.
+    /// Starts at rest over ground, at the inputs' attitude at time zero; their forces are ignored.
     ///
     /// # Errors
     /// As [`simulate`].
@@ -422,7 +427,7 @@ impl<'a> Moving<'a> {
         Ok(Self { run, moved, now: 0.0 })
     }
 
-    /// Moves on by `h`, s, under a force, N and N m.
+    /// Advances by `h`, s, under a force, N and N m.
     ///
     /// # Errors
     /// [`Error::Diverged`].
@@ -435,7 +440,7 @@ impl<'a> Moving<'a> {
         Err(Error::Diverged { dof: self.run.first, after_s: self.now })
     }
 
-    /// Changes the velocity of the water, north and east, m/s; that over ground stays.
+    /// Changes the current, north and east, m/s; velocity over ground is kept.
     pub(crate) fn set_current(&mut self, current: [f64; 2]) {
         let before = self.run.water(self.moved.turned, self.now);
         self.run.current = current;
@@ -443,17 +448,17 @@ impl<'a> Moving<'a> {
         self.moved.relative += self.run.on_own(change);
     }
 
-    /// Velocity through the water, body axes.
+    /// Returns velocity through the water, body axes.
     pub(crate) fn through_water(&self) -> &Vector6<f64> {
         &self.moved.relative
     }
 
-    /// Velocity over ground, body axes.
+    /// Returns velocity over ground, body axes.
     pub(crate) fn velocity(&self) -> Vector6<f64> {
         self.run.over_ground(&self.moved, self.now)
     }
 
-    /// Roll, pitch and heading, rad.
+    /// Returns roll, pitch and heading, rad.
     pub(crate) fn attitude(&self) -> [f64; 3] {
         self.run.angles(self.moved.turned, self.now)
     }
@@ -464,7 +469,7 @@ mod tests {
     use super::*;
     use crate::plant::{Effect, EffectForce, Structure, Symmetry};
 
-    /// Integration in steps of 0.02 s over ten seconds, as a part.
+    /// Relative error of the integration in steps of 0.02 s over ten seconds.
     const INTEGRATION: f64 = 1e-5;
 
     fn free_body(lever: f64) -> Plant {
@@ -493,7 +498,7 @@ mod tests {
     }
 
     #[test]
-    fn a_current_carries_a_vehicle_that_is_not_driven() {
+    fn a_current_carries_a_vehicle_without_thrust() {
         let structure =
             Structure::of(&[Dof::Surge, Dof::Sway, Dof::Yaw], Symmetry::None).expect("3");
         let mut coefficients = vec![20.0, 0.0, 0.0, 25.0, 0.0, 1.0];
@@ -511,7 +516,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_drifts_with_the_wind_whichever_way_it_heads() {
+    fn a_vehicle_drifts_with_the_wind_at_any_heading() {
         let sail = |on: Dof| {
             let force = EffectForce::Wind { on, scale: 2.0 };
             Effect { name: format!("wind.{on}"), force }
@@ -521,7 +526,7 @@ mod tests {
         let structure = axes.into_iter().fold(structure, |structure, on| {
             structure.with_effect(sail(on), true).expect("acts there")
         });
-        // Masses, then drag by speed and by its square of each axis, then the wind's.
+        // Masses, then linear and quadratic drag of each axis, then the wind's coefficients.
         let numbers = vec![100.0, 100.0, 0.0, 50.0, 0.0, 50.0, 1.0, 1.0];
         let plant = Plant::new(structure, numbers).expect("a plant");
         let still = || Timed::new("air", vec![0.0], vec![0.0]).expect("one");
@@ -534,18 +539,18 @@ mod tests {
             let moved = simulate(&plant, &inputs, &Vector6::zeros(), &[0.0, 300.0]);
             moved.expect("bounded").velocity[1]
         };
-        // 2 (6 − v)² = 50 v² at rest in the end: v = 6 / (1 + 5).
+        // Steady state 2 (6 − v)² = 50 v²: v = 6 / (1 + 5).
         let headed = drift(WindFrame::True, std::f64::consts::PI, 0.0);
         assert!((headed[0] - 1.0).abs() < 1e-6, "{headed}");
-        // From the south to a vehicle that heads east: to its port.
+        // Wind from the south on a vehicle heading east comes from its starboard side.
         let across = drift(WindFrame::True, std::f64::consts::PI, std::f64::consts::FRAC_PI_2);
         assert!((across[1] + 1.0).abs() < 1e-6 && across[0].abs() < 1e-9, "{across}");
-        // As felt on board it does not weaken: 2 · 6² = 50 v².
+        // Wind relative to the vehicle stays constant: 2 · 6² = 50 v².
         let felt = drift(WindFrame::Relative, std::f64::consts::PI, 1.0);
         assert!((felt[0] - 1.2).abs() < 1e-6, "{felt}");
     }
 
-    /// A plant of some axes without restoring, masses of 10 and drag of 1 to each.
+    /// Returns a plant without restoring forces, with masses of 10 and drag of 1.
     fn plant_of(axes: &[Dof]) -> Plant {
         let structure = Structure::of(axes, Symmetry::Diagonal).expect("axes");
         let structure = structure.without(|term| matches!(term, crate::plant::Basis::Lever(_)));
@@ -567,7 +572,7 @@ mod tests {
         let start = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.3);
         let time_s: Vec<f64> = (0..=2000).map(|k| 0.005 * f64::from(k)).collect();
         let moved = simulate(&plant, &inputs, &start, &time_s).expect("bounded");
-        // The rate is that of the attitude itself: a gyro integrates to it.
+        // The rate is that of the attitude, to which a gyroscope's readings integrate.
         for k in [1, 700, 1999] {
             let turned = |k: usize| {
                 let [roll, pitch, heading] = moved.attitude[k];
@@ -582,7 +587,7 @@ mod tests {
     }
 
     #[test]
-    fn position_does_not_depend_on_the_instants_asked_for() {
+    fn position_does_not_depend_on_the_requested_instants() {
         // u̇ = −(u + u²)/10 from 3 m/s.
         let plant = plant_of(&[Dof::Surge]);
         let distance = |t: f64| {

@@ -1,15 +1,15 @@
-//! Attitude by its sensor and the rates together.
+//! Smoothing of attitude by rates.
 
 use super::attitude::interpolated;
 use crate::Timed;
 
-/// Roll, pitch and heading smoothed by the body's rates.
+/// Smooths roll, pitch and heading with the body's rates.
 ///
-/// Noise of an attitude sensor is multiplied by the righting moment, and least squares of any
-/// kind takes it for less moment than there is: 0.2° on a vehicle that rolls by 2° costs 1 %.
-/// Each angle is therefore the smoothed state of `x_{k+1} = x_k + ∫ ẋ dt + w`, ẋ being what the
-/// measured rates make of it, whose two noises are those of greatest likelihood: where the rates
-/// say nothing the angles stay as they are.
+/// The righting moment depends on attitude, so that noise of an attitude sensor biases its
+/// least-squares estimate towards zero: 0.2° on a vehicle that rolls by 2° costs 1 %. Each angle is
+/// therefore the smoothed state of `x_{k+1} = x_k + ∫ ẋ dt + w`, with ẋ from the measured rates and
+/// the ratio of the two noise variances by maximum likelihood: with uninformative rates the angles
+/// do not change.
 ///
 /// # Source
 /// \[Rauch1965\]; rates of angles as in [Fossen2021, ch. 2].
@@ -20,7 +20,7 @@ pub(crate) fn smoothed_attitude(
     let slopes: Vec<Option<Vec<f64>>> = (0..3)
         .map(|which| {
             let angle = angles[which].as_ref()?;
-            // An angle whose own rate was not measured is left alone.
+            // An angle whose own rate was not measured stays as it is.
             rates[which]?;
             Some(angle.time_s().iter().map(|&t| slope(which, &angles, &rates, t)).collect())
         })
@@ -34,7 +34,7 @@ pub(crate) fn smoothed_attitude(
     smoothed
 }
 
-/// How fast an angle turns.
+/// Returns the rate of an Euler angle, rad/s.
 fn slope(which: usize, angles: &[Option<Timed>; 3], rates: &[Option<&Timed>; 3], t: f64) -> f64 {
     let [p, q, r] = rates.map(|rate| interpolated(rate, t));
     let [roll, pitch, _] = angles.each_ref().map(|angle| interpolated(angle.as_ref(), t));
@@ -46,12 +46,12 @@ fn slope(which: usize, angles: &[Option<Timed>; 3], rates: &[Option<&Timed>; 3],
     }
 }
 
-/// Ratios of the variance of a step to that of a sample, from rates that are perfect to
-/// angles that are.
+/// Number of candidate ratios of step variance to sample variance, from perfect rates to perfect
+/// angles.
 const RATIOS: usize = 25;
 const LEAST_RATIO: f64 = 1e-5;
 
-/// Fewer samples do not tell two variances.
+/// Fewer samples cannot distinguish the two variances.
 const LEAST_SAMPLES: usize = 20;
 
 fn smooth(angle: &Timed, slope: &[f64]) -> Timed {
@@ -67,8 +67,8 @@ fn smooth(angle: &Timed, slope: &[f64]) -> Timed {
     angle.with_values("attitude", values).unwrap_or_else(|_| angle.clone())
 }
 
-/// How far the angle turns from one sample to the next by its slope, and how many times the
-/// usual variance that has.
+/// Returns the change of the angle between two samples by its rate, and its variance relative to
+/// that of a usual step.
 fn step(angle: &Timed, slope: &[f64], k: usize) -> (f64, f64) {
     let time_s = angle.time_s();
     let h = time_s[k] - time_s[k - 1];
@@ -77,16 +77,16 @@ fn step(angle: &Timed, slope: &[f64], k: usize) -> (f64, f64) {
         let near = |h2: f64| (h2 - h).abs() < 0.2 * h;
         near(time_s[k - 1] - time_s[k - 2]) && near(time_s[k + 1] - time_s[k])
     };
-    // The cubic through four samples, else the straight line through two.
-    let turned = if regular {
+    // The cubic through four samples, otherwise the straight line through two.
+    let change = if regular {
         h / 24.0 * (13.0 * (first + last) - slope[k - 2] - slope[k + 1])
     } else {
         0.5 * h * (first + last)
     };
-    (turned, (h / angle.period_s()).powi(2))
+    (change, (h / angle.period_s()).powi(2))
 }
 
-/// A pass forward: means and variances before and after each sample, in units of a sample's
+/// A forward pass: means and variances before and after each sample, in units of the sample
 /// variance.
 struct Forward {
     after: Vec<(f64, f64)>,
@@ -97,9 +97,9 @@ struct Forward {
 fn filter(values: &[f64], steps: &[(f64, f64)], ratio: f64) -> Forward {
     let (mut after, mut before) = (vec![(values[0], 1.0)], vec![(values[0], 1.0)]);
     let (mut logs, mut squares) = (0.0, 0.0);
-    for (k, (turned, times)) in steps.iter().enumerate() {
+    for (k, (change, times)) in steps.iter().enumerate() {
         let (x, p) = after[k];
-        let (x, p) = (x + turned, p + ratio * times);
+        let (x, p) = (x + change, p + ratio * times);
         let s = p + 1.0;
         let e = values[k + 1] - x;
         logs += s.ln();
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rates_take_most_of_the_noise_off_an_angle() {
+    fn rates_reduce_the_noise_of_an_angle() {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let mut noise = |std: f64| {
             let x: f64 = StandardNormal.sample(&mut random);

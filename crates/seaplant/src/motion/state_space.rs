@@ -11,17 +11,17 @@ use crate::{Dof, Error};
 /// x = [η; ν]: north, east, down, roll, pitch, heading, then velocity over ground in body axes.
 pub type State = SVector<f64, 12>;
 
-/// The names of the states, in order.
+/// Names of the states, in order.
 pub const STATE_NAMES: [&str; 12] =
     ["north", "east", "down", "roll", "pitch", "heading", "u", "v", "w", "p", "q", "r"];
 
-/// A plant as `ẋ = f(x, u)`, made ready for many evaluations.
+/// A plant as `ẋ = f(x, u)`, prepared for many evaluations.
 ///
 /// x, shape (12,), is north, east, down, m; roll, pitch, heading, rad; velocity over ground in body
 /// axes u, v, w, m/s, and p, q, r, rad/s. The input τ, shape (6,), is the force and moment on the
 /// body, N and N m. A current, shape (3,), is the velocity of the water north, east and down, m/s,
-/// constant and irrotational. Translations that the plant does not have keep their velocity;
-/// rotations that it does not have keep their angle, and their rates in x are not read.
+/// constant and irrotational. Translations outside the plant keep their velocity; rotations outside
+/// it keep their angle, and their rates in x are ignored.
 ///
 /// # Example
 /// ```
@@ -46,9 +46,9 @@ pub struct StateSpace {
     axes: String,
 }
 
-/// Attitude and what it makes of the world's vectors.
+/// Attitude, and vectors of the world in body axes.
 struct Pose {
-    /// From the world to the body.
+    /// Rotation from the world to the body.
     to_body: Matrix3<f64>,
     down: Vector3<f64>,
     water: Vector3<f64>,
@@ -56,6 +56,8 @@ struct Pose {
 }
 
 impl StateSpace {
+    /// Prepares a plant.
+    ///
     /// # Errors
     /// [`Error::Plant`] if M cannot be inverted.
     pub fn new(plant: &Plant) -> Result<Self, Error> {
@@ -63,11 +65,11 @@ impl StateSpace {
         Ok(Self { whole: Whole::new(plant)?, own, axes: plant.structure().name() })
     }
 
-    /// `ẋ = f(x, τ)`: m/s, rad/s, m/s², rad/s²; shape (12,).
+    /// Returns `ẋ = f(x, τ)`: m/s, rad/s, m/s², rad/s²; shape (12,).
     ///
     /// # Errors
-    /// [`Error::Plant`] where an argument is not finite, or the vehicle points straight up or down:
-    /// roll and heading are not defined there.
+    /// [`Error::Plant`] if an argument is not finite, or if the vehicle points straight up or down,
+    /// where roll and heading are undefined.
     pub fn rate(
         &self,
         x: &State,
@@ -86,7 +88,7 @@ impl StateSpace {
         Ok(rate)
     }
 
-    /// `∂f/∂x`, shape (12, 12), and `∂f/∂τ`, shape (12, 6).
+    /// Returns `∂f/∂x`, shape (12, 12), and `∂f/∂τ`, shape (12, 6).
     ///
     /// # Errors
     /// As [`StateSpace::rate`].
@@ -105,7 +107,8 @@ impl StateSpace {
         a.fixed_view_mut::<3, 3>(3, 9).copy_from(&turning(&pose));
         a.fixed_view_mut::<6, 6>(6, 6).copy_from(&by_velocity);
         for k in 0..3 {
-            // An angle turns a vector of the world, seen from the body, about this axis.
+            // The derivative by an angle rotates a vector of the world, in body axes, about this
+            // axis.
             let about = self.turns_about(&pose, k);
             let turned = |of: &Vector3<f64>| -about.cross(of);
             let by_angle = by_velocity * self.on_own(&-turned(&pose.water))
@@ -124,8 +127,8 @@ impl StateSpace {
         Ok((a, b))
     }
 
-    /// The input τ that keeps the velocity of a state as it is, ν̇ = 0; zero on axes that the plant
-    /// does not have; N and N m, shape (6,).
+    /// Returns the input τ for constant velocity, ν̇ = 0, at a state; zero outside the plant's
+    /// axes; N and N m, shape (6,).
     ///
     /// # Errors
     /// As [`StateSpace::rate`].
@@ -134,10 +137,10 @@ impl StateSpace {
         Ok(-(self.whole.mass() * free.fixed_rows::<6>(6)))
     }
 
-    /// The places of the states that the plant moves: its velocities, the angles of its rotations,
-    /// and the positions that these move at a point, found by `a`.
+    /// Returns the indices of the states that the plant moves: its velocities, the angles of its
+    /// rotations, and the positions that depend on these by the Jacobian `a`.
     pub fn moved(&self, a: &SMatrix<f64, 12, 12>) -> Vec<usize> {
-        // A place k holds a pose or a velocity of axis k mod 6.
+        // Index k is a pose or a velocity of axis k mod 6.
         let follows: Vec<usize> = (3..12).filter(|k| self.own[k % 6]).collect();
         let moves = |row: usize| follows.iter().any(|&column| a[(row, column)] != 0.0);
         (0..3).filter(|&row| moves(row)).chain(follows.iter().copied()).collect()
@@ -161,17 +164,17 @@ impl StateSpace {
         Ok(Pose { water: to_body * current, to_body, down, angles })
     }
 
-    /// Velocity through the water on the plant's axes; as it is on others.
+    /// Returns velocity through the water on the plant's axes, unchanged on others.
     fn relative(&self, nu: &Vector6<f64>, pose: &Pose) -> Vector6<f64> {
         nu - self.on_own(&pose.water)
     }
 
-    /// A vector of three as the translations of six that the plant has.
+    /// Returns a vector's entries on the plant's translations, as a vector of six.
     fn on_own(&self, of: &Vector3<f64>) -> Vector6<f64> {
         Vector6::from_fn(|k, _| if k < 3 && self.own[k] { of[k] } else { 0.0 })
     }
 
-    /// Velocity over ground with the rates that hold angles, and how these follow.
+    /// Returns velocity over ground with the rates that hold angles, and the derivatives of these.
     fn velocity(&self, x: &State, pose: &Pose) -> (Vector6<f64>, HeldTurn) {
         let mut nu = x.fixed_rows::<6>(6).into_owned();
         let turns = [self.own[3], self.own[4], self.own[5]];
@@ -180,7 +183,7 @@ impl StateSpace {
         (nu, held)
     }
 
-    /// Lets the rates in ∂f/∂x follow those that are the plant's, and its attitude.
+    /// Applies the chain rule to ∂f/∂x: rates depend on those of the plant and on attitude.
     fn hold(&self, a: &mut SMatrix<f64, 12, 12>, held: &HeldTurn, pose: &Pose) {
         let by_turn = a.fixed_view::<12, 3>(0, 9).into_owned();
         a.fixed_view_mut::<12, 3>(0, 9).copy_from(&(by_turn * held.by_rates));
@@ -191,7 +194,7 @@ impl StateSpace {
         }
     }
 
-    /// The axis, in the body, about which roll, pitch or heading turns.
+    /// Returns the axis, in the body frame, about which roll, pitch or heading rotates.
     fn turns_about(&self, pose: &Pose, k: usize) -> Vector3<f64> {
         let (sine, cosine) = pose.angles[0].sin_cos();
         match k {
@@ -202,17 +205,17 @@ impl StateSpace {
     }
 }
 
-/// Closer than this to the vertical, as the cosine of pitch, angles are lost in rounding.
+/// Cosine of pitch below which Euler angles are lost in rounding.
 const STRAIGHT: f64 = 1e-9;
 
-/// From p, q, r to the rates of roll, pitch and heading.
+/// Returns the matrix from p, q, r to the rates of roll, pitch and heading.
 fn turning(pose: &Pose) -> Matrix3<f64> {
     let [roll, pitch, _] = pose.angles;
     let ((s, c), tangent, cosine) = (roll.sin_cos(), pitch.tan(), pitch.cos());
     Matrix3::new(1.0, s * tangent, c * tangent, 0.0, c, -s, 0.0, s / cosine, c / cosine)
 }
 
-/// How those rates change with roll and pitch.
+/// Returns the derivative of those rates by roll and pitch.
 fn turning_slope(pose: &Pose, omega: &Vector3<f64>) -> SMatrix<f64, 3, 2> {
     let [roll, pitch, _] = pose.angles;
     let (s, c) = roll.sin_cos();
@@ -236,7 +239,7 @@ mod tests {
     use super::*;
     use crate::plant::{Structure, Symmetry};
 
-    /// Central differences over 1e-6 of numbers of order one to a hundred.
+    /// Error of central differences over 1e-6 of numbers of order one to a hundred.
     const DIFFERENCE: f64 = 1e-6;
 
     fn point() -> (State, Vector6<f64>, Vector3<f64>) {
@@ -245,7 +248,7 @@ mod tests {
         (State::from(x), tau, Vector3::new(0.3, -0.2, 0.1))
     }
 
-    /// A plant that has these axes alone.
+    /// Returns a plant of these axes.
     fn space_of(axes: &[Dof]) -> StateSpace {
         let structure = Structure::of(axes, Symmetry::Diagonal).expect("axes");
         let coefficients = (0..structure.terms().len()).map(|k| 2.0 + k as f64).collect();
@@ -258,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn jacobians_know_of_the_rates_that_hold_angles() {
+    fn jacobians_include_the_rates_that_hold_angles() {
         use Dof::{Heave, Pitch, Roll, Surge, Sway, Yaw};
         let sets: [&[Dof]; 4] =
             [&[Surge, Sway, Heave, Pitch, Yaw], &[Surge, Sway, Yaw], &[Surge, Pitch], &[Roll, Yaw]];
@@ -266,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_of_rotations_that_the_plant_lacks_stay() {
+    fn angles_of_rotations_outside_the_plant_stay_constant() {
         let (x, tau, current) = point();
         let space = space_of(&[Dof::Surge, Dof::Pitch, Dof::Yaw]);
         let rate = space.rate(&x, &tau, &current).expect("a point");
@@ -323,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_that_stands_on_its_nose_is_refused() {
+    fn refuses_a_vehicle_that_points_straight_down() {
         let space = StateSpace::new(&vehicle()).expect("six axes");
         let (mut x, tau, current) = point();
         x[4] = std::f64::consts::FRAC_PI_2;
@@ -334,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn states_that_the_plant_does_not_move_are_left_out() {
+    fn states_that_the_plant_does_not_move_are_excluded() {
         let space = space_of(&[Dof::Surge, Dof::Yaw]);
         let (none, still) = (Vector6::zeros(), Vector3::zeros());
         let (a, _) = space.jacobians(&State::zeros(), &none, &still).expect("a point");

@@ -1,10 +1,10 @@
-//! The regressors of the equation of motion: what each coefficient multiplies.
+//! The regressors of the equation of motion.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::Dof;
 
-/// An instant of motion, as regressors read it; body frame, SI.
+/// Motion at an instant, as the argument of regressors; body frame, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
     /// ν̇_r, relative to the water; m/s² and rad/s².
@@ -18,9 +18,9 @@ pub struct Instant {
 /// A velocity that a term multiplies, or its modulus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Factor {
-    /// Of which axis.
+    /// The axis.
     pub of: Dof,
-    /// Whether it is |ν|.
+    /// True if it is |ν|.
     pub modulus: bool,
 }
 
@@ -36,10 +36,10 @@ impl Product {
     /// The greatest degree that a term may have.
     pub const MOST: usize = 4;
 
-    /// The greatest power of U, either way.
+    /// The greatest power of U, positive or negative.
     pub const MOST_SPEED: i8 = 2;
 
-    /// A product of velocities; `None` unless there are one to four factors.
+    /// Creates a product of velocities; `None` unless there are one to four factors.
     pub fn new(factors: &[Factor]) -> Option<Self> {
         if factors.is_empty() || factors.len() > Self::MOST {
             return None;
@@ -54,10 +54,10 @@ impl Product {
         Some(Self { factors: all, speed: 0 })
     }
 
-    /// The same times U to a power, `U = √(u² + v² + w²)`; `None` for one beyond ±2.
+    /// Multiplies by a power of `U = √(u² + v² + w²)`; `None` for one beyond ±2.
     ///
-    /// Divided by U the product goes to zero where the vehicle has no way on: below
-    /// 0.01 m/s, `1/U` is that of `U/(U² + (0.01 m/s)²)`.
+    /// A product divided by U tends to zero with speed: below 0.01 m/s, `1/U` is replaced by
+    /// `U/(U² + (0.01 m/s)²)`.
     ///
     /// # Source
     /// [Yasukawa2015, eq. (9)]: hull forces by v' = v/U and r' = rL/U.
@@ -65,37 +65,37 @@ impl Product {
         (power.abs() <= Self::MOST_SPEED).then_some(Self { speed: power, ..self })
     }
 
-    /// The power of U.
+    /// Returns the power of U.
     pub const fn speed(&self) -> i8 {
         self.speed
     }
 
-    /// `ν`.
+    /// Returns the product `ν`.
     pub const fn linear(of: Dof) -> Self {
         Self { factors: [Some(Factor { of, modulus: false }), None, None, None], speed: 0 }
     }
 
-    /// `|ν| ν`.
+    /// Returns the product `|ν| ν`.
     pub const fn quadratic(of: Dof) -> Self {
         let modulus = Some(Factor { of, modulus: true });
         Self { factors: [modulus, Some(Factor { of, modulus: false }), None, None], speed: 0 }
     }
 
-    /// The factors, moduli first.
+    /// Returns the factors, moduli first.
     pub fn factors(&self) -> impl Iterator<Item = Factor> + '_ {
         self.factors.iter().flatten().copied()
     }
 
-    /// The product at a velocity.
+    /// Returns the product at a velocity.
     pub fn value(&self, velocity: &Vector6<f64>) -> f64 {
         let product: f64 = self.factors().map(|factor| factor.value(velocity)).product();
         match self.speed {
             0 => product,
-            power => product * Speed::of(velocity).power(power).0,
+            power => product * Speed::new(velocity).power(power).0,
         }
     }
 
-    /// The product with its last factor without a modulus of another velocity.
+    /// Returns the product with its last non-modulus factor evaluated at another velocity.
     fn value_with_last(&self, velocity: &Vector6<f64>, reference: &Vector6<f64>) -> f64 {
         // Moduli come first.
         let last = self.factors().filter(|factor| !factor.modulus).count();
@@ -107,7 +107,7 @@ impl Product {
         let product: f64 = self.factors().enumerate().map(at).product();
         match self.speed {
             0 => product,
-            power => product * Speed::of(velocity).power(power).0,
+            power => product * Speed::new(velocity).power(power).0,
         }
     }
 
@@ -115,7 +115,7 @@ impl Product {
     pub fn add_slope(&self, velocity: &Vector6<f64>, weight: f64, row: &mut [f64; 6]) {
         let mut weight = weight;
         if self.speed != 0 {
-            let speed = Speed::of(velocity);
+            let speed = Speed::new(velocity);
             let (scale, slope) = speed.power(self.speed);
             let product: f64 = self.factors().map(|factor| factor.value(velocity)).product();
             for (x, along) in row.iter_mut().zip(speed.slope) {
@@ -141,17 +141,17 @@ struct Speed {
     slope: [f64; 3],
 }
 
-/// The square of a speed below which a hull's drift angle says nothing, (m/s)².
+/// The square of a speed below which a hull's drift angle is undefined, (m/s)².
 pub const NO_WAY: f64 = 1e-4;
 
 impl Speed {
-    fn of(velocity: &Vector6<f64>) -> Self {
+    fn new(velocity: &Vector6<f64>) -> Self {
         let along = [velocity[0], velocity[1], velocity[2]];
         let value = along.iter().map(|x| x * x).sum::<f64>().sqrt();
         Self { value, slope: along.map(|x| if value > 0.0 { x / value } else { 0.0 }) }
     }
 
-    /// A power of U, and its slope by U.
+    /// Returns a power of U and its derivative by U.
     fn power(&self, power: i8) -> (f64, f64) {
         let n = i32::from(power.abs());
         let (base, slope) = if power > 0 {
@@ -176,11 +176,11 @@ impl Factor {
     }
 }
 
-/// What one coefficient multiplies in
+/// The regressor of one coefficient in
 /// `M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ`: one to six rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Basis {
-    /// An entry of the symmetric M, with the Coriolis force that follows from it.
+    /// An entry of the symmetric M, with its Coriolis force.
     Mass(Dof, Dof),
     /// Damping, or another product of velocities, on one axis.
     Product(Dof, Product),
@@ -190,14 +190,14 @@ pub enum Basis {
     Lever(usize),
     /// A constant force on one axis.
     One(Dof),
-    /// The structure's effect of this number: `−` what it pushes with, which
-    /// [`super::Structure::regressor`] knows.
+    /// The structure's effect of this index: `−` its wrench, from
+    /// [`super::Structure::regressor`].
     Effect(usize),
 }
 
 impl Basis {
-    /// The regressor `Y_k(ν̇, ν, η)`: what a coefficient of one adds to the left of the
-    /// equation of motion, on all six axes.
+    /// Returns the regressor `Y_k(ν̇, ν, η)`: the contribution of a unit coefficient to the left
+    /// side of the equation of motion, on all six axes.
     ///
     /// # Source
     /// [Fossen2021, ch. 6]; C from M by Kirchhoff's equations.
@@ -225,7 +225,7 @@ impl Basis {
         }
     }
 
-    /// What it multiplies of the acceleration alone; zero of all but M.
+    /// Returns the part of the regressor due to acceleration; zero except for M.
     pub(crate) fn inertial(&self, acceleration: &Vector6<f64>) -> Vector6<f64> {
         match *self {
             Self::Mass(i, j) => times_unit(i.index(), j.index(), acceleration),
@@ -233,9 +233,10 @@ impl Basis {
         }
     }
 
-    /// The regressor of a reference motion: `Y_k` of `M ν̇_s + C(M, ν) ν_s + D(ν) ν_s + g(η)`.
+    /// Returns the regressor of a reference motion: `Y_k` of `M ν̇_s + C(M, ν) ν_s + D(ν) ν_s +
+    /// g(η)`.
     ///
-    /// `at.acceleration` is ν̇_s, `reference` is ν_s; of a product of velocities the last factor
+    /// `at.acceleration` is ν̇_s, `reference` is ν_s; in a product of velocities the last factor
     /// without a modulus is that of the reference. With ν_s = ν this is [`Self::regressor`].
     ///
     /// # Source
@@ -264,7 +265,7 @@ impl Basis {
         }
     }
 
-    /// The axes on which it acts at all; of an effect [`super::Structure::axes_of`] says them.
+    /// Returns the axes on which it can act; see [`super::Structure::axes_of`] for an effect.
     pub fn axes(&self) -> Vec<Dof> {
         match *self {
             Self::Mass(i, j) if i == j => vec![i],
@@ -276,7 +277,7 @@ impl Basis {
         }
     }
 
-    /// The unit of its coefficient; of an effect [`super::Structure::unit_of`] says it.
+    /// Returns the unit of its coefficient; see [`super::Structure::unit_of`] for an effect.
     pub fn unit(&self) -> String {
         let force = |on: Dof| on.units().force;
         match self {
@@ -297,7 +298,7 @@ impl Basis {
     }
 }
 
-/// `(m/s)²`, `(m/s)(rad/s)`, … of a product of velocities.
+/// Formats the unit of a product of velocities: `(m/s)²`, `(m/s)(rad/s)`, ….
 fn velocity_unit(product: &Product) -> String {
     let rotations = product.factors().filter(|factor| factor.of.is_rotation()).count();
     let translations = product.factors().count() as i32 - rotations as i32;
@@ -321,7 +322,7 @@ fn on_axis(on: Dof, value: f64) -> Vector6<f64> {
     y
 }
 
-/// `E x`, where E is the symmetric matrix with ones at (i, j) and (j, i).
+/// Returns `E x`, where E is the symmetric matrix with ones at (i, j) and (j, i).
 fn times_unit(i: usize, j: usize, x: &Vector6<f64>) -> Vector6<f64> {
     let mut y = Vector6::zeros();
     y[i] += x[j];
@@ -331,7 +332,7 @@ fn times_unit(i: usize, j: usize, x: &Vector6<f64>) -> Vector6<f64> {
     y
 }
 
-/// `C(M, ν) ν` for the momentum p = M ν: `[ω × a; v × a + ω × b]` with p = [a; b].
+/// Returns `C(M, ν) ν` for the momentum p = M ν: `[ω × a; v × a + ω × b]` with p = [a; b].
 ///
 /// # Source
 /// Kirchhoff's equations; [Fossen2021, ch. 6].
@@ -343,7 +344,7 @@ pub(crate) fn kirchhoff(momentum: &Vector6<f64>, velocity: &Vector6<f64>) -> Vec
     Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
 }
 
-/// `∂(C(M, ν) ν)/∂ν`, shape (6, 6).
+/// Returns `∂(C(M, ν) ν)/∂ν`, shape (6, 6).
 pub(crate) fn kirchhoff_slope(mass: &Matrix6<f64>, velocity: &Vector6<f64>) -> Matrix6<f64> {
     let momentum = mass * velocity;
     let mut slope = Matrix6::zeros();
@@ -394,14 +395,15 @@ mod tests {
     }
 
     #[test]
-    fn a_low_centre_of_gravity_rights_the_vehicle() {
+    fn a_low_centre_of_gravity_gives_a_righting_moment() {
         // Heeled to starboard, bow up: k = (−sin θ, cos θ sin φ, cos θ cos φ).
         let (roll, pitch) = (0.3_f64, 0.2_f64);
         let down_body =
             Vector3::new(-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos());
         let at = Instant { acceleration: Vector6::zeros(), velocity: Vector6::zeros(), down_body };
         let y = Basis::Lever(2).regressor(&at);
-        // Left of the equation of motion, so that the moment on the body is the opposite.
+        // The regressor is on the left of the equation of motion, opposite to the moment on the
+        // body.
         assert!(y[3] > 0.0 && y[4] > 0.0 && y[5] == 0.0, "{y}");
     }
 
@@ -423,10 +425,10 @@ mod tests {
         assert_eq!(unit(Basis::Product(Dof::Yaw, mixed.expect("two"))), "N m/((m/s)(rad/s))");
         assert_eq!(unit(Basis::Product(Dof::Surge, Product::quadratic(Dof::Surge))), "N/(m/s)²");
         assert_eq!(unit(Basis::Mass(Dof::Sway, Dof::Yaw)), "kg m");
-        let of = |text: &str| unit(text.parse().expect("a term"));
-        assert_eq!(of("sway: Uv"), "N/(m/s)²");
-        assert_eq!(of("yaw: rrr/U"), "N m/((m/s)⁻¹(rad/s)³)");
-        assert_eq!(of("surge: vvvv/UU"), "N/(m/s)²");
+        let unit_of = |text: &str| unit(text.parse().expect("a term"));
+        assert_eq!(unit_of("sway: Uv"), "N/(m/s)²");
+        assert_eq!(unit_of("yaw: rrr/U"), "N m/((m/s)⁻¹(rad/s)³)");
+        assert_eq!(unit_of("surge: vvvv/UU"), "N/(m/s)²");
     }
 
     #[test]
@@ -449,7 +451,7 @@ mod tests {
     }
 
     #[test]
-    fn a_product_divided_by_speed_is_gone_without_way() {
+    fn a_product_divided_by_speed_vanishes_at_rest() {
         let Ok(Basis::Product(_, product)) = "yaw: rrr/U".parse() else { panic!("a term") };
         assert_eq!(product.value(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.5)), 0.0);
         let under_way = product.value(&Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.5));

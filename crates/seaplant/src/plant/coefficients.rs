@@ -1,4 +1,4 @@
-//! A plant: a structure with its numbers.
+//! A plant: a structure with its coefficients.
 
 use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 
@@ -23,7 +23,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// A structure with its coefficients, in the order of its terms.
+    /// Creates a plant from coefficients in the order of the structure's terms.
     ///
     /// # Errors
     /// [`Error::Plant`] if there is not one for each term, if one is not finite, or if M is
@@ -50,27 +50,27 @@ impl Plant {
         Ok(plant)
     }
 
-    /// The same without effects that it has no coefficient for.
+    /// Removes effects without a coefficient.
     pub(crate) fn pruned(&self) -> Result<Self, Error> {
         Self::new(self.structure.pruned(), self.coefficients.clone())
     }
 
-    /// Its terms.
+    /// Returns its structure.
     pub fn structure(&self) -> &Structure {
         &self.structure
     }
 
-    /// Its axes.
+    /// Returns its axes.
     pub fn axes(&self) -> &[Dof] {
         self.structure.axes()
     }
 
-    /// A coefficient for each term, shape (p,).
+    /// Returns the coefficients of all terms, shape (p,).
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
 
-    /// The coefficient of a term; `None` if the structure does not have it.
+    /// Returns the coefficient of a term; `None` if the structure lacks it.
     pub fn coefficient(&self, term: &Basis) -> Option<f64> {
         Some(self.coefficients[self.structure.index_of(term)?])
     }
@@ -79,12 +79,12 @@ impl Plant {
         self.structure.terms().iter().zip(self.coefficients.iter().copied())
     }
 
-    /// M of the plant's axes, shape (n, n).
+    /// Returns M of the plant's axes, shape (n, n).
     pub fn mass_matrix(&self) -> DMatrix<f64> {
         self.on_axes(&self.mass_matrix_of_six())
     }
 
-    /// M of all six axes, zero where the plant has none; shape (6, 6).
+    /// Returns M of all six axes, zero where the plant has none; shape (6, 6).
     pub fn mass_matrix_of_six(&self) -> Matrix6<f64> {
         let mut mass = Matrix6::zeros();
         for (term, value) in self.with_terms() {
@@ -96,12 +96,12 @@ impl Plant {
         mass
     }
 
-    /// D_l: what multiplies ν, shape (n, n).
+    /// Returns D_l, the matrix that multiplies ν, shape (n, n).
     pub fn linear_damping(&self) -> DMatrix<f64> {
         self.damping(|on, of| Product::linear(of) == on)
     }
 
-    /// What multiplies |ν|ν of each axis, shape (n, n).
+    /// Returns the matrix that multiplies |ν|ν of each axis, shape (n, n).
     pub fn quadratic_damping(&self) -> DMatrix<f64> {
         self.damping(|on, of| Product::quadratic(of) == on)
     }
@@ -122,13 +122,13 @@ impl Plant {
         DMatrix::from_fn(axes.len(), axes.len(), |i, j| all[(axes[i].index(), axes[j].index())])
     }
 
-    /// Σ of all terms that hold no acceleration: what stands beside M ν̇_r on the left of the
-    /// equation of motion, N and N m, shape (6,); its effects read zeros.
+    /// Returns Σ of all terms without acceleration, which together with M ν̇_r form the left side
+    /// of the equation of motion, N and N m, shape (6,); the signals of effects are zero.
     pub fn resistance(&self, velocity: &Vector6<f64>, down_body: &Vector3<f64>) -> Vector6<f64> {
         self.resistance_with(velocity, down_body, &[])
     }
 
-    /// [`Self::resistance`] with the values of the structure's [`Structure::signals`].
+    /// Returns [`Self::resistance`] with the values of the structure's [`Structure::signals`].
     pub fn resistance_with(
         &self,
         velocity: &Vector6<f64>,
@@ -138,14 +138,14 @@ impl Plant {
         let acceleration = Vector6::zeros();
         let wrenches = self.structure.wrenches(velocity, signals);
         let at = super::Instant { acceleration, velocity: *velocity, down_body: *down_body };
-        let of =
+        let force =
             |(term, value): (&Basis, f64)| value * self.structure.regressor(term, &at, &wrenches);
-        self.with_terms().map(of).sum()
+        self.with_terms().map(force).sum()
     }
 
-    /// The power that damping takes from the water's point of view, W: `Σ ν_r · products`.
+    /// Returns the power that damping dissipates relative to the water, W: `Σ ν_r · products`.
     ///
-    /// A dissipative plant has none below zero.
+    /// It is never negative for a dissipative plant.
     pub fn damping_power(&self, velocity: &Vector6<f64>) -> f64 {
         let power = |(term, value): (&Basis, f64)| match term {
             Basis::Product(on, product) => value * product.value(velocity) * velocity[on.index()],
@@ -170,7 +170,7 @@ mod tests {
         Plant::new(structure, coefficients)
     }
 
-    /// M of MSS's otter.m with a payload of 25 kg: a published vehicle whose axes couple.
+    /// M of MSS's otter.m with a payload of 25 kg: a published vehicle with coupled axes.
     const OTTER: [[f64; 6]; 6] = [
         [85.2815, 0.0, 0.0, 0.0, -11.0, 0.0],
         [0.0, 162.5, 0.0, 11.0, 0.0, 11.0],
@@ -185,7 +185,7 @@ mod tests {
         let plant = with_mass(OTTER).expect("positive definite");
         let expected = DMatrix::from_fn(6, 6, |i, j| OTTER[i][j]);
         assert_eq!(plant.mass_matrix(), expected);
-        // Munk's moment turns a body that drifts across its path: (m22 − m11) u v.
+        // Munk's moment turns a body that sideslips across its path: (m22 − m11) u v.
         let (u, v) = (1.5, 0.2);
         let velocity = Vector6::new(u, v, 0.0, 0.0, 0.0, 0.0);
         let moment = plant.resistance(&velocity, &Vector3::z())[5];
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_a_mass_that_no_body_has() {
+    fn refuses_a_physically_impossible_mass() {
         let mut rows = OTTER;
         rows[1][3] = 60.0;
         let error = with_mass(rows).expect_err("m24² > m22 m44");
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn published_damping_that_gives_power_is_told_from_damping_that_takes_it() {
+    fn distinguishes_published_dissipative_and_active_damping() {
         // CyberShip II, linear: 4 Y_v N_r < (Y_r + N_v)².
         let structure = Structure::of(&[Dof::Sway, Dof::Yaw], Symmetry::PortStarboard);
         let structure = ["sway: r", "yaw: v"]

@@ -1,4 +1,4 @@
-//! Forces that read what was logged beside motion: of fins, rudders, propellers and wind.
+//! Forces that depend on logged signals as well as motion: of fins, rudders, propellers and wind.
 
 use std::fmt;
 
@@ -11,22 +11,22 @@ use super::{OpenWater, RudderFlow};
 use crate::Surface;
 use crate::{Dof, Timed};
 
-/// What an effect reads at an instant.
+/// An input signal of an effect.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Signal {
     /// The angle of a rudder or fin, rad.
     Angle {
-        /// What it is.
+        /// The type of surface.
         kind: Surface,
         /// Its name.
         name: String,
     },
-    /// How a thruster is driven: its thrust where its curve is known, N; else its speed, rad/s,
-    /// or command, as a ratio.
+    /// Input of a thruster: its thrust if its curve is known, N; otherwise its speed, rad/s, or
+    /// command, as a ratio.
     Drive(String),
-    /// How fast the propeller of a thruster turns whose curve is known: n of its thrust k n|n|, rad/s
-    /// or in units of its command; the root of thrust if only that is known.
+    /// Propeller speed of a thruster with a known curve: n of its thrust k n|n|, rad/s or in units
+    /// of its command; the root of thrust if only that is known.
     PropellerSpeed(String),
     /// The thrust of a thruster by its curve, N.
     Thrust(String),
@@ -37,34 +37,35 @@ pub enum Signal {
 }
 
 impl Signal {
-    /// Whether a sample holds until the next: of a drive or a propeller; angles and wind go straight.
+    /// Returns whether a sample is held until the next, as for thrusters; angles and wind are
+    /// linear.
     pub fn is_held(&self) -> bool {
         matches!(self, Self::Drive(_)) || self.is_of_known_thruster()
     }
 
-    /// Whether it is of a thruster whose curve is known, so that its force is.
+    /// Returns whether it belongs to a thruster with a known curve, and thus a known force.
     pub(crate) fn is_of_known_thruster(&self) -> bool {
         matches!(self, Self::PropellerSpeed(_) | Self::Thrust(_))
     }
 
-    /// Whether it pushes a vehicle on which no known force acts.
+    /// Returns whether it is an input of a vehicle without known forces.
     pub(crate) fn pushes(&self) -> bool {
         matches!(self, Self::Angle { .. } | Self::Drive(_))
     }
 
-    /// Whether it is of wind.
+    /// Returns whether it is a component of wind.
     pub fn is_of_wind(&self) -> bool {
         matches!(self, Self::AirForward | Self::AirStarboard)
     }
 
-    /// Its value at an instant.
+    /// Returns its value at an instant.
     pub(crate) fn value(&self, series: &Timed, t_s: f64) -> f64 {
         if self.is_held() { series.held_at(t_s) } else { series.at(t_s) }
     }
 }
 
 impl fmt::Display for Signal {
-    /// As messages call it.
+    /// Formats the signal as in messages.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Angle { kind, name } => write!(f, "{}.{name}.angle", kind.name()),
@@ -76,71 +77,71 @@ impl fmt::Display for Signal {
     }
 }
 
-/// A force that one coefficient scales, by its name.
+/// A named force that is proportional to one coefficient.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Effect {
-    /// What results call its coefficient: `rudder.lift`, `wind.sway`.
+    /// Name of its coefficient in results: `rudder.lift`, `wind.sway`.
     pub name: String,
-    /// What it does.
+    /// The force per unit of the coefficient.
     pub force: EffectForce,
 }
 
-/// A control surface as its force reads it.
+/// A control surface, for the computation of its force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Foil {
-    /// What it is.
+    /// The type of surface.
     pub kind: Surface,
-    /// What channels call it.
+    /// Name in channels.
     pub name: String,
-    /// Where its force acts, m, body frame.
+    /// Point of application of its force, m, body frame.
     pub position_m: [f64; 3],
-    /// The axis that it turns about, a unit vector.
+    /// The axis of rotation, a unit vector.
     pub axis: [f64; 3],
-    /// Its stall angle, rad: beyond it, lift grows no more.
+    /// Its stall angle, rad, beyond which lift is constant.
     pub stall_rad: Option<f64>,
 }
 
-/// What scales with one coefficient.
+/// A force per unit of its coefficient.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum EffectForce {
-    /// A fin in the flow past the hull: `F = −|V| (V·n)` along its normal n, V being its
-    /// velocity through the water across its axis; N/(m/s)², equal to ½ρA ∂C_L/∂α.
+    /// A fin in the flow along the hull: `F = −|V| (V·n)` along its normal n, V being its velocity
+    /// through the water perpendicular to its axis; N/(m/s)², equal to ½ρA ∂C_L/∂α.
     Lift {
         /// The fin.
         foil: Foil,
     },
-    /// A fin in a propeller's race: `F = T sin δ` along its normal, by positive thrust T.
+    /// A fin in a propeller's slipstream: `F = T sin δ` along its normal, for positive thrust T.
     Slipstream {
         /// The fin.
         foil: Foil,
         /// The propeller ahead of it.
         propeller: String,
-        /// Whether the drive is a speed or command n, so that T is n².
+        /// True if the input is a speed or command n, so that T is n².
         squared: bool,
     },
-    /// What flow and race do together: `F = −|n| (V·n)` along its normal, n being √T.
+    /// The interaction of flow and slipstream: `F = −|n| (V·n)` along its normal, n being √T.
     Race {
         /// The fin.
         foil: Foil,
         /// The propeller ahead of it.
         propeller: String,
-        /// Whether the drive is a speed or command n, so that T is n².
+        /// True if the input is a speed or command n, so that T is n².
         squared: bool,
     },
-    /// A rudder in the race of a propeller whose open-water curve is known: its normal force by
-    /// `½ρA ∂C_L/∂α`, N/(m/s)², with what the hull makes of flow and force.
+    /// A rudder in the slipstream of a propeller with a known open-water curve: its normal force
+    /// per `½ρA ∂C_L/∂α`, N/(m/s)², with the hull's influence on flow and force.
     Steering {
         /// The rudder.
         foil: Foil,
         /// The propeller ahead of it.
         behind: OpenWater,
-        /// What hull and race do to its flow.
+        /// The influence of hull and slipstream on its inflow.
         flow: RudderFlow,
     },
-    /// Thrust by an open-water curve along a direction; 1 less the thrust deduction.
+    /// Thrust by an open-water curve along a direction; the coefficient is 1 − thrust deduction.
     OpenWater {
         /// The propeller.
         curve: OpenWater,
@@ -149,87 +150,88 @@ pub enum EffectForce {
     Thrust {
         /// The propeller.
         propeller: String,
-        /// Where it pushes, m.
+        /// Point of application, m.
         position_m: [f64; 3],
-        /// The way of positive thrust, a unit vector.
+        /// Direction of positive thrust, a unit vector.
         direction: [f64; 3],
     },
-    /// Thrust that a propeller loses by its speed ahead: `−|n| (V·d)` along its direction d.
+    /// Loss of a propeller's thrust by speed of advance: `−|n| (V·d)` along its direction d.
     Advance {
         /// The propeller.
         propeller: String,
-        /// Where it pushes, m.
+        /// Point of application, m.
         position_m: [f64; 3],
-        /// The way of positive thrust, a unit vector.
+        /// Direction of positive thrust, a unit vector.
         direction: [f64; 3],
     },
-    /// Thrust that all thrusters lose by their speed ahead: `−Σ |n| (w·ν) w`, with w the force and
-    /// moment of each for a newton of its thrust.
+    /// Loss of all thrusters' thrust by speed of advance: `−Σ |n| (w·ν) w`, with w the wrench of
+    /// each for one newton of thrust.
     Inflow {
         /// The thrusters, at most 16.
         thrusters: Vec<Pusher>,
-        /// Whether only of those that push the way they move: none gains where it brakes.
+        /// True if thrusters lose thrust in their direction of motion only, and gain none when
+        /// braking.
         #[serde(default)]
         ahead: bool,
     },
-    /// Thrust of one thruster beyond its curve: `T w`, with T what the curve says and w force and
-    /// moment for a newton of thrust, so that the coefficient is the gain less 1.
+    /// Thrust of one thruster beyond its curve: `T w`, with T the curve's thrust and w the wrench
+    /// for one newton, so that the coefficient is the gain less 1.
     Gain {
         /// The thruster.
         thruster: Pusher,
-        /// Whether only of thrust below zero.
+        /// True if it applies to negative thrust only.
         reverse: bool,
     },
-    /// What a propeller does otherwise when it turns astern: `n|n|` of negative n along a unit
-    /// force and moment, N and N m.
+    /// Additional wrench of a propeller that turns astern: `n|n|` of negative n along a unit
+    /// wrench, N and N m.
     Astern {
         /// The propeller.
         propeller: String,
-        /// Force and moment by axis.
+        /// The unit wrench by axis.
         way: [f64; 6],
     },
     /// Wind: `½ρ_a A |w| w_x` in surge, `½ρ_a A |w| w_y` in sway, `½ρ_a A L |w| w_y` in yaw, w
-    /// being the air's velocity past the vehicle.
+    /// being the air's velocity relative to the vehicle.
     Wind {
-        /// On which axis.
+        /// The axis.
         on: Dof,
         /// `½ρ_a A`, or `½ρ_a A L` in yaw; 1 if areas are not known.
         scale: f64,
     },
-    /// What wind on bow or quarter does in yaw: `½ρ_a A L w_x w_y`.
+    /// Yaw moment of wind on bow or quarter: `½ρ_a A L w_x w_y`.
     WindAcross {
         /// `½ρ_a A L`; 1 if areas are not known.
         scale: f64,
     },
 }
 
-/// A thruster as inflow acts on it.
+/// Position and direction of a thruster, for the computation of inflow.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pusher {
-    /// What channels call it.
+    /// Name in channels.
     pub name: String,
-    /// Where it pushes, m.
+    /// Point of application, m.
     pub position_m: [f64; 3],
-    /// The way of positive thrust, a unit vector.
+    /// Direction of positive thrust, a unit vector.
     pub direction: [f64; 3],
 }
 
 impl Pusher {
-    /// w, force and moment for a newton of thrust.
+    /// Returns the wrench w for one newton of thrust.
     pub(crate) fn way(&self) -> Vector6<f64> {
-        at_place(&self.position_m.into(), &self.direction.into())
+        wrench_at(&self.position_m.into(), &self.direction.into())
     }
 }
 
-/// An effect reads no more signals than this.
+/// Largest number of signals of an effect.
 pub(crate) const MOST_READ: usize = 16;
 
-/// A foil at an instant.
+/// The flow at a foil at an instant.
 struct Flow {
-    /// `[n; r × n]` of its normal.
+    /// `[n; r × n]` of its normal n.
     normal: Vector6<f64>,
-    /// `[V; r × V]` of its velocity across its axis.
+    /// `[V; r × V]` of its velocity V perpendicular to its axis.
     across: Vector6<f64>,
     /// |V|.
     speed: f64,
@@ -240,7 +242,7 @@ struct Flow {
 }
 
 impl Foil {
-    /// Its chord and its normal when it is not turned, unit vectors.
+    /// Returns its chord and its normal at zero angle, unit vectors.
     pub(super) fn directions(&self) -> (Vector3<f64>, Vector3<f64>) {
         let axis = Vector3::from(self.axis);
         let chord = Vector3::x() - axis * axis.x;
@@ -257,8 +259,8 @@ impl Foil {
         let own = Vector3::new(own.x, own.y, own.z);
         let across = own - axis * own.dot(&axis);
         Flow {
-            normal: at_place(&r, &normal),
-            across: at_place(&r, &across),
+            normal: wrench_at(&r, &normal),
+            across: wrench_at(&r, &across),
             speed: across.norm(),
             along_normal: own.dot(&normal),
             sin,
@@ -267,8 +269,8 @@ impl Foil {
 }
 
 impl Flow {
-    /// `−|V| (V·n)`, the part along the normal being no more than that at the stall angle; and
-    /// its slope by ν.
+    /// Returns `−|V| (V·n)`, with the normal component limited to that at the stall angle, and its
+    /// derivative by ν.
     fn lift(&self, stall_rad: Option<f64>) -> (f64, Vector6<f64>) {
         let most = stall_rad.map_or(f64::INFINITY, |stall| stall.sin() * self.speed);
         if self.along_normal.abs() > most {
@@ -281,17 +283,17 @@ impl Flow {
     }
 }
 
-/// Below this a foil's direction of flow is not told, m/s.
+/// Below this speed the direction of flow at a foil is undefined, m/s.
 const SLOW: f64 = 1e-9;
 
-/// `[f; r × f]`.
-pub(super) fn at_place(r: &Vector3<f64>, force: &Vector3<f64>) -> Vector6<f64> {
+/// Returns the wrench `[f; r × f]`.
+pub(super) fn wrench_at(r: &Vector3<f64>, force: &Vector3<f64>) -> Vector6<f64> {
     let moment = r.cross(force);
     Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
 }
 
 impl Effect {
-    /// What it reads, in the order in which [`Self::wrench`] takes it.
+    /// Returns its input signals, in the order expected by [`Self::wrench`].
     pub fn signals(&self) -> Vec<Signal> {
         let angle = |foil: &Foil| Signal::Angle { kind: foil.kind, name: foil.name.clone() };
         match &self.force {
@@ -319,10 +321,9 @@ impl Effect {
         }
     }
 
-    /// The force and moment that a coefficient of one makes on the vehicle, and `∂/∂ν` of it;
-    /// shapes (6,) and (6, 6).
+    /// Returns the wrench for a unit coefficient, and `∂/∂ν` of it; shapes (6,) and (6, 6).
     ///
-    /// `signals` are the values of [`Self::signals`]; one that is missing is zero.
+    /// `signals` are the values of [`Self::signals`]; a missing one is zero.
     pub fn wrench(&self, velocity: &Vector6<f64>, signals: &[f64]) -> (Vector6<f64>, Matrix6<f64>) {
         let along = |way: &Vector6<f64>, force: f64, slope: Vector6<f64>| {
             (way * force, way * slope.transpose())
@@ -351,17 +352,17 @@ impl Effect {
                 along(&way, force, slope)
             }
             EffectForce::OpenWater { curve } => {
-                let way = at_place(&curve.position_m.into(), &curve.direction.into());
+                let way = wrench_at(&curve.position_m.into(), &curve.direction.into());
                 let (inflow, by) = curve.inflow(velocity);
                 let (thrust, slope) = curve.thrust(inflow, first);
                 along(&way, thrust, by * slope)
             }
             EffectForce::Thrust { position_m, direction, .. } => {
-                let way = at_place(&(*position_m).into(), &(*direction).into());
+                let way = wrench_at(&(*position_m).into(), &(*direction).into());
                 along(&way, first * first.abs(), Vector6::zeros())
             }
             EffectForce::Advance { position_m, direction, .. } => {
-                let way = at_place(&(*position_m).into(), &(*direction).into());
+                let way = wrench_at(&(*position_m).into(), &(*direction).into());
                 along(&way, -first.abs() * way.dot(velocity), way * -first.abs())
             }
             EffectForce::Inflow { thrusters, ahead } => {
@@ -398,7 +399,7 @@ impl Effect {
         }
     }
 
-    /// The unit of its coefficient.
+    /// Returns the unit of its coefficient.
     pub fn unit(&self) -> &'static str {
         match &self.force {
             EffectForce::Lift { .. } | EffectForce::Steering { .. } => "N/(m/s)²",
@@ -409,7 +410,7 @@ impl Effect {
             EffectForce::Race { .. } => "N/((m/s)(rad/s))",
             EffectForce::Thrust { .. } | EffectForce::Astern { .. } => "N/(rad/s)²",
             EffectForce::Advance { .. } => "N/((m/s)(rad/s))",
-            // n as the curve of the thruster reads it.
+            // n has the unit of the thruster's curve.
             EffectForce::Inflow { .. } => "N/((m/s) n)",
             EffectForce::Wind { scale, on } if *scale == 1.0 && *on == Dof::Yaw => "N m/(m/s)²",
             EffectForce::WindAcross { scale } if *scale == 1.0 => "N m/(m/s)²",
@@ -418,7 +419,7 @@ impl Effect {
         }
     }
 
-    /// The axes on which it acts.
+    /// Returns the axes on which it acts.
     pub fn axes(&self) -> Vec<Dof> {
         let acts = |way: &Vector6<f64>| {
             Dof::ALL.into_iter().filter(|dof| way[dof.index()].abs() > NO_LEVER).collect()
@@ -434,7 +435,7 @@ impl Effect {
             }
             EffectForce::Thrust { position_m, direction, .. }
             | EffectForce::Advance { position_m, direction, .. } => {
-                acts(&at_place(&(*position_m).into(), &(*direction).into()))
+                acts(&wrench_at(&(*position_m).into(), &(*direction).into()))
             }
             EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
             EffectForce::Gain { thruster, .. } => acts(&thruster.way()),
@@ -442,15 +443,15 @@ impl Effect {
                 acts(&thrusters.iter().map(|own| own.way().abs()).sum())
             }
             EffectForce::OpenWater { curve } => {
-                acts(&at_place(&curve.position_m.into(), &curve.direction.into()))
+                acts(&wrench_at(&curve.position_m.into(), &curve.direction.into()))
             }
             EffectForce::Wind { on, .. } => vec![*on],
             EffectForce::WindAcross { .. } => vec![Dof::Yaw],
         }
     }
 
-    /// Whether a coefficient below zero is impossible: of a fin, which takes power out of its
-    /// flow, and of a propeller, but for what it does otherwise astern or beyond its curve.
+    /// Returns whether a negative coefficient is impossible: for a fin, which takes power out of
+    /// its flow, and for a propeller, except for its difference astern or from its curve.
     pub fn is_positive(&self) -> bool {
         !matches!(
             self.force,
@@ -461,18 +462,18 @@ impl Effect {
         )
     }
 
-    /// The standard deviation of its coefficient before anything is measured, where it is known to
-    /// be small: of the gain of a thruster, whose curve is measured or comes from its maker.
+    /// Returns the prior standard deviation of its coefficient, if it is known to be small: for the
+    /// gain of a thruster, whose curve was measured by its user or maker.
     pub(crate) fn prior_std(&self) -> Option<f64> {
         matches!(self.force, EffectForce::Gain { .. }).then_some(GAIN_STD)
     }
 }
 
-/// Standard deviation of the gain of a thruster about 1: between two of one kind 5 to 10 % are usual,
-/// and one that is fouled or stands still is not ruled out.
+/// Prior standard deviation of a thruster's gain about 1: 5 to 10 % are common between two of one
+/// type, and a fouled or dead one is possible.
 const GAIN_STD: f64 = 0.3;
 
-/// A lever below a micrometre is the rounding of a rotated position.
+/// A lever arm below a micrometre is the rounding of a rotated position.
 const NO_LEVER: f64 = 1e-6;
 
 fn unit(on: Dof) -> Vector6<f64> {
@@ -481,7 +482,7 @@ fn unit(on: Dof) -> Vector6<f64> {
     unit
 }
 
-/// A slope by the air's velocity is one by the vehicle's, turned round.
+/// Converts a derivative by the air's velocity to one by the vehicle's.
 fn air_slope(by_x: f64, by_y: f64) -> Vector6<f64> {
     Vector6::new(-by_x, -by_y, 0.0, 0.0, 0.0, 0.0)
 }
@@ -491,7 +492,7 @@ mod tests {
     use super::*;
     use crate::plant::WakeByDrift;
 
-    /// Central differences over 1e-6 of numbers of order one to ten.
+    /// Error of central differences over 1e-6 of numbers of order one to ten.
     const DIFFERENCE: f64 = 1e-7;
 
     fn foil(axis: [f64; 3], stall_rad: Option<f64>) -> Foil {
@@ -530,7 +531,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fin_is_tied_to_its_derivatives_as_prestero_has_them() {
+    fn fin_derivatives_agree_with_prestero() {
         // Y_uuδ = 9.64: N_uuδ = −6.15, Y_uv = −9.64, Y_ur = 6.15, N_uv = 6.15, N_ur = −3.92.
         let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], None) });
         let at = |v: f64, r: f64, angle: f64| {
@@ -546,8 +547,8 @@ mod tests {
     }
 
     #[test]
-    fn a_stern_plane_pushes_along_the_vertical_axis() {
-        // Turned about +y, its trailing edge goes down: the stern is pushed up, the bow down.
+    fn a_stern_plane_acts_along_the_vertical_axis() {
+        // A rotation about +y lowers the trailing edge: the force on the stern is upward.
         let lift = effect(EffectForce::Lift { foil: foil([0.0, 1.0, 0.0], None) });
         let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), &[0.1, 0.0]).0;
         assert!(wrench[2] < 0.0 && wrench[4] < 0.0 && wrench[1].abs() < 1e-12, "{wrench}");
@@ -555,7 +556,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fin_takes_power_out_of_every_motion() {
+    fn a_fin_dissipates_power_in_every_motion() {
         let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.3)) });
         for k in 0..50 {
             let x = |j: f64| (1.7 * f64::from(k) + j).sin();
@@ -565,23 +566,24 @@ mod tests {
     }
 
     #[test]
-    fn inflow_takes_thrust_along_each_thruster_and_power_out_of_every_motion() {
+    fn inflow_reduces_thrust_along_each_thruster_and_dissipates_power() {
         let starboard = Pusher {
             name: "starboard".into(),
             position_m: [0.0, 0.3, 0.0],
             direction: [1.0, 0.0, 0.0],
         };
-        let of = |ahead| effect(EffectForce::Inflow { thrusters: vec![starboard.clone()], ahead });
-        let inflow = of(false);
-        // 0.3 m to starboard, a turn of 1 rad/s takes 0.3 m/s of 0.5 m/s away.
+        let inflow_effect =
+            |ahead| effect(EffectForce::Inflow { thrusters: vec![starboard.clone()], ahead });
+        let inflow = inflow_effect(false);
+        // 0.3 m to starboard, 1 rad/s reduces the advance of 0.5 m/s by 0.3 m/s.
         let velocity = Vector6::new(0.5, 0.0, 0.0, 0.0, 0.0, 1.0);
         let wrench = inflow.wrench(&velocity, &[-20.0]).0;
         let expected = Vector6::new(-20.0 * 0.2, 0.0, 0.0, 0.0, 0.0, 0.3 * 20.0 * 0.2);
         assert!((wrench - expected).amax() < 1e-12, "{wrench}");
         assert!(wrench.dot(&velocity) < 0.0);
         assert_eq!(inflow.axes(), [Dof::Surge, Dof::Yaw]);
-        // One that brakes gains nothing.
-        let ahead = of(true);
+        // A thruster that brakes gains no thrust.
+        let ahead = inflow_effect(true);
         assert_eq!(ahead.wrench(&velocity, &[-20.0]).0, Vector6::zeros());
         assert_eq!(ahead.wrench(&velocity, &[20.0]), inflow.wrench(&velocity, &[20.0]));
         assert_eq!(ahead.wrench(&-velocity, &[-20.0]), inflow.wrench(&-velocity, &[-20.0]));
@@ -594,15 +596,15 @@ mod tests {
             position_m: [0.0, 0.3, 0.0],
             direction: [1.0, 0.0, 0.0],
         };
-        let of = |reverse, thrust: f64| {
+        let excess = |reverse, thrust: f64| {
             let gain = effect(EffectForce::Gain { thruster: starboard(), reverse });
             gain.wrench(&Vector6::repeat(1.0), &[thrust]).0
         };
         let expected = Vector6::new(-20.0, 0.0, 0.0, 0.0, 0.0, 6.0);
-        assert!((of(false, -20.0) - expected).amax() < 1e-12);
-        assert!((of(true, -20.0) - expected).amax() < 1e-12);
-        assert!((of(false, 20.0) + expected).amax() < 1e-12);
-        assert_eq!(of(true, 20.0), Vector6::zeros());
+        assert!((excess(false, -20.0) - expected).amax() < 1e-12);
+        assert!((excess(true, -20.0) - expected).amax() < 1e-12);
+        assert!((excess(false, 20.0) + expected).amax() < 1e-12);
+        assert_eq!(excess(true, 20.0), Vector6::zeros());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The hull forces of the ship world, as terms of one structure.
+//! Published hull forces of ships, as terms of one structure.
 
 use std::fmt;
 
@@ -10,9 +10,8 @@ use crate::{Dof, Error};
 
 /// A published set of hull forces for surge, sway and yaw.
 ///
-/// It takes the place of linear and quadratic damping of sway and yaw, and of linear drag in
-/// surge. C(M) stays explicit: Munk's moment is that of M, so that N_v here is that of
-/// the set plus `m22 − m11`.
+/// It replaces linear and quadratic damping of sway and yaw, and linear drag in surge. C(M) stays
+/// explicit: Munk's moment is that of M, so that N_v here is that of the set plus `m22 − m11`.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
@@ -36,10 +35,10 @@ pub enum HullModel {
 }
 
 impl HullModel {
-    /// All of them.
+    /// All sets.
     pub const ALL: [Self; 3] = [Self::Mmg, Self::Abkowitz, Self::Modulus];
 
-    /// As campaign files write it.
+    /// Returns the name in campaign files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Mmg => "mmg",
@@ -48,7 +47,7 @@ impl HullModel {
         }
     }
 
-    /// What sway and yaw each have from the start.
+    /// Returns the initial terms of sway and of yaw.
     const fn usual(self) -> [&'static str; 2] {
         match self {
             Self::Mmg => ["Uv", "Ur"],
@@ -56,8 +55,8 @@ impl HullModel {
         }
     }
 
-    /// What sway and yaw each have if the trials ask for it.
-    const fn across(self) -> [&'static str; 4] {
+    /// Returns the candidate terms of sway and of yaw.
+    const fn cross_candidates(self) -> [&'static str; 4] {
         match self {
             Self::Mmg => ["vvv/U", "vvr/U", "vrr/U", "rrr/U"],
             Self::Abkowitz => ["vvv", "vvr", "vrr", "rrr"],
@@ -65,8 +64,8 @@ impl HullModel {
         }
     }
 
-    /// What surge has if the trials ask for it.
-    const fn along(self) -> &'static [&'static str] {
+    /// Returns the candidate terms of surge.
+    const fn surge_candidates(self) -> &'static [&'static str] {
         match self {
             Self::Mmg => &["vv", "vr", "rr", "vvvv/UU"],
             Self::Abkowitz => &["vv", "vr", "rr", "uuu"],
@@ -74,8 +73,8 @@ impl HullModel {
         }
     }
 
-    /// The structure with the terms of the set that it has from the start in place of its
-    /// damping in sway and yaw, and of linear drag in surge; and the terms that are tried.
+    /// Returns the structure with the set's initial terms instead of damping in sway and yaw and
+    /// linear drag in surge, and the candidate terms.
     ///
     /// # Errors
     /// [`Error::Plant`] unless surge, sway and yaw are among its axes.
@@ -103,14 +102,14 @@ impl HullModel {
         let mut structure = usual.without(|term| replaced.contains(&term.to_string().as_str()));
         let term = |on: Dof, product: &str| format!("{on}: {product}").parse::<Basis>();
         let mut tried = Vec::new();
-        for product in self.along() {
+        for product in self.surge_candidates() {
             tried.push(term(Dof::Surge, product)?);
         }
         for on in [Dof::Sway, Dof::Yaw] {
             for product in self.usual() {
                 structure = structure.with(term(on, product)?)?;
             }
-            for product in self.across() {
+            for product in self.cross_candidates() {
                 tried.push(term(on, product)?);
             }
         }

@@ -1,4 +1,4 @@
-//! The four numbers of one degree of freedom.
+//! The four parameters of one degree of freedom.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::caveat::spoken;
 
-/// `v̇ = α τ + β v|v| + μ v + bias`.
+/// Lumped parameters of `v̇ = α τ + β v|v| + μ v + bias`.
 ///
 /// # Source
 /// [Jason2, eq. (4)]; the paper writes `bias` as ν.
@@ -24,7 +24,7 @@ pub struct LumpedParameters {
     pub bias: f64,
 }
 
-/// `τ = m v̇ + d_Q v|v| + d_L v + b`.
+/// Physical parameters of `τ = m v̇ + d_Q v|v| + d_L v + b`.
 ///
 /// # Source
 /// [Jason2, eq. (2)].
@@ -40,20 +40,20 @@ pub struct PhysicalParameters {
     pub bias_force: f64,
 }
 
-/// What becomes of a plant that is left alone.
+/// Stability of a plant without thrust.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Stability {
     /// Drag opposes motion at every speed.
     Stable,
-    /// Drag opposes motion only below a speed; beyond it the model runs away.
+    /// Drag opposes motion only below a speed; beyond it velocity diverges.
     StableBelow {
-        /// That speed, m/s or rad/s.
+        /// The limit, m/s or rad/s.
         speed: f64,
     },
-    /// Rest is unstable: the model moves by itself up to a speed and stays there.
+    /// Rest is unstable: the model accelerates to a limit speed.
     UnstableAtRest {
-        /// That speed, m/s or rad/s.
+        /// The limit, m/s or rad/s.
         speed: f64,
     },
     /// Nothing opposes motion.
@@ -61,23 +61,23 @@ pub enum Stability {
 }
 
 impl LumpedParameters {
-    /// The acceleration at a force and a velocity.
+    /// Returns the acceleration at a force and a velocity.
     #[inline]
     pub fn acceleration(&self, tau: f64, v: f64) -> f64 {
         self.alpha * tau + (self.beta * v.abs() + self.mu) * v + self.bias
     }
 
-    /// `[α, β, μ, bias]`.
+    /// Returns `[α, β, μ, bias]`.
     pub fn to_vector(self) -> Vector4<f64> {
         Vector4::new(self.alpha, self.beta, self.mu, self.bias)
     }
 
-    /// From `[α, β, μ, bias]`.
+    /// Creates parameters from `[α, β, μ, bias]`.
     pub fn from_vector(theta: &Vector4<f64>) -> Self {
         Self { alpha: theta[0], beta: theta[1], mu: theta[2], bias: theta[3] }
     }
 
-    /// m = 1/α, d_Q = −β/α, d_L = −μ/α, b = −bias/α.
+    /// Converts to m = 1/α, d_Q = −β/α, d_L = −μ/α, b = −bias/α.
     ///
     /// # Source
     /// [Jason2, table 2].
@@ -96,7 +96,8 @@ impl LumpedParameters {
         }
     }
 
-    /// The covariance of `[m, d_Q, d_L, b]` from that of `[α, β, μ, bias]`, to first order.
+    /// Propagates the covariance of `[α, β, μ, bias]` to that of `[m, d_Q, d_L, b]`, to first
+    /// order.
     pub fn physical_covariance(&self, lumped: &Matrix4<f64>) -> Matrix4<f64> {
         let a = self.alpha;
         let of_alpha = Vector4::new(-1.0, self.beta, self.mu, self.bias) / (a * a);
@@ -105,7 +106,7 @@ impl LumpedParameters {
         jacobian * lumped * jacobian.transpose()
     }
 
-    /// Whether the plant comes to rest when left alone.
+    /// Determines whether the plant comes to rest without thrust.
     ///
     /// ```
     /// use seaplant::{LumpedParameters, Stability};
@@ -127,7 +128,7 @@ impl LumpedParameters {
 }
 
 impl PhysicalParameters {
-    /// α = 1/m, β = −d_Q/m, μ = −d_L/m, bias = −b/m.
+    /// Converts to α = 1/m, β = −d_Q/m, μ = −d_L/m, bias = −b/m.
     pub fn to_lumped(self) -> LumpedParameters {
         LumpedParameters {
             alpha: 1.0 / self.mass,
@@ -139,7 +140,7 @@ impl PhysicalParameters {
 }
 
 impl Stability {
-    /// Whether drag opposes motion at every speed.
+    /// Returns whether drag opposes motion at every speed.
     pub fn is_stable(&self) -> bool {
         matches!(self, Self::Stable)
     }
@@ -163,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn carries_covariance_from_lumped_to_physical() {
+    fn propagates_covariance_from_lumped_to_physical() {
         let plant = LumpedParameters { alpha: 1e-4, beta: -0.2, mu: -0.01, bias: 0.02 };
         let std = Vector4::new(1e-6, 2e-3, 1e-3, 1e-4);
         let covariance = Matrix4::from_diagonal(&std.component_mul(&std));
@@ -174,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_the_ways_of_being_unstable_apart() {
+    fn distinguishes_the_types_of_instability() {
         let plant = |beta, mu| LumpedParameters { alpha: 1.0, beta, mu, bias: 0.0 }.stability();
         assert_eq!(plant(-1.0, 0.0), Stability::Stable);
         assert_eq!(plant(0.0, -1.0), Stability::Stable);

@@ -23,9 +23,9 @@ impl fmt::Display for Product {
 }
 
 impl fmt::Display for Basis {
-    /// The name of a coefficient in results: `mass.surge`, `mass.surge-pitch`, `yaw: |v|r`,
-    /// `weight-minus-buoyancy`, `lever.z`, `sway: 1`; of an effect its number, as
-    /// [`super::Structure::name_of`] knows its name.
+    /// Formats the name of a coefficient in results: `mass.surge`, `mass.surge-pitch`, `yaw: |v|r`,
+    /// `weight-minus-buoyancy`, `lever.z`, `sway: 1`; for an effect its index, whose name is that
+    /// of [`super::Structure::name_of`].
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Mass(i, j) if i == j => write!(f, "mass.{i}"),
@@ -42,8 +42,8 @@ impl fmt::Display for Basis {
 impl FromStr for Basis {
     type Err = Error;
 
-    /// Reads `AXIS: PRODUCT`, the product being one to four of u v w p q r, each between
-    /// bars or not, with U or UU before or /U or /UU behind, or 1.
+    /// Parses `AXIS: PRODUCT`, the product being one to four of u v w p q r, each between bars or
+    /// not, with U or UU before or /U or /UU behind, or 1.
     ///
     /// ```
     /// use seaplant::plant::Basis;
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn terms_read_back_what_they_write() {
+    fn parsing_inverts_formatting() {
         let with_speed = ["sway: Uv", "yaw: vvr/U", "surge: vvvv/UU", "sway: UUr"];
         let plain = ["yaw: |v|r", "sway: ur", "heave: 1", "surge: |u|u", "yaw: vvv", "pitch: q"];
         for text in plain.into_iter().chain(with_speed) {
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_term_shows_its_place() {
+    fn an_invalid_term_reports_its_position() {
         assert!(error("yaw v").contains("names no axis"), "{}", error("yaw v"));
         assert!(error("yar: v").contains("at character 1"), "{}", error("yar: v"));
         assert!(error("yaw: x").contains("at character 6"), "{}", error("yaw: x"));

@@ -1,70 +1,70 @@
-//! A propeller by its open-water curve, and a rudder in its race.
+//! A propeller with an open-water curve, and a rudder in its slipstream.
 
 use nalgebra::{Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::effect::{Foil, at_place};
+use super::effect::{Foil, wrench_at};
 
-/// A propeller whose open-water curve is known.
+/// A propeller with a known open-water curve.
 ///
 /// ```text
 /// T = ρ n² D⁴ K_T(J),   J = u_P/(n D),   K_T = k₀ + k₁ J + k₂ J²
 /// u_P = (1 − w) (1 + (1 − e^(−C₁|β_P|)) (C₂ − 1)) u,   sin β_P = −v_P/√(u² + v_P²)
 /// ```
 ///
-/// n in revolutions a second, v_P the sideways velocity where it is. J stays between 0 and the end
-/// of the curve, where K_T is zero; astern thrust is `ρ n|n| D⁴ k₀`.
+/// n in revolutions a second, v_P the sideways velocity at the propeller. J is limited to between 0
+/// and the end of the curve, where K_T is zero; astern thrust is `ρ n|n| D⁴ k₀`.
 ///
 /// # Source
 /// [Yasukawa2015, eq. (15) to (18)].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OpenWater {
-    /// What channels call it.
+    /// Name in channels.
     pub propeller: String,
-    /// Where it is, m.
+    /// Position, m.
     pub position_m: [f64; 3],
-    /// The way of positive thrust, a unit vector.
+    /// Direction of positive thrust, a unit vector.
     pub direction: [f64; 3],
     /// Diameter D, m.
     pub diameter_m: f64,
     /// k₀, k₁, k₂.
     pub k_t: [f64; 3],
-    /// Wake fraction w, straight ahead.
+    /// Wake fraction w in straight motion.
     pub wake: f64,
-    /// How the wake changes with drift, if it does.
+    /// Variation of the wake with drift angle, if any.
     pub wake_by_drift: Option<WakeByDrift>,
     /// Density of the water ρ, kg/m³.
     pub density_kg_m3: f64,
 }
 
-/// How flow at a propeller changes with drift.
+/// Variation of the inflow at a propeller with drift angle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WakeByDrift {
     /// C₁, 1/rad.
     pub rate: f64,
-    /// C₂: flow at great drift over that straight ahead, where it comes from starboard and where
+    /// C₂: inflow at large drift angles over that in straight motion, for flow from starboard and
     /// from port.
     pub greatest: [f64; 2],
 }
 
-/// Flow and its slope by ν.
+/// Inflow and its derivative by ν.
 type Inflow = (f64, Vector6<f64>);
 
-/// Slower than this nothing tells the drift at a propeller, m/s.
+/// Below this speed the drift angle at a propeller is undefined, m/s.
 const SLOW: f64 = 1e-6;
 
 impl OpenWater {
-    /// u_P, m/s, and its slope by ν.
+    /// Returns u_P, m/s, and its derivative by ν.
     pub(super) fn inflow(&self, velocity: &Vector6<f64>) -> Inflow {
         let position = Vector3::from(self.position_m);
-        let ahead_way = at_place(&position, &self.direction.into());
+        let ahead_way = wrench_at(&position, &self.direction.into());
         let ahead = ahead_way.dot(velocity);
         let by = 1.0 - self.wake;
         let Some(drift) = self.wake_by_drift else { return (by * ahead, ahead_way * by) };
-        let side_way = at_place(&position, &Vector3::y());
+        let side_way = wrench_at(&position, &Vector3::y());
         let side = side_way.dot(velocity);
         let speed = ahead.hypot(side).max(SLOW);
         let sin = -side / speed;
@@ -76,8 +76,8 @@ impl OpenWater {
         (factor * ahead, ahead_way * factor + factor_by * ahead)
     }
 
-    /// Thrust before its deduction, N, at a flow u_P, m/s, and a speed of the shaft, rad/s; and its
-    /// slope by the flow, N/(m/s).
+    /// Returns thrust before its deduction, N, at an inflow u_P, m/s, and a shaft speed, rad/s; and
+    /// its derivative by the inflow, N/(m/s).
     ///
     /// # Example
     /// ```
@@ -110,7 +110,7 @@ impl OpenWater {
         (scale * (k0 + inside * (k1 + inside * k2)), scale * slope)
     }
 
-    /// The advance ratio at which thrust ends.
+    /// Returns the advance ratio of zero thrust.
     fn end(&self) -> f64 {
         let [k0, k1, k2] = self.k_t;
         if k2 == 0.0 {
@@ -122,7 +122,7 @@ impl OpenWater {
     }
 }
 
-/// How hull and propeller change the flow at a rudder, and what the hull adds to its force.
+/// Influence of hull and propeller on the flow at a rudder, and of the rudder on the hull's force.
 ///
 /// ```text
 /// u_R = ε √(η (u_P + κ (u_∞ − u_P))² + (1 − η) u_P²)
@@ -138,25 +138,24 @@ impl OpenWater {
 pub struct RudderFlow {
     /// ε: the wake at the rudder over that at the propeller, `(1 − w_R)/(1 − w_P)`.
     pub wake_ratio: f64,
-    /// κ: how far the race has been sped up where the rudder is.
+    /// κ: acceleration of the slipstream at the rudder.
     pub race_factor: f64,
     /// η: the propeller's diameter over the rudder's span.
     pub diameter_to_span: f64,
-    /// γ_R: how much of the hull's sideways flow reaches the rudder, where that comes from
-    /// starboard and where from port.
+    /// γ_R: flow-straightening coefficient, for flow from starboard and from port.
     pub straightening: [f64; 2],
-    /// l_R: at which x the sideways flow is that of the hull, m.
+    /// l_R: the x at which the sideways flow equals that at the rudder, m.
     pub flow_at_m: f64,
-    /// t_R: the part of the rudder's drag that the hull takes back.
+    /// t_R: steering resistance deduction fraction.
     pub steering_deduction: f64,
-    /// a_H: what the hull adds to the rudder's side force, as a part of it.
+    /// a_H: rudder force increase factor of the hull.
     pub hull_increase: f64,
-    /// x_H: where it adds that, m.
+    /// x_H: point of application of the additional force, m.
     pub hull_at_m: f64,
 }
 
 impl RudderFlow {
-    /// The speed of the flow along the rudder, m/s, and its slope by ν.
+    /// Returns the speed of the flow along the rudder, m/s, and its derivative by ν.
     fn along(&self, propeller: &OpenWater, (own, by): Inflow, shaft: f64) -> Inflow {
         let (thrust, slope) = propeller.thrust(own, shaft);
         if shaft <= 0.0 || thrust <= 0.0 {
@@ -173,8 +172,8 @@ impl RudderFlow {
         (self.wake_ratio * speed, by * (self.wake_ratio * speed_by))
     }
 
-    /// The force and moment of a rudder with a coefficient of one, `½ρA f_α`, N/(m/s)², and the
-    /// direction and slope by ν of it: `way · force`, `way · slopeᵀ`.
+    /// Returns the wrench of a rudder for a unit coefficient, `½ρA f_α`, N/(m/s)², as the direction
+    /// and derivative by ν: `way · force`, `way · slopeᵀ`.
     pub(super) fn force(
         &self,
         foil: &Foil,
@@ -186,7 +185,7 @@ impl RudderFlow {
         let (sin, cos) = angle.sin_cos();
         let own = Vector3::from(foil.position_m);
         let flow_at = Vector3::new(self.flow_at_m, own.y, own.z);
-        let side_way = at_place(&flow_at, &side);
+        let side_way = wrench_at(&flow_at, &side);
         let (u, u_by) = self.along(propeller, propeller.inflow(velocity), shaft);
         let across = side_way.dot(velocity);
         let is_from_port = (across < 0.0) == (side.y > 0.0);
@@ -202,8 +201,8 @@ impl RudderFlow {
             speed_by * (2.0 * attack * speed)
         };
         let hull_at = Vector3::new(self.hull_at_m, own.y, own.z);
-        let way = at_place(&own, &(side * cos - chord * ((1.0 - self.steering_deduction) * sin)))
-            + at_place(&hull_at, &(side * (self.hull_increase * cos)));
+        let way = wrench_at(&own, &(side * cos - chord * ((1.0 - self.steering_deduction) * sin)))
+            + wrench_at(&hull_at, &(side * (self.hull_increase * cos)));
         (way, attack * speed * speed, slope)
     }
 }
@@ -227,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn thrust_ends_where_its_curve_does() {
+    fn thrust_is_zero_at_the_end_of_its_curve() {
         let propeller = propeller();
         let n = 5.0 * std::f64::consts::TAU;
         // K_T(0.7677) = 0 by the quadratic formula, at u_P = J n D.
@@ -250,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rudder_in_a_race_pushes_as_the_published_formulas_say() {
+    fn a_rudder_in_a_slipstream_agrees_with_the_published_formulas() {
         // Worked by hand: u 1.1, v −0.1, r 0.1, n 10 /s, δ 20°.
         let flow = RudderFlow {
             wake_ratio: 1.09,

@@ -1,23 +1,23 @@
-//! Free numbers that make coefficients, and coefficients that a vehicle can have.
+//! Maps from free parameters to coefficients, including physically possible ones only.
 
 use nalgebra::{DMatrix, DVector, Matrix6};
 
 use super::{Basis, Product, Structure};
 use crate::Dof;
 
-/// From free numbers, which an optimiser may move, to the coefficients of a structure.
+/// A map from free parameters, which an optimiser varies, to the coefficients of a structure.
 pub trait Parameterisation {
-    /// The coefficients, in the order of the structure's terms; shape (p,).
+    /// Returns the coefficients, in the order of the structure's terms; shape (p,).
     fn coefficients(&self, free: &DVector<f64>) -> DVector<f64>;
-    /// `∂coefficients/∂free`, shape (p, number of free numbers).
+    /// Returns `∂coefficients/∂free`, shape (p, number of free parameters).
     fn jacobian(&self, free: &DVector<f64>) -> DMatrix<f64>;
-    /// Free numbers whose coefficients are nearly these, and possible; shape (p,).
+    /// Returns free parameters of the nearest possible coefficients; shape (p,).
     fn free(&self, coefficients: &DVector<f64>) -> DVector<f64>;
-    /// The lowest value of each free number, if it has one.
+    /// Returns the lower bound of each free parameter, if any.
     fn lowest(&self) -> Vec<Option<f64>>;
 }
 
-/// Coefficients as they are: of regressions, and of a single axis.
+/// The identity map: for regressions and for a single axis.
 #[derive(Clone, Debug)]
 pub struct Plain;
 
@@ -39,12 +39,11 @@ impl Parameterisation for Plain {
     }
 }
 
-/// Coefficients that a body in water can have, whatever the free numbers are.
+/// A map to coefficients that are physically possible for all free parameters.
 ///
-/// `M = M_RB + L Lᵀ` where the rigid body is known, so that added mass is positive
-/// semidefinite; else `M = L Lᵀ` with e^ℓ on the diagonal of L, so that M is positive
-/// definite. An axis's damping by its own velocity is not below zero. Other coefficients are
-/// free.
+/// `M = M_RB + L Lᵀ` if the rigid body is known, so that added mass is positive semidefinite;
+/// otherwise `M = L Lᵀ` with e^ℓ on the diagonal of L, so that M is positive definite. Damping of
+/// an axis by its own velocity is not negative. Other coefficients are free.
 ///
 /// # Source
 /// \[Wensing2018\] for the idea; log-Cholesky factors are those of \[Pinheiro1996\].
@@ -53,26 +52,26 @@ pub struct Physical {
     blocks: Vec<Block>,
     rigid_body: Option<Matrix6<f64>>,
     lowest: Vec<Option<f64>>,
-    /// Coefficients that are known.
+    /// Coefficients with fixed values.
     held: Vec<Option<f64>>,
     count: usize,
 }
 
-/// Axes that M couples with each other, all with all.
+/// A set of axes that M couples with each other.
 #[derive(Clone, Debug)]
 struct Block {
     axes: Vec<Dof>,
-    /// The place of M_ij among the coefficients, by row and column ≤ row.
-    places: Vec<Vec<usize>>,
+    /// Indices of M_ij among the coefficients, by row and column ≤ row.
+    indices: Vec<Vec<usize>>,
 }
 
-/// An eigenvalue of M, or of added mass, is lifted to this part of its scale in a start: on
-/// the edge of what is possible a factor has no slope to leave it by.
+/// Lower bound of the eigenvalues of M, or of added mass, in a start, relative to their scale: at
+/// zero the derivative of the factor vanishes.
 const LEAST_PART: f64 = 0.01;
 
 impl Physical {
-    /// The possible coefficients of a structure whose M blocks are full, as those of
-    /// [`Structure::of`] are.
+    /// Creates the map for a structure with full blocks of M, like those of
+    /// [`Structure::of`].
     pub fn new(structure: &Structure, rigid_body: Option<Matrix6<f64>>) -> Self {
         let is_own_damping = |term: &Basis| {
             matches!(term, Basis::Product(on, product)
@@ -92,25 +91,26 @@ impl Physical {
         }
     }
 
-    /// The factor L of a block that free numbers hold in the places of its M.
+    /// Returns the factor L of a block from its free parameters.
     fn factor(&self, block: &Block, free: &DVector<f64>) -> DMatrix<f64> {
         let n = block.axes.len();
         DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
             std::cmp::Ordering::Less => 0.0,
             std::cmp::Ordering::Equal if self.rigid_body.is_none() => {
-                free[block.places[i][j]].exp()
+                free[block.indices[i][j]].exp()
             }
-            _ => free[block.places[i][j]],
+            _ => free[block.indices[i][j]],
         })
     }
 
-    /// The factor's corner of a block whose first mass is known: `L₁₁² = M₁₁ − M_RB,₁₁`.
+    /// Sets the first entry of the factor of a block whose first mass is known: `L₁₁² = M₁₁ −
+    /// M_RB,₁₁`.
     fn hold_first(&self, block: &Block, free: &mut DVector<f64>) {
-        let place = block.places[0][0];
-        let Some(mass) = self.held[place] else { return };
+        let index = block.indices[0][0];
+        let Some(mass) = self.held[index] else { return };
         let first = block.axes[0];
         let corner = (mass - self.rigid_part(first, first)).max(0.0).sqrt();
-        free[place] = if self.rigid_body.is_none() { corner.ln() } else { corner };
+        free[index] = if self.rigid_body.is_none() { corner.ln() } else { corner };
     }
 
     fn rigid_part(&self, i: Dof, j: Dof) -> f64 {
@@ -127,15 +127,15 @@ fn blocks(structure: &Structure) -> Vec<Block> {
         };
         match blocks.iter_mut().find(coupled) {
             Some(block) => block.axes.push(axis),
-            None => blocks.push(Block { axes: vec![axis], places: Vec::new() }),
+            None => blocks.push(Block { axes: vec![axis], indices: Vec::new() }),
         }
     }
     for block in &mut blocks {
-        let place = |i: usize, j: usize| {
+        let index = |i: usize, j: usize| {
             structure.index_of(&Basis::Mass(block.axes[j], block.axes[i])).unwrap_or(usize::MAX)
         };
-        block.places =
-            (0..block.axes.len()).map(|i| (0..=i).map(|j| place(i, j)).collect()).collect();
+        block.indices =
+            (0..block.axes.len()).map(|i| (0..=i).map(|j| index(i, j)).collect()).collect();
     }
     blocks
 }
@@ -146,9 +146,9 @@ impl Parameterisation for Physical {
         for block in &self.blocks {
             let factor = self.factor(block, free);
             let mass = &factor * factor.transpose();
-            for (i, row) in block.places.iter().enumerate() {
-                for (j, &place) in row.iter().enumerate() {
-                    coefficients[place] =
+            for (i, row) in block.indices.iter().enumerate() {
+                for (j, &index) in row.iter().enumerate() {
+                    coefficients[index] =
                         mass[(i, j)] + self.rigid_part(block.axes[i], block.axes[j]);
                 }
             }
@@ -163,19 +163,19 @@ impl Parameterisation for Physical {
         let mut jacobian = DMatrix::identity(self.count, self.count);
         for block in &self.blocks {
             let factor = self.factor(block, free);
-            let all: Vec<usize> = block.places.iter().flatten().copied().collect();
-            for &place in &all {
-                jacobian[(place, place)] = 0.0;
+            let all: Vec<usize> = block.indices.iter().flatten().copied().collect();
+            for &index in &all {
+                jacobian[(index, index)] = 0.0;
             }
-            for (a, row) in block.places.iter().enumerate() {
+            for (a, row) in block.indices.iter().enumerate() {
                 for (c, &from) in row.iter().enumerate() {
                     // ∂L = e_a e_cᵀ · slope, so that ∂M = ∂L Lᵀ + L ∂Lᵀ: row and column a.
                     let slope =
                         if a == c && self.rigid_body.is_none() { factor[(a, a)] } else { 1.0 };
                     for b in 0..block.axes.len() {
-                        let place = block.places[a.max(b)][a.min(b)];
+                        let index = block.indices[a.max(b)][a.min(b)];
                         let twice = if a == b { 2.0 } else { 1.0 };
-                        jacobian[(place, from)] += twice * slope * factor[(b, c)];
+                        jacobian[(index, from)] += twice * slope * factor[(b, c)];
                     }
                 }
             }
@@ -200,18 +200,18 @@ impl Parameterisation for Physical {
             let rigid = |i: usize, j: usize| self.rigid_part(block.axes[i], block.axes[j]);
             let scale = DVector::from_fn(n, |i, _| {
                 let own = if self.rigid_body.is_some() { rigid(i, i) } else { 0.0 };
-                let own = own.max(coefficients[block.places[i][i]].abs());
+                let own = own.max(coefficients[block.indices[i][i]].abs());
                 if own > 0.0 { own.sqrt() } else { 1.0 }
             });
             let added = DMatrix::from_fn(n, n, |i, j| {
-                let place = block.places[i.max(j)][i.min(j)];
-                (coefficients[place] - rigid(i, j)) / (scale[i] * scale[j])
+                let index = block.indices[i.max(j)][i.min(j)];
+                (coefficients[index] - rigid(i, j)) / (scale[i] * scale[j])
             });
             let factor = lifted(added);
-            for (i, row) in block.places.iter().enumerate() {
-                for (j, &place) in row.iter().enumerate() {
+            for (i, row) in block.indices.iter().enumerate() {
+                for (j, &index) in row.iter().enumerate() {
                     let x = factor[(i, j)] * scale[i];
-                    free[place] = if i == j && self.rigid_body.is_none() { x.ln() } else { x };
+                    free[index] = if i == j && self.rigid_body.is_none() { x.ln() } else { x };
                 }
             }
             self.hold_first(block, &mut free);
@@ -224,14 +224,14 @@ impl Parameterisation for Physical {
     }
 }
 
-/// The Cholesky factor of a symmetric matrix whose eigenvalues are lifted above zero.
+/// Returns the Cholesky factor of a symmetric matrix with its eigenvalues bounded from below.
 fn lifted(matrix: DMatrix<f64>) -> DMatrix<f64> {
     let n = matrix.nrows();
     let eigen = matrix.symmetric_eigen();
     let values = eigen.eigenvalues.map(|value| value.max(LEAST_PART));
     let vectors = &eigen.eigenvectors;
     let lifted = vectors * DMatrix::from_diagonal(&values) * vectors.transpose();
-    // Eigenvalues from above zero: a factor there is, but for rounding that cannot matter.
+    // The eigenvalues are positive, so the factor exists but for rounding.
     lifted.cholesky().map_or_else(|| DMatrix::identity(n, n), |factor| factor.l())
 }
 
@@ -240,7 +240,7 @@ mod tests {
     use super::*;
     use crate::plant::{RigidBody, Symmetry};
 
-    /// Differences over steps of 1e-6 carry this relative error.
+    /// Relative error of differences over steps of 1e-6.
     const DIFFERENCE: f64 = 1e-6;
 
     fn six() -> Structure {
@@ -276,11 +276,11 @@ mod tests {
     }
 
     #[test]
-    fn possible_coefficients_come_back_from_their_free_numbers() {
+    fn possible_coefficients_are_recovered_from_their_free_parameters() {
         let structure = six();
         for rigid in [None, Some(body())] {
             let physical = Physical::new(&structure, rigid);
-            // Far inside what is possible: three times the mass of the rigid body.
+            // Well inside the feasible set: three times the mass of the rigid body.
             let mut free = free_numbers(structure.terms().len());
             for (k, term) in structure.terms().iter().enumerate() {
                 if matches!(term, Basis::Mass(i, j) if i == j) {
@@ -294,16 +294,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_stays_as_it_is() {
+    fn known_coefficients_do_not_change() {
         let surge = Basis::Mass(Dof::Surge, Dof::Surge);
         let structure = six().holding(surge, 20.0).expect("the first of its block");
         for rigid in [None, Some(body())] {
             let physical = Physical::new(&structure, rigid);
             let light = DVector::from_element(structure.terms().len(), 3.0);
             let free = physical.free(&light);
-            let place = structure.index_of(&surge).expect("there");
-            assert!((physical.coefficients(&free)[place] - 20.0).abs() < 1e-12);
-            assert_eq!(physical.jacobian(&free).column(place).amax(), 0.0);
+            let index = structure.index_of(&surge).expect("there");
+            assert!((physical.coefficients(&free)[index] - 20.0).abs() < 1e-12);
+            assert_eq!(physical.jacobian(&free).column(index).amax(), 0.0);
         }
         let pitch = six().holding(Basis::Mass(Dof::Pitch, Dof::Pitch), 1.0);
         assert!(pitch.expect_err("coupled with surge").to_string().contains("only the first"));

@@ -1,4 +1,4 @@
-//! What is known of a vehicle dry: its rigid-body mass matrix.
+//! The rigid-body mass matrix, known from measurements in air.
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
@@ -20,11 +20,11 @@ pub struct RigidBody {
     inertia: Matrix3<f64>,
 }
 
-/// An inertia matrix whose halves differ by less than this part is symmetric.
+/// Largest relative asymmetry of an inertia matrix.
 const SYMMETRY_PART: f64 = 1e-6;
 
 impl RigidBody {
-    /// Checks and keeps a rigid body: its mass, kg; its centre of gravity from the vehicle's
+    /// Checks and creates a rigid body from its mass, kg; its centre of gravity from the vehicle's
     /// origin, m; its inertia about the centre of gravity, kg m².
     ///
     /// # Errors
@@ -68,7 +68,7 @@ impl RigidBody {
         Ok(Self { mass_kg, centre_of_gravity_body: centre_of_gravity_m.into(), inertia })
     }
 
-    /// `M_RB = [m 1, −m S(r_G); m S(r_G), I_O]` about the vehicle's origin.
+    /// Returns `M_RB = [m 1, −m S(r_G); m S(r_G), I_O]` about the vehicle's origin.
     ///
     /// # Source
     /// [Fossen2021, ch. 3].
@@ -83,26 +83,26 @@ impl RigidBody {
         mass
     }
 
-    /// Mass in air, kg.
+    /// Returns mass in air, kg.
     pub fn mass_kg(&self) -> f64 {
         self.mass_kg
     }
 
-    /// Inertia about the centre of gravity, kg m², shape (3, 3).
+    /// Returns inertia about the centre of gravity, kg m², shape (3, 3).
     pub fn inertia(&self) -> Matrix3<f64> {
         self.inertia
     }
 
-    /// The centre of gravity, from the vehicle's origin, m.
+    /// Returns the centre of gravity, from the vehicle's origin, m.
     pub fn centre_of_gravity_body(&self) -> Vector3<f64> {
         self.centre_of_gravity_body
     }
 }
 
-/// What the water carries of a vehicle.
+/// Displacement of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Buoyancy {
-    /// The mass of the water that it displaces, kg.
+    /// The mass of displaced water, kg.
     pub displaced_kg: f64,
     /// The centre of buoyancy, from the vehicle's origin, m.
     pub centre_body: Vector3<f64>,
@@ -112,7 +112,7 @@ pub struct Buoyancy {
 pub const GRAVITY: f64 = 9.80665;
 
 impl Buoyancy {
-    /// Checks and keeps a buoyancy.
+    /// Checks and creates a buoyancy.
     ///
     /// # Errors
     /// [`Error::RigidBody`] unless the displaced mass is positive and all is finite.
@@ -128,7 +128,7 @@ impl Buoyancy {
         Ok(Self { displaced_kg, centre_body: centre_m.into() })
     }
 
-    /// `W − B`, N, and `W r_G − B r_B`, N m.
+    /// Returns `W − B`, N, and `W r_G − B r_B`, N m.
     pub fn restoring(&self, body: &RigidBody) -> (f64, Vector3<f64>) {
         let (weight, buoyancy) = (GRAVITY * body.mass_kg, GRAVITY * self.displaced_kg);
         let lever = weight * body.centre_of_gravity_body - buoyancy * self.centre_body;
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_bodies_that_cannot_be() {
+    fn refuses_impossible_bodies() {
         let refused = |inertia| RigidBody::new(1.0, [0.0; 3], inertia).expect_err("no").to_string();
         assert!(refused(inertia(1.0, 1.0, 3.0)).contains("sum of the others"));
         assert!(refused(inertia(1.0, 1.0, -1.0)).contains("zero or less"));

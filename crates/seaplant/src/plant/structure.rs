@@ -1,4 +1,4 @@
-//! Which terms a plant has, on which axes.
+//! The terms and axes of a plant.
 
 use std::fmt;
 
@@ -9,23 +9,23 @@ use serde::{Deserialize, Serialize};
 use super::{Basis, Effect, Instant, MOST_READ, Product, Signal};
 use crate::{Dof, Error};
 
-/// Which axes a vehicle's shape lets M couple.
+/// The axes that M may couple by the symmetry of the vehicle.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Symmetry {
-    /// Port is like starboard: surge, heave and pitch couple, and sway, roll and yaw.
+    /// Port–starboard symmetry: surge, heave and pitch couple, and sway, roll and yaw.
     #[default]
     PortStarboard,
-    /// Every axis may couple with every other.
+    /// No symmetry: every axis may couple with every other.
     None,
     /// No axis couples by mass.
     Diagonal,
 }
 
 impl Symmetry {
-    /// Whether M may couple two axes.
+    /// Returns whether M may couple two axes.
     pub fn couples(self, i: Dof, j: Dof) -> bool {
         let is_lengthwise = |dof| matches!(dof, Dof::Surge | Dof::Heave | Dof::Pitch);
         match self {
@@ -36,7 +36,7 @@ impl Symmetry {
         }
     }
 
-    /// As campaign files write it.
+    /// Returns the name in campaign files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::PortStarboard => "port-starboard",
@@ -52,13 +52,13 @@ impl fmt::Display for Symmetry {
     }
 }
 
-/// The terms of a plant: the equation of motion without its numbers.
+/// The terms of a plant: the equation of motion without coefficients.
 ///
 /// ```text
 /// M ν̇_r + C(M, ν_r) ν_r + Σ products + g(η) = τ
 /// ```
 ///
-/// M is symmetric and couples what [`Symmetry`] allows; C follows from M and has no
+/// M is symmetric and couples the axes allowed by [`Symmetry`]; C follows from M and has no
 /// parameters of its own.
 ///
 /// ```
@@ -77,20 +77,20 @@ pub struct Structure {
     symmetry: Symmetry,
     terms: Vec<Basis>,
     effects: Vec<Effect>,
-    /// What the effects read, each once.
+    /// The distinct signals of all effects.
     signals: Vec<Signal>,
-    /// Where in `signals` those of each effect are.
-    places: Vec<Vec<usize>>,
-    /// Coefficients that are known, and stay as they are.
+    /// Indices of each effect's signals in `signals`.
+    signal_indices: Vec<Vec<usize>>,
+    /// Coefficients with fixed values.
     held: Vec<(Basis, f64)>,
-    /// Terms that are tried beside these, in place of the usual ones.
+    /// Candidate terms of a search, instead of the default ones.
     tried: Option<Vec<Basis>>,
 }
 
 impl Structure {
-    /// Mass as symmetry allows, linear and quadratic damping of each axis by itself, weight
-    /// minus buoyancy where heave is one of the axes, and a righting lever where roll or
-    /// pitch is.
+    /// Creates the default structure: mass as symmetry allows, linear and quadratic damping of each
+    /// axis by its own velocity, weight minus buoyancy if heave is one of the axes, and a righting
+    /// lever if roll or pitch is.
     ///
     /// # Errors
     /// [`Error::Plant`] without axes, or with one twice.
@@ -126,29 +126,29 @@ impl Structure {
             terms,
             effects: Vec::new(),
             signals: Vec::new(),
-            places: Vec::new(),
+            signal_indices: Vec::new(),
             held: Vec::new(),
             tried: None,
         })
     }
 
-    /// The same with the terms that a search tries beside effects, in place of linear and
-    /// quadratic damping of one axis by another.
+    /// Sets the candidate terms of a search in addition to effects, instead of linear and quadratic
+    /// damping of one axis by another.
     #[must_use]
     pub fn trying(self, tried: Vec<Basis>) -> Self {
         Self { tried: Some(tried), ..self }
     }
 
-    /// The terms that a search tries in place of the usual ones, if they were stated.
+    /// Returns the candidate terms of a search, if they were set.
     pub fn tried(&self) -> Option<&[Basis]> {
         self.tried.as_deref()
     }
 
-    /// The same with one term more.
+    /// Adds a term.
     ///
     /// # Errors
-    /// [`Error::Plant`] if the term is there already, or reads or acts on an axis that the
-    /// plant does not have.
+    /// [`Error::Plant`] if the term is present already, or depends or acts on an axis outside the
+    /// plant.
     pub fn with(mut self, term: Basis) -> Result<Self, Error> {
         let refuse = |reason: String| Error::Plant { axes: name_of_axes(&self.axes), reason };
         if self.terms.contains(&term) {
@@ -178,10 +178,10 @@ impl Structure {
         Ok(self)
     }
 
-    /// The same with one effect more, and its term if `as_term` says so.
+    /// Adds an effect, and its term if `as_term`.
     ///
     /// # Errors
-    /// [`Error::Plant`] if it has one of that name, or if it acts on none of the axes.
+    /// [`Error::Plant`] if the name is present already, or if the effect acts on none of the axes.
     pub fn with_effect(mut self, effect: Effect, as_term: bool) -> Result<Self, Error> {
         let refuse = |reason: String| Error::Plant { axes: name_of_axes(&self.axes), reason };
         let name = &effect.name;
@@ -196,29 +196,30 @@ impl Structure {
             let found = wanted.len();
             return Err(refuse(format!("`{name}` reads {found} signals, more than {MOST_READ}")));
         }
-        let places = wanted.into_iter().map(|signal| self.place_of(signal)).collect();
+        let signal_indices =
+            wanted.into_iter().map(|signal| self.index_of_signal(signal)).collect();
         if as_term {
             self.terms.push(Basis::Effect(self.effects.len()));
         }
-        self.places.push(places);
+        self.signal_indices.push(signal_indices);
         self.effects.push(effect);
         Ok(self)
     }
 
-    /// Where a signal stands among those that are read; it is taken in if it is new.
-    fn place_of(&mut self, signal: Signal) -> usize {
+    /// Returns the index of a signal, which is added if it is new.
+    fn index_of_signal(&mut self, signal: Signal) -> usize {
         self.signals.iter().position(|known| *known == signal).unwrap_or_else(|| {
             self.signals.push(signal);
             self.signals.len() - 1
         })
     }
 
-    /// The same with the coefficient of a term held at what is known of it.
+    /// Fixes the coefficient of a term.
     ///
     /// # Errors
-    /// [`Error::Plant`] if it has no such term; if the number is not finite, or not positive
-    /// where it must be; or for a mass that couples axes, or one of an axis that is coupled with
-    /// one before it.
+    /// [`Error::Plant`] if the term is absent; if the number is not finite, or not positive where
+    /// it must be; or for a mass that couples axes, or one of an axis that is coupled with one
+    /// before it.
     pub fn holding(mut self, term: Basis, value: f64) -> Result<Self, Error> {
         let name = self.name_of(&term);
         let refuse = |reason: String| Error::Plant { axes: name_of_axes(&self.axes), reason };
@@ -245,18 +246,18 @@ impl Structure {
         Ok(self)
     }
 
-    /// What the coefficient of a term is held at, if it is.
+    /// Returns the fixed value of a term's coefficient, if any.
     pub fn held(&self, term: &Basis) -> Option<f64> {
         self.held.iter().find(|(known, _)| known == term).map(|(_, value)| *value)
     }
 
-    /// The same without effects that no term refers to; terms keep their order.
+    /// Removes effects to which no term refers; terms keep their order.
     pub(crate) fn pruned(&self) -> Self {
         let mut pruned = Self {
             terms: Vec::new(),
             effects: Vec::new(),
             signals: Vec::new(),
-            places: Vec::new(),
+            signal_indices: Vec::new(),
             held: Vec::new(),
             tried: None,
             ..self.clone()
@@ -265,9 +266,9 @@ impl Structure {
             let mut own = *term;
             if let Basis::Effect(k) = term {
                 own = Basis::Effect(pruned.effects.len());
-                let place = |of: &usize| pruned.place_of(self.signals[*of].clone());
-                let places = self.places[*k].iter().map(place).collect();
-                pruned.places.push(places);
+                let place = |of: &usize| pruned.index_of_signal(self.signals[*of].clone());
+                let signal_indices = self.signal_indices[*k].iter().map(place).collect();
+                pruned.signal_indices.push(signal_indices);
                 pruned.effects.push(self.effects[*k].clone());
             }
             pruned.terms.push(own);
@@ -276,38 +277,39 @@ impl Structure {
         pruned
     }
 
-    /// Forces that read what was logged beside motion; a term refers to one by its number.
+    /// Returns the forces that depend on logged signals; a term refers to one by its index.
     pub fn effects(&self) -> &[Effect] {
         &self.effects
     }
 
-    /// What the effects read, each once.
+    /// Returns the distinct signals of all effects.
     pub fn signals(&self) -> &[Signal] {
         &self.signals
     }
 
-    /// Whether an effect reads more than speed and thrust of thrusters whose force is known.
+    /// Returns whether an effect depends on signals other than speed and thrust of thrusters with
+    /// known curves.
     pub(crate) fn reads_beside_thrusters(&self) -> bool {
         self.signals.iter().any(|signal| !signal.is_of_known_thruster())
     }
 
-    /// The standard deviation of a coefficient about zero before anything is measured, if any.
+    /// Returns the prior standard deviation of a coefficient about zero, if any.
     pub(crate) fn prior_std(&self, term: &Basis) -> Option<f64> {
         let Basis::Effect(k) = term else { return None };
         self.effects.get(*k)?.prior_std()
     }
 
-    /// What an effect reads of the values of [`Self::signals`].
+    /// Selects the signals of an effect from the values of [`Self::signals`].
     pub(crate) fn read(&self, effect: usize, signals: &[f64]) -> [f64; MOST_READ] {
         let mut read = [0.0; MOST_READ];
-        for (x, &at) in read.iter_mut().zip(&self.places[effect]) {
+        for (x, &at) in read.iter_mut().zip(&self.signal_indices[effect]) {
             *x = signals.get(at).copied().unwrap_or(0.0);
         }
         read
     }
 
-    /// What a coefficient of one makes each effect push with, N and N m, each of shape (6,); zero
-    /// of one that no term refers to.
+    /// Returns the wrench of each effect for a unit coefficient, N and N m, each of shape (6,);
+    /// zero for one to which no term refers.
     ///
     /// `velocity` is ν_r, shape (6,); `signals` are the values of [`Self::signals`].
     pub fn wrenches(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Vec<Vector6<f64>> {
@@ -320,8 +322,8 @@ impl Structure {
         all
     }
 
-    /// The regressor of a term: [`Basis::regressor`], or `−` what its effect pushes with, as
-    /// [`Self::wrenches`] gives it; shape (6,).
+    /// Returns the regressor of a term: [`Basis::regressor`], or `−` the wrench of its effect from
+    /// [`Self::wrenches`]; shape (6,).
     pub fn regressor(&self, term: &Basis, at: &Instant, wrenches: &[Vector6<f64>]) -> Vector6<f64> {
         match term {
             Basis::Effect(k) => wrenches.get(*k).map_or_else(Vector6::zeros, |wrench| -wrench),
@@ -329,7 +331,7 @@ impl Structure {
         }
     }
 
-    /// The name of a term in results: that of an effect, or the field's notation.
+    /// Returns the name of a term in results: that of an effect, or the field's notation.
     pub fn name_of(&self, term: &Basis) -> String {
         match term {
             Basis::Effect(k) => {
@@ -339,17 +341,17 @@ impl Structure {
         }
     }
 
-    /// The term of a name in results, if it has it.
+    /// Returns the term with a name in results, if present.
     pub fn term_named(&self, name: &str) -> Option<Basis> {
         self.terms.iter().find(|term| self.name_of(term) == name).copied()
     }
 
-    /// The names of all terms, in their order.
+    /// Returns the names of all terms, in order.
     pub fn names(&self) -> Vec<String> {
         self.terms.iter().map(|term| self.name_of(term)).collect()
     }
 
-    /// The axes of the plant on which a term acts.
+    /// Returns the axes of the plant on which a term acts.
     pub fn axes_of(&self, term: &Basis) -> Vec<Dof> {
         let all = match term {
             Basis::Effect(k) => self.effects.get(*k).map(Effect::axes).unwrap_or_default(),
@@ -358,7 +360,7 @@ impl Structure {
         all.into_iter().filter(|dof| self.axes.contains(dof)).collect()
     }
 
-    /// The unit of a term's coefficient.
+    /// Returns the unit of a term's coefficient.
     pub fn unit_of(&self, term: &Basis) -> String {
         match term {
             Basis::Effect(k) if *k < self.effects.len() => self.effects[*k].unit().to_owned(),
@@ -366,33 +368,33 @@ impl Structure {
         }
     }
 
-    /// The same without some terms.
+    /// Removes terms.
     pub fn without(&self, drop: impl Fn(&Basis) -> bool) -> Self {
         let terms = self.terms.iter().copied().filter(|term| !drop(term)).collect();
         Self { terms, ..self.clone() }
     }
 
-    /// The axes, in SNAME order.
+    /// Returns the axes, in SNAME order.
     pub fn axes(&self) -> &[Dof] {
         &self.axes
     }
 
-    /// Which axes M may couple.
+    /// Returns the symmetry, which limits the coupling by M.
     pub fn symmetry(&self) -> Symmetry {
         self.symmetry
     }
 
-    /// The terms; a plant has a coefficient for each.
+    /// Returns the terms; a plant has a coefficient for each.
     pub fn terms(&self) -> &[Basis] {
         &self.terms
     }
 
-    /// The place of a term among [`Self::terms`].
+    /// Returns the index of a term in [`Self::terms`].
     pub fn index_of(&self, term: &Basis) -> Option<usize> {
         self.terms.iter().position(|known| known == term)
     }
 
-    /// `surge-sway-yaw`.
+    /// Returns the names of the axes: `surge-sway-yaw`.
     pub fn name(&self) -> String {
         name_of_axes(&self.axes)
     }
@@ -420,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_a_term_of_an_axis_that_is_not_there() {
+    fn refuses_a_term_of_an_absent_axis() {
         let planar = Structure::of(&[Dof::Surge, Dof::Sway], Symmetry::None).expect("two axes");
         let error = planar.with("sway: |r|r".parse().expect("a term")).expect_err("no yaw");
         assert!(error.to_string().contains("needs yaw"), "{error}");

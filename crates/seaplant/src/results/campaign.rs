@@ -1,4 +1,4 @@
-//! Thrusters, instruments and trials as they were used.
+//! Thrusters, instruments and trials as used.
 
 use std::collections::BTreeMap;
 
@@ -8,24 +8,23 @@ use serde::{Deserialize, Serialize};
 use super::{CurveResult, Parameter};
 use crate::{Caveat, ClockOffset, Dof, Role};
 
-/// A thruster as it was used.
+/// A thruster as used.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThrusterResult {
     /// Its name.
     pub name: String,
-    /// Where it pushes, m.
+    /// Point of application of thrust, m.
     pub position_m: [f64; 3],
     /// Unit vector of positive thrust.
     pub direction: [f64; 3],
-    /// What its curve reads.
+    /// Input of its curve.
     pub input: String,
-    /// Its curve in words.
+    /// Description of its curve.
     pub curve: String,
-    /// Standard deviation of its strength ahead and in reverse, as parts of it; absent if
-    /// nothing was said.
+    /// Relative standard deviation of its coefficients ahead and in reverse; absent if not stated.
     #[serde(default)]
     pub thrust_std: Option<[f64; 2]>,
-    /// Its curve in numbers; absent of results that were written without them.
+    /// Its curve; absent from older results.
     #[serde(default)]
     pub law: Option<CurveResult>,
 }
@@ -33,17 +32,17 @@ pub struct ThrusterResult {
 /// A thrust curve fitted to bollard-pull data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BollardPullResult {
-    /// The table's file.
+    /// File of the table.
     pub file: String,
-    /// The input that was measured: rad/s or us.
+    /// Unit of the measured input: rad/s or us.
     pub input_unit: String,
-    /// The input that means stop.
+    /// The input of zero thrust.
     pub neutral: f64,
     /// Coefficient of positive thrust.
     pub forward: Option<Parameter>,
     /// Coefficient of negative thrust.
     pub reverse: Option<Parameter>,
-    /// Input that gives no thrust yet.
+    /// Half-width of the band around neutral without thrust.
     pub deadband: Option<Parameter>,
     /// Root mean square misfit, N.
     pub residual_rms: f64,
@@ -51,49 +50,49 @@ pub struct BollardPullResult {
     pub r_squared: f64,
     /// The measured points, (input, N).
     pub points: Vec<(f64, f64)>,
-    /// Doubts.
+    /// Caveats.
     pub caveats: Vec<Caveat>,
 }
 
-/// An instrument as it was used.
+/// An instrument as used.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensorResult {
-    /// Which.
+    /// Name of the instrument.
     pub name: String,
-    /// Where it sits, m.
+    /// Position, m.
     pub position_m: [f64; 3],
-    /// How it is turned, deg.
+    /// Roll, pitch and yaw of its alignment, deg.
     pub rotation_deg: [f64; 3],
     /// Standard deviation of one sample.
     pub std: Option<f64>,
-    /// Unit of that.
+    /// Unit of the standard deviation.
     pub unit: String,
-    /// The rate at which it was logged, Hz, where it was.
+    /// Logging rate, Hz, if it was logged.
     pub rate_hz: Option<f64>,
 }
 
-/// A trial as it was used.
+/// A trial as used.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrialResult {
     /// Its name.
     pub name: String,
-    /// What it was for.
+    /// Its role.
     pub role: Role,
-    /// The files that it was read from.
+    /// The files of its log.
     pub files: Vec<String>,
-    /// The files whose clocks were moved by an estimated offset.
+    /// The files with clocks corrected by an estimated offset.
     #[serde(default)]
     pub offsets: Vec<FileOffset>,
-    /// Each degree of freedom that it exercises.
+    /// Each degree of freedom that it excites.
     pub axes: BTreeMap<Dof, AxisResult>,
 }
 
-/// A file whose clock was moved to those of its trial's other files.
+/// A file with a clock corrected to those of its trial's other files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FileOffset {
-    /// Which, as the campaign names it.
+    /// Path in the campaign.
     pub file: String,
-    /// By how much, and how that was found.
+    /// The offset and its estimation.
     pub clock: ClockOffset,
 }
 
@@ -108,27 +107,28 @@ pub struct AxisResult {
     pub sample_hz: f64,
     /// Rate at which motion was measured, Hz.
     pub source_hz: f64,
-    /// Whether motion was measured as velocity, as position or as acceleration.
+    /// The measured quantity: velocity, position or acceleration.
     pub motion: String,
-    /// Frequency at which force is greatest, Hz.
+    /// Dominant frequency of force, Hz.
     pub dominant_hz: Option<f64>,
-    /// Amplitude of force there, N or N m.
+    /// Amplitude of force at that frequency, N or N m.
     pub dominant_amplitude: f64,
     /// Greatest force, N or N m.
     pub force_max: f64,
     /// Root mean square force, N or N m.
     pub force_rms: f64,
-    /// Greatest speed, m/s or rad/s; absent where neither velocity nor position was measured.
+    /// Greatest speed, m/s or rad/s; absent if neither velocity nor position was measured.
     pub speed_max: Option<f64>,
-    /// Root mean square velocity, m/s or rad/s; absent likewise.
+    /// Root mean square velocity, m/s or rad/s; absent if neither velocity nor position was
+    /// measured.
     pub speed_rms: Option<f64>,
-    /// How far it oscillates, amplitude of velocity times period, m or rad; of a steady
-    /// run, all its way.
+    /// Stroke of the oscillation, amplitude of velocity times period, m or rad; for a steady run,
+    /// the distance travelled.
     #[serde(default)]
     pub stroke: Option<f64>,
-    /// The stroke over the size of the hull across it, where that is known.
+    /// Ratio of the stroke to the hull's size across it, if known.
     #[serde(default)]
     pub keulegan_carpenter: Option<f64>,
-    /// Seconds left out for want of samples.
+    /// Duration of gaps without samples, s.
     pub gap_s: f64,
 }

@@ -1,4 +1,4 @@
-//! What follows from a plant, and how far it was driven.
+//! Consequences of a plant, and the range of motion in its trials.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,13 +8,13 @@ use crate::Dof;
 /// A number that follows from a plant's coefficients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Consequence {
-    /// What it is, and under which force.
+    /// Name, with the force for which it holds.
     pub name: String,
-    /// Of which axis.
+    /// The axis.
     pub axis: Dof,
-    /// The number.
+    /// The value.
     pub value: f64,
-    /// Its 95 % interval; absent if the covariance is not known, or leaves it open.
+    /// Its 95 % interval; absent if the covariance is unknown, or if it is unbounded.
     pub interval95: Option<[f64; 2]>,
     /// Its unit.
     pub unit: String,
@@ -28,7 +28,7 @@ pub(crate) fn two_digits(x: f64) -> f64 {
     if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit.round() }
 }
 
-/// How far an axis was driven in the trials that a plant was identified from.
+/// Range of motion and force on an axis in the trials of a plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Driven {
     /// Greatest speed, m/s or rad/s.
@@ -38,7 +38,7 @@ pub struct Driven {
 }
 
 impl Driven {
-    /// The wider of two.
+    /// Returns the greater of each.
     pub(crate) fn or(self, other: Self) -> Self {
         Self {
             speed_max: self.speed_max.max(other.speed_max),

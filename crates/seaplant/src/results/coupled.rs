@@ -1,4 +1,4 @@
-//! What was found of a plant of several axes, as data.
+//! Results of a plant of several axes, as data.
 
 use std::collections::BTreeMap;
 
@@ -16,9 +16,9 @@ use crate::{Caveat, Dof, Error, Method, ThrusterFault};
 pub struct CoupledPlant {
     /// Its axes, in SNAME order: rows and columns of every matrix.
     pub axes: Vec<Dof>,
-    /// How it was found.
+    /// The method of identification.
     pub method: Method,
-    /// Which axes M may couple.
+    /// The axes that M may couple.
     pub symmetry: Symmetry,
     /// Its coefficients by name: `mass.surge`, `mass.surge-pitch`, `yaw: |v|r`,
     /// `weight-minus-buoyancy`, `lever.z`, and those of `effects`.
@@ -28,54 +28,54 @@ pub struct CoupledPlant {
     pub effects: Vec<Effect>,
     /// M: rigid body plus added mass.
     pub mass_matrix: MatrixResult,
-    /// M of the dry vehicle, where that is known.
+    /// M of the rigid body, if known.
     #[serde(default)]
     pub rigid_body_mass_matrix: Option<Vec<Vec<f64>>>,
-    /// What the water adds, where the dry vehicle is known.
+    /// Added mass, if the rigid body is known.
     #[serde(default)]
     pub added_mass: Option<Vec<Vec<f64>>>,
-    /// What multiplies ν_r; zero where no term is.
+    /// The matrix that multiplies ν_r; zero without a term.
     pub linear_damping: MatrixResult,
-    /// What multiplies |ν|ν of each axis; zero where no term is.
+    /// The matrix that multiplies |ν|ν of each axis; zero without a term.
     pub quadratic_damping: MatrixResult,
     /// Correlations of the coefficients.
     pub correlation: Correlation,
     /// Currents by trial; disturbance and noise by axis.
     pub nuisances: BTreeMap<String, Parameter>,
-    /// Coefficients without dimension, where the vehicle's length is known.
+    /// Dimensionless coefficients, if the vehicle's length is known.
     #[serde(default)]
     pub nondimensional: Option<PrimeSystem>,
-    /// How well the trials determine the coefficients.
+    /// Determination of the coefficients by the trials.
     pub identifiability: Identifiability,
-    /// The terms that were tried beside the usual ones.
+    /// The candidate terms that were tested.
     #[serde(default)]
     pub structure: Vec<TermDecision>,
-    /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
+    /// Thrusters that were at rest or reversed in a trial, for which the fit allows.
     #[serde(default)]
     pub thruster_faults: Vec<ThrusterFault>,
-    /// Numbers measured.
+    /// Number of measured values.
     pub samples: usize,
-    /// ln-likelihood at the optimum.
+    /// Log-likelihood at the optimum.
     pub log_likelihood: f64,
-    /// Its error on the trials that it was fitted to, simulated freely from their start.
+    /// Its error on the fitted trials, simulated in open loop.
     pub fit: CoupledScore,
-    /// Its error on trials that it had not seen.
+    /// Its error on unseen trials.
     #[serde(default)]
     pub hold_out: Option<CoupledScore>,
-    /// The error, on the same trials, of each driven axis with a plant of its own: what
-    /// coupling explains is what this has more.
+    /// The error, on the same trials, of a separate plant of each driven axis, for comparison: the
+    /// difference is due to coupling.
     #[serde(default)]
     pub single_axes: BTreeMap<Dof, AxisScore>,
-    /// What to make of it.
+    /// The verdict.
     #[serde(default)]
     pub verdict: Verdict,
-    /// What to make of each of its axes: a plant is doubtful if one of them is.
+    /// The verdict on each of its axes: a plant is doubtful if one of them is.
     #[serde(default)]
     pub verdicts: BTreeMap<Dof, Verdict>,
-    /// How far each axis was driven in its trials.
+    /// Range of motion and force on each axis in its trials.
     #[serde(default)]
     pub driven: BTreeMap<Dof, Driven>,
-    /// Doubts.
+    /// Caveats.
     pub caveats: Vec<Caveat>,
 }
 
@@ -94,7 +94,7 @@ pub struct Coefficient {
     pub unit: String,
     /// The axes on which it acts.
     pub on: Vec<Dof>,
-    /// What determines it.
+    /// The source that determines it.
     pub told_by: ToldBy,
 }
 
@@ -104,21 +104,21 @@ pub struct Coefficient {
 pub struct PrimeSystem {
     /// L, m.
     pub length_m: f64,
-    /// T, m: the draught, or L where no draught is stated.
+    /// T, m: the draught, or L if no draught is stated.
     pub depth_m: f64,
     /// ρ, kg/m³.
     pub density_kg_m3: f64,
-    /// U, m/s: the mean speed of the fitted trials. Coefficients of second degree do not depend
-    /// on it.
+    /// U, m/s: the mean speed of the fitted trials. Coefficients of second degree are independent
+    /// of it.
     pub speed_m_s: f64,
-    /// By the names of the coefficients.
+    /// Coefficients by name.
     pub coefficients: BTreeMap<String, PrimeCoefficient>,
 }
 
-/// A coefficient without dimension.
+/// A dimensionless coefficient.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PrimeCoefficient {
-    /// How tables call it: `Y'_vvr`, with the sign of a force on the vehicle; `m22'` is a mass.
+    /// Symbol: `Y'_vvr`, with the sign of a force on the vehicle; `m22'` for a mass.
     pub symbol: String,
     /// The estimate.
     pub value: f64,
@@ -130,65 +130,65 @@ pub struct PrimeCoefficient {
     pub high95: f64,
 }
 
-/// Where a number comes from.
+/// Source of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ToldBy {
     /// The trials.
     Data,
-    /// A limit of what is possible: not below zero, or not below the rigid body.
+    /// A physical limit: zero, or the rigid body.
     Limit,
-    /// Neither: its interval is wider than the number itself.
+    /// Neither: its interval is wider than its value.
     Nothing,
-    /// Not the trials: it was stated, and is held.
+    /// The vehicle or campaign file, which fixes it.
     Stated,
 }
 
 /// A matrix with standard deviations, by row and column in the order of the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MatrixResult {
-    /// The numbers.
+    /// The values.
     pub value: Vec<Vec<f64>>,
-    /// Their standard deviations; zero where there is no term.
+    /// Their standard deviations; zero without a term.
     pub std: Vec<Vec<f64>>,
 }
 
-/// Correlations.
+/// Correlations of coefficients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Correlation {
-    /// Rows and columns.
+    /// Names of rows and columns.
     pub names: Vec<String>,
     /// Correlations, −1 to 1.
     pub value: Vec<Vec<f64>>,
 }
 
-/// How well trials determine coefficients.
+/// Determination of coefficients by trials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Identifiability {
-    /// How many coefficients there are.
+    /// Number of coefficients.
     pub coefficients: usize,
-    /// How many combinations of them the motion determines.
+    /// Number of combinations that the motion determines.
     pub rank: usize,
-    /// What each coefficient's variance is multiplied with because others look like it.
+    /// Variance inflation factors of the coefficients by collinearity.
     pub variance_inflation: BTreeMap<String, f64>,
-    /// Coefficients whose interval is wider than the number itself.
+    /// Coefficients with an interval wider than the value.
     pub not_told: Vec<String>,
 }
 
-/// A term that was tried, and what came of it.
+/// A candidate term and the decision on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TermDecision {
-    /// The term, or terms that go together.
+    /// The term, or terms that are tested together.
     pub terms: Vec<String>,
-    /// Whether the plant has it.
+    /// True if the plant includes it.
     pub admitted: bool,
-    /// Twice what the log-likelihood gains by it.
+    /// Twice the increase of log-likelihood.
     pub likelihood_ratio: f64,
-    /// How often chance alone would make as large a gain.
+    /// Probability of as large an increase by chance.
     pub p_value: f64,
 }
 
-/// The error of a plant on some trials, simulated freely.
+/// The error of a plant on some trials, simulated in open loop.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CoupledScore {
     /// Over all trials.
@@ -197,107 +197,108 @@ pub struct CoupledScore {
     pub trials: BTreeMap<String, BTreeMap<Dof, AxisScore>>,
 }
 
-/// The error of a plant in one axis; what a simulation that runs away has none of is absent.
+/// The error of a plant on one axis; values are absent if the simulation diverges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AxisScore {
     /// Mean |model − measured| of velocity, m/s or rad/s.
     pub mean_abs_error: Option<f64>,
-    /// The same of a model that never moves.
+    /// Mean |measured| of velocity, the error of a model that never moves.
     pub null_error: f64,
-    /// Mean change of the model's velocity by a draw of the disturbance that was found, m/s or
-    /// rad/s: so far does that alone take the true plant from what is measured; with the noise of
-    /// velocities that are slopes of positions.
+    /// Mean change of the model's velocity by a draw of the estimated disturbance, m/s or rad/s,
+    /// which is the expected error of the true plant; includes the noise of velocities from
+    /// differentiated positions.
     pub disturbance_error: Option<f64>,
-    /// Mean |model − measured| of roll and pitch where the model begins anew every 10 s from what
-    /// is measured, rad/s: they swing about their rest, and who has lost their phase once is as far
-    /// off as one that knows nothing of them.
+    /// Mean |model − measured| of roll and pitch with the model restarted from the measured state
+    /// every 10 s, rad/s: over a whole trial, an error of phase of these oscillations would
+    /// dominate.
     pub restarted_error: Option<f64>,
-    /// The same of a rate that stays as it is at each beginning.
+    /// The same error of a constant rate from each restart.
     pub kept_error: Option<f64>,
-    /// What held-out trials would have of mass and drag.
+    /// Changes of mass and drag that held-out trials support.
     pub change: Option<AxisChange>,
     /// 1 − Σ(model − measured)² / Σ(measured − mean)².
     pub r2: Option<f64>,
-    /// Samples compared.
+    /// Number of compared samples.
     pub samples: usize,
 }
 
-/// What trials that were not fitted would have of an axis: a step of their own likelihood from the
-/// plant, with the disturbances that were found, and a current of each trial's own, beside it.
+/// Changes of an axis that unseen trials support: a step of their likelihood from the plant, with
+/// the estimated disturbances and a current for each trial.
 ///
-/// Forces that nobody logs take a free simulation away from what is measured; they only make these
-/// intervals wider.
+/// Unlogged forces affect an open-loop simulation, but only widen these intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AxisChange {
-    /// The part by which they would have the mass greater; its interval is that of a difference.
+    /// Relative change of mass; its interval is that of a difference.
     pub mass: Part,
-    /// The same of the drag at the usual speed.
+    /// Relative change of drag at the usual speed.
     pub drag: Part,
-    /// Whether what the filter fails to predict of them is white: Box and Pierce's statistic over 40
-    /// lags, divided by 40; 1 if it is.
+    /// Whiteness of the filter's innovations on them: Box and Pierce's statistic over 40 lags,
+    /// divided by 40; 1 if they are white.
     pub whiteness: f64,
-    /// Mean square of that in parts of what the filter expects of it: 1 if noise and disturbances
-    /// are as in the fitted trials.
+    /// Mean square of the innovations, normalised by their predicted variance: 1 if noise and
+    /// disturbances are as in the fitted trials.
     pub surprise: f64,
 }
 
-/// Above this, something else moves the vehicle in unseen trials.
+/// Normalised mean square of innovations above which unmodelled forces act in unseen trials.
 const SURPRISED: f64 = 1.5;
 
 impl AxisChange {
-    /// Whether trials that the plant has not seen know it, and find it right.
+    /// Returns whether unseen trials confirm mass and drag.
     pub(crate) fn vouches(&self) -> bool {
         confirms(self.mass, self.drag) && self.whiteness < NOT_WHITE && self.surprise < SURPRISED
     }
 
-    /// How far it goes for sure, in parts of what a user minds, if it goes beyond that.
+    /// Returns the significant change, relative to the tolerance of users, if it exceeds 1.
     pub(crate) fn beyond(&self) -> Option<f64> {
         Some(beyond(self.mass, self.drag)).filter(|parts| *parts > 1.0)
     }
 }
 
-/// What begins anew follows an axis if its error is less than this part of that of a rate that stays.
+/// Ratio of errors below which a restarted model is better than a constant rate.
 const FOLLOWED: f64 = 0.5;
 
-/// An error that is greater than what a disturbance does by this factor is not its doing.
+/// Ratio of the error to that of a disturbance, above which the disturbance does not explain it.
 const DISTURBED: f64 = 1.5;
 
 impl AxisScore {
-    /// Whether what disturbs the vehicle explains the error, so that it says nothing of the plant.
+    /// Returns whether the disturbance explains the error, which is then not evidence against the
+    /// plant.
     pub(crate) fn is_of_disturbance(&self) -> bool {
         let both = self.mean_abs_error.zip(self.disturbance_error);
         both.is_some_and(|(error, disturbance)| error < DISTURBED * disturbance)
     }
 
-    /// Whether held-out trials find the plant right, however far forces that nobody logs take a free
-    /// simulation from them.
+    /// Returns whether held-out trials confirm the plant, regardless of the effect of unlogged
+    /// forces on an open-loop simulation.
     pub(crate) fn is_vouched(&self) -> bool {
         self.change.is_some_and(|change| change.vouches())
     }
 
-    /// Whether the plant follows a roll or pitch for some seconds, if not over a whole trial.
+    /// Returns whether the plant predicts roll or pitch over some seconds, if not over a whole
+    /// trial.
     pub(crate) fn is_followed(&self) -> bool {
         let both = self.restarted_error.zip(self.kept_error);
         both.is_some_and(|(error, kept)| error < FOLLOWED * kept)
     }
 }
 
-/// What a thruster gives over what its curve says.
+/// Ratio of a thruster's thrust to that of its curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThrusterGain {
-    /// Of thrust above zero.
+    /// For positive thrust.
     pub forward: f64,
-    /// Of thrust below zero.
+    /// For negative thrust.
     pub reverse: f64,
-    /// Their standard deviations; that of the common scale is in both.
+    /// Their standard deviations, both including that of the common scale.
     pub std: [f64; 2],
 }
 
 impl CoupledPlant {
-    /// Gains of thrusters by name, where the plant has them.
+    /// Returns the gains of thrusters by name, if the plant has them.
     ///
-    /// `1 + e` ahead and `1 + e + e_r` in reverse, with e the coefficient `NAME.excess-thrust` and e_r
-    /// `NAME.excess-reverse-thrust`.
+    /// `1 + e` ahead and `1 + e + e_r` in reverse, with e the coefficient `NAME.excess-thrust` and
+    /// e_r `NAME.excess-reverse-thrust`.
     pub fn thruster_gains(&self) -> BTreeMap<String, ThrusterGain> {
         let mut found: BTreeMap<String, [Option<&str>; 2]> = BTreeMap::new();
         for effect in &self.effects {
@@ -306,7 +307,7 @@ impl CoupledPlant {
                 places[usize::from(*reverse)] = Some(&effect.name);
             }
         }
-        let of = |names: [Option<&str>; 2]| {
+        let gain = |names: [Option<&str>; 2]| {
             let known = names.map(|name| self.parameters.get(name?));
             let [value, std] = [
                 known.map(|x| x.map_or(0.0, |x| x.value)),
@@ -318,29 +319,28 @@ impl CoupledPlant {
             let std = [std[0], in_reverse.max(0.0).sqrt()];
             ThrusterGain { forward, reverse: forward + value[1], std }
         };
-        found.into_iter().map(|(name, names)| (name, of(names))).collect()
+        found.into_iter().map(|(name, names)| (name, gain(names))).collect()
     }
 
-    /// The correlation of two coefficients; zero of one that there is none of.
+    /// Returns the correlation of two coefficients; zero if one is absent.
     fn correlation_of(&self, names: [Option<&str>; 2]) -> f64 {
         let Correlation { names: all, value } = &self.correlation;
-        let place = |name: Option<&str>| all.iter().position(|own| Some(own.as_str()) == name);
-        let [i, j] = names.map(place);
+        let index = |name: Option<&str>| all.iter().position(|own| Some(own.as_str()) == name);
+        let [i, j] = names.map(index);
         i.zip(j).and_then(|(i, j)| value.get(i)?.get(j).copied()).unwrap_or(0.0)
     }
 }
 
-/// Whether a term is the gain of a thruster.
+/// Returns whether a term is the gain of a thruster.
 pub(crate) fn is_gain(structure: &Structure, term: &Basis) -> bool {
     let Basis::Effect(k) = term else { return false };
     matches!(structure.effects()[*k].force, EffectForce::Gain { .. })
 }
 
-/// A plant with the coefficients that results hold.
+/// Creates a plant from results.
 ///
 /// # Errors
-/// [`Error::PlantTerm`] for a name that is no term, [`Error::Plant`] for coefficients that
-/// make no plant.
+/// [`Error::PlantTerm`] for an invalid term, [`Error::Plant`] for invalid coefficients.
 pub fn plant_of_result(result: &CoupledPlant) -> Result<Plant, Error> {
     let mut structure = Structure::of(&result.axes, result.symmetry)?;
     structure = structure.without(|term| !result.parameters.contains_key(&term.to_string()));
@@ -366,7 +366,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_swing_is_followed_whose_error_is_less_than_half_that_of_a_kept_rate() {
+    fn an_oscillation_is_predicted_if_the_error_is_below_half_that_of_a_constant_rate() {
         let score = |restarted_error, kept_error| AxisScore {
             restarted_error,
             kept_error,
@@ -374,7 +374,7 @@ mod tests {
         };
         assert!(score(Some(0.04), Some(0.1)).is_followed());
         assert!(!score(Some(0.06), Some(0.1)).is_followed());
-        // Nothing but roll and pitch is begun anew.
+        // Only roll and pitch are restarted.
         assert!(!score(None, None).is_followed());
     }
 

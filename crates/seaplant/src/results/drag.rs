@@ -1,17 +1,15 @@
-//! Drag as a force at the speeds driven: known where its linear and quadratic parts are not told apart.
+//! Drag as a force over speed, which is determined even if its linear and quadratic parts are not.
 
 use nalgebra::Vector6;
 
-use super::two_digits;
-use super::{CoupledPlant, Parameter, PlantResult, Results};
+use super::{CoupledPlant, Parameter, PlantResult, Results, two_digits};
 use crate::plant::{Basis, Product};
 use crate::{Dof, Estimate, Role};
 
-/// Points of a curve.
+/// Number of points of a curve.
 const POINTS: usize = 13;
 
-/// Drag of an axis from rest to the greatest speed of its trials, moving along it alone through the
-/// water.
+/// Drag of an axis from rest to the greatest speed of its trials, in motion along that axis only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DragCurve {
     /// Speeds, m/s or rad/s.
@@ -21,7 +19,7 @@ pub struct DragCurve {
 }
 
 impl DragCurve {
-    fn of(greatest: f64, at: impl Fn(f64) -> Estimate) -> Option<Self> {
+    fn new(greatest: f64, at: impl Fn(f64) -> Estimate) -> Option<Self> {
         let is_speed = greatest.is_finite() && greatest > 0.0;
         let speed = |k: usize| greatest * k as f64 / (POINTS - 1) as f64;
         let speed: Vec<f64> = (0..POINTS).filter(|_| is_speed).map(speed).collect();
@@ -32,8 +30,8 @@ impl DragCurve {
 }
 
 impl PlantResult {
-    /// Drag `d_Q v|v| + d_L v` up to a speed; none of a plant without drag, or with one that is not
-    /// known at all.
+    /// Computes the drag `d_Q v|v| + d_L v` up to a speed; `None` for a plant without drag, or
+    /// without its uncertainty.
     ///
     /// # Example
     /// ```
@@ -56,10 +54,10 @@ impl PlantResult {
     /// # Ok::<(), seaplant::Error>(())
     /// ```
     pub fn drag_to(&self, greatest: f64) -> Option<DragCurve> {
-        DragCurve::of(greatest, |v| self.drag_at(v))
+        DragCurve::new(greatest, |v| self.drag_at(v))
     }
 
-    /// Drag `d_Q v|v| + d_L v` at a speed; zero of a plant without drag.
+    /// Computes the drag `d_Q v|v| + d_L v` at a speed; zero for a plant without drag.
     pub fn drag_at(&self, speed: f64) -> Estimate {
         let parameters = &self.parameters;
         let parts = [
@@ -81,12 +79,16 @@ impl PlantResult {
 }
 
 impl Results {
-    /// Drag of a plant of one axis at the usual speed of its fitted trials and at the greatest of
-    /// all, each to two digits: speeds, m/s or rad/s, and forces, N or N m.
+    /// Computes the drag of an axis at the usual speed of the fitted trials (root mean square) and at the
+    /// greatest of all, each to two digits: speeds, m/s or rad/s, and forces, N or N m.
     ///
     /// Empty where no speed was measured, and of a plant whose drag is not known.
     pub fn drag_forces(&self, dof: Dof) -> Vec<(f64, Estimate)> {
-        let Some(plant) = self.plants.get(&dof) else { return Vec::new() };
+        let several = self.coupled.values().find(|plant| plant.axes.contains(&dof));
+        let at = |speed: f64| match (self.plants.get(&dof), several) {
+            (Some(plant), _) => Some((speed, plant.drag_at(speed))),
+            (None, plant) => Some((speed, plant?.drag_at(dof, speed))),
+        };
         let fitted = self.trials.iter().filter(|trial| trial.role == Role::Fit);
         let axes = fitted.filter_map(|trial| trial.axes.get(&dof));
         let (mut sum, mut seconds) = (0.0, 0.0);
@@ -99,42 +101,44 @@ impl Results {
         let mut speeds: Vec<f64> = [usual, greatest].into_iter().filter(|v| *v > 0.0).collect();
         speeds.iter_mut().for_each(|speed| *speed = two_digits(*speed));
         speeds.dedup();
-        let at = |speed: f64| (speed, plant.drag_at(speed));
         let is_known = |force: &Estimate| force.std > 0.0 && force.std.is_finite();
-        speeds.into_iter().map(at).filter(|(_, force)| is_known(force)).collect()
+        speeds.into_iter().filter_map(at).filter(|(_, force)| is_known(force)).collect()
     }
 }
 
 impl CoupledPlant {
-    /// Drag of an axis by its own velocity up to a speed; none of an axis without drag.
+    /// Computes the drag of an axis by its own velocity up to a speed; `None` for an axis without
+    /// drag.
     pub fn drag_to(&self, dof: Dof, greatest: f64) -> Option<DragCurve> {
+        DragCurve::new(greatest, |v| self.drag_at(dof, v))
+    }
+
+    /// Computes the drag of an axis by its own velocity at a speed; zero for an axis without drag.
+    pub fn drag_at(&self, dof: Dof, speed: f64) -> Estimate {
         let own = |product: &Product| product.factors().all(|factor| factor.of == dof);
+        let mut velocity = Vector6::zeros();
+        velocity[dof.index()] = speed;
         let part = |(name, x): (&String, _)| match name.parse() {
             Ok(Basis::Product(on, product)) if on == dof && own(&product) => {
-                let place = self.correlation.names.iter().position(|known| known == name);
-                Some((product, x, place))
+                let index = self.correlation.names.iter().position(|known| known == name);
+                Some((product.value(&velocity), x, index))
             }
             _ => None,
         };
-        let parts: Vec<(Product, &super::Coefficient, Option<usize>)> =
+        let parts: Vec<(f64, &super::Coefficient, Option<usize>)> =
             self.parameters.iter().filter_map(part).collect();
         let correlation = |i: Option<usize>, j: Option<usize>| {
             let row = |i: usize| self.correlation.value.get(i);
             i.zip(j).and_then(|(i, j)| row(i)?.get(j).copied()).unwrap_or(0.0)
         };
-        DragCurve::of(greatest, |v| {
-            let mut velocity = Vector6::zeros();
-            velocity[dof.index()] = v;
-            let value =
-                parts.iter().map(|(product, x, _)| x.value * product.value(&velocity)).sum();
-            let mut variance = 0.0;
-            for (k, (of, x, i)) in parts.iter().enumerate() {
-                for (l, (other, y, j)) in parts.iter().enumerate() {
-                    let r = if k == l { 1.0 } else { correlation(*i, *j) };
-                    variance += r * x.std * y.std * of.value(&velocity) * other.value(&velocity);
-                }
+        let value = parts.iter().map(|(factor, x, _)| x.value * factor).sum();
+        let mut variance = 0.0;
+        for (k, (factor, x, i)) in parts.iter().enumerate() {
+            for (l, (other, y, j)) in parts.iter().enumerate() {
+                let r = if k == l { 1.0 } else { correlation(*i, *j) };
+                variance += r * x.std * y.std * factor * other;
             }
-            Estimate::new(value, f64::max(variance, 0.0).sqrt(), self.samples as f64)
-        })
+        }
+        Estimate::new(value, f64::max(variance, 0.0).sqrt(), self.samples as f64)
     }
 }

@@ -1,14 +1,14 @@
-//! The model of a plant of one axis that results hold.
+//! Models of one axis from results.
 
 use super::PlantResult;
 use crate::estimate::Candidate;
 use crate::{Model, ThrustModel, VelocitySensor};
 
-/// How results call the current of a trial.
+/// Prefix of the name of a trial's current in results.
 const CURRENT_OF: &str = "current: ";
 
 impl Model {
-    /// The model that results hold.
+    /// Creates the model from results.
     pub fn of_result(result: &PlantResult) -> Self {
         let value = |name: &str| result.nuisances.get(name).map(|nuisance| nuisance.value);
         let current = result.nuisances.iter().filter_map(|(name, nuisance)| {
@@ -39,7 +39,7 @@ impl Model {
         Self { lumped: result.lumped, thrust, sensor }
     }
 
-    /// How results call the current of a trial.
+    /// Formats the name of a trial's current in results.
     pub(crate) fn current_name(trial: &str) -> String {
         format!("{CURRENT_OF}{trial}")
     }

@@ -1,4 +1,4 @@
-//! What methods that work sample by sample tell beside their plant, as data.
+//! Results of recursive methods, as data.
 
 use std::collections::BTreeMap;
 
@@ -10,25 +10,25 @@ use crate::estimate::online::OnlineHistory;
 use crate::plant::Symmetry;
 use crate::{Caveat, Dof, Method};
 
-/// A plant of several axes, found sample by sample.
+/// A plant of several axes, estimated recursively.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CoupledOnline {
     /// Its axes.
     pub axes: Vec<Dof>,
-    /// How it was found.
+    /// The method of identification.
     pub method: Method,
-    /// Which axes M may couple.
+    /// The axes that M may couple.
     pub symmetry: Symmetry,
     /// Its coefficients by name, as those of a coupled plant.
     pub parameters: BTreeMap<String, Coefficient>,
-    /// How they went there.
+    /// Their values over time.
     pub history: OnlineHistory,
-    /// Numbers measured.
+    /// Number of measured values.
     pub samples: usize,
-    /// Its error on the trials that it was fitted to.
+    /// Its error on the fitted trials.
     pub fit: CoupledScore,
-    /// Its error on trials that it had not seen.
+    /// Its error on unseen trials.
     pub hold_out: Option<CoupledScore>,
-    /// Doubts.
+    /// Caveats.
     pub caveats: Vec<Caveat>,
 }

@@ -27,7 +27,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// An estimate with its unit.
+    /// Creates a parameter from an estimate and its unit.
     pub fn new(estimate: Estimate, unit: &str) -> Self {
         let Estimate { value, std, low95, high95 } = estimate;
         Self { value, std, low95, high95, unit: unit.to_owned() }
@@ -47,16 +47,16 @@ pub struct Parameters {
     pub bias_force: Option<Parameter>,
 }
 
-/// One method's plant of one degree of freedom.
+/// The plant of one degree of freedom by one method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlantResult {
-    /// How it was found.
+    /// The method of identification.
     pub method: Method,
-    /// The terms that were fitted.
+    /// The fitted terms.
     pub terms: Vec<Term>,
-    /// Whether the plant comes to rest by itself.
+    /// True if the plant comes to rest without thrust.
     pub stable: bool,
-    /// In which way it does or does not.
+    /// Type of its stability.
     pub stability: Stability,
     /// Physical parameters.
     pub parameters: Parameters,
@@ -66,120 +66,120 @@ pub struct PlantResult {
     pub lumped_std: LumpedParameters,
     /// Correlations of `[m, d_Q, d_L, b]`.
     pub correlation: [[f64; 4]; 4],
-    /// Parameters of the thrusters and the water that were fitted beside the plant.
+    /// Fitted parameters of the thrusters and the water in addition to the plant.
     pub nuisances: BTreeMap<String, Parameter>,
-    /// Why the model has the parts that it has.
+    /// Decisions on the candidate terms of the model.
     #[serde(default)]
     pub structure: Vec<Decision>,
-    /// Whether steady runs agree with it; absent where there were none to fit.
+    /// The test for agreement with steady runs; absent without such runs.
     #[serde(default)]
     pub steady_test: Option<SteadyTestResult>,
-    /// The part of the variances of mass and quadratic drag that uncertain thrust curves
-    /// make; absent if no curve has an uncertainty.
+    /// Share of uncertain thrust curves in the variances of mass and quadratic drag; absent if no
+    /// curve has an uncertainty.
     #[serde(default)]
     pub thrust_part: Option<ThrustPart>,
-    /// How the errors of one-step predictions follow each other, by fitted trial; empty of methods
-    /// that make none.
+    /// Autocorrelation of the errors of one-step predictions, by fitted trial; empty for methods
+    /// without them.
     #[serde(default)]
     pub innovations: Vec<Innovations>,
-    /// How the parameters went there; absent of methods that do not work sample by sample.
+    /// Parameters over time; absent for methods that are not recursive.
     #[serde(default)]
     pub history: Option<OnlineHistory>,
-    /// How the fit went.
+    /// Statistics of the regression.
     pub regression: RegressionResult,
-    /// Its error on the trials that it was fitted to.
+    /// Its error on the fitted trials.
     pub fit: Score,
-    /// Its error on trials that it had not seen.
+    /// Its error on unseen trials.
     pub hold_out: Option<Score>,
-    /// Where no trial was held out: the error on fitted trials, or thirds of a single one, each
-    /// predicted by a plant that was fitted to the others.
+    /// Without held-out trials: the error on fitted trials, or thirds of a single one, each
+    /// predicted by a plant fitted to the others.
     #[serde(default)]
     pub left_out: Option<Score>,
-    /// How white innovations are: Box–Pierce over 40 lags, divided by 40; 1 if they are. Absent
-    /// of methods that make none.
+    /// Whiteness of innovations: Box–Pierce over 40 lags, divided by 40; 1 if they are white.
+    /// Absent for methods without innovations.
     #[serde(default)]
     pub whiteness: Option<f64>,
-    /// Doubts.
+    /// Caveats.
     pub caveats: Vec<Caveat>,
-    /// What to make of it.
+    /// The verdict.
     #[serde(default)]
     pub verdict: Verdict,
 }
 
-/// The plant that equation error finds of a record in shards: not scored, for nobody has the
-/// record in one piece.
+/// The plant by equation error of a record in shards; it has no score, as the whole record is not
+/// available.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AccumulatedPlant {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// The terms that were fitted.
+    /// The fitted terms.
     pub terms: Vec<Term>,
     /// Physical parameters.
     pub parameters: Parameters,
     /// Lumped parameters.
     pub lumped: LumpedParameters,
-    /// How the fit went.
+    /// Statistics of the regression.
     pub regression: RegressionResult,
-    /// Doubts.
+    /// Caveats.
     pub caveats: Vec<Caveat>,
 }
 
-/// Whether runs at constant thrust ask for the plant that other trials ask for.
+/// Test for agreement of steady runs with other trials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SteadyTestResult {
-    /// Twice what the log-likelihood gains if the two may differ.
+    /// Twice the increase of log-likelihood if the two may differ.
     pub likelihood_ratio: f64,
-    /// How many numbers may then differ.
+    /// Number of parameters that may then differ.
     pub numbers: usize,
-    /// How often chance alone would make as large a gain.
+    /// Probability of as large an increase by chance.
     pub p_value: f64,
-    /// Whether they agree, and steady runs are part of the fit.
+    /// True if they agree, and steady runs are part of the fit.
     pub agrees: bool,
     /// The plant of unsteady trials, if the two may differ.
     pub unsteady: Parameters,
-    /// The plant of steady runs, of the same mass.
+    /// The plant of steady runs, with the same mass.
     pub steady: Parameters,
 }
 
-/// Parts of variances, 0 to 1.
+/// Fractions of variances, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThrustPart {
-    /// Of the mass.
+    /// That of mass.
     pub mass: f64,
-    /// Of quadratic drag; absent if it was not fitted.
+    /// That of quadratic drag; absent if it was not fitted.
     pub quadratic_drag: Option<f64>,
 }
 
-/// How a regression went.
+/// Statistics of a regression.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RegressionResult {
-    /// Rows.
+    /// Number of rows.
     pub samples: usize,
-    /// Rows that would say as much if they were independent.
+    /// Equivalent number of independent rows.
     pub effective_samples: f64,
-    /// Condition number of the columns at unit length.
+    /// Condition number of the columns, scaled to unit length.
     pub condition: f64,
-    /// Variance inflation of each fitted term but the bias.
+    /// Variance inflation of each fitted term except the bias.
     pub variance_inflation: BTreeMap<Term, f64>,
-    /// Root mean square of what was minimised: of equation errors, m/s² or rad/s², by SRIV
-    /// m/s or rad/s; of output errors, in the unit of what was measured.
+    /// Root mean square of the residuals: of equation errors, m/s² or rad/s², by SRIV m/s or rad/s;
+    /// of output errors, in the unit of the measurement.
     pub residual_rms: f64,
-    /// The filters that were used.
+    /// The filters.
     pub filters: Filters,
 }
 
-/// The recommended method with one choice of terms.
+/// The plant of the recommended method for a subset of terms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SubsetResult {
     /// The terms.
     pub terms: Vec<Term>,
     /// The parameters.
     pub lumped: LumpedParameters,
-    /// Whether the plant comes to rest by itself.
+    /// True if the plant comes to rest without thrust.
     pub stable: bool,
-    /// e on the fitted trials.
+    /// Mean absolute error e on the fitted trials.
     pub fit_error: Option<f64>,
-    /// e on held-out trials.
+    /// Mean absolute error e on held-out trials.
     pub hold_out_error: Option<f64>,
     /// Condition number of the scaled columns.
     pub condition: f64,
@@ -188,12 +188,12 @@ pub struct SubsetResult {
 /// True values of a twin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TruePlant {
-    /// kg or kg m².
+    /// Rigid-body plus added mass, kg or kg m².
     pub mass: f64,
-    /// N/(m/s)² or N m/(rad/s)².
+    /// d_Q, N/(m/s)² or N m/(rad/s)².
     pub quadratic_drag: f64,
-    /// N/(m/s) or N m/(rad/s).
+    /// d_L, N/(m/s) or N m/(rad/s).
     pub linear_drag: f64,
-    /// N or N m.
+    /// b, N or N m.
     pub bias_force: f64,
 }

@@ -1,11 +1,10 @@
-//! What an identification holds beside its numbers: plants that can be driven, and the series behind
-//! figures.
+//! Models and the series of figures, which are not part of `results.json`.
 
 use super::Results;
 use crate::signal::Spectrum;
 use crate::{Comparison, Dof, Method, Model, Role};
 
-/// The series behind a figure; too long for `results.json`.
+/// The series of a figure, too long for `results.json`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Series {
     /// Simulated and measured motion, by method and trial.
@@ -19,12 +18,12 @@ pub enum Series {
 /// Simulated and measured motion of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComparisonFigure {
-    /// The plant of several axes that it is of, by its name in [`Results::coupled`]; absent of a
-    /// plant of one axis.
+    /// The plant of several axes, by its name in [`Results::coupled`]; absent for a plant of one
+    /// axis.
     pub plant: Option<String>,
-    /// Whose plant.
+    /// The method of the plant.
     pub method: Method,
-    /// Whether the plant was fitted to the trial.
+    /// The role of the trial for the plant.
     pub role: Role,
     /// The motion.
     pub comparison: Comparison,
@@ -33,9 +32,9 @@ pub struct ComparisonFigure {
 /// Spectra of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectrumFigure {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// Which trial.
+    /// Name of the trial.
     pub trial: String,
     /// Amplitude of force, N or N m.
     pub force: Spectrum,
@@ -46,9 +45,9 @@ pub struct SpectrumFigure {
 /// Motion of one steady trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SteadyFigure {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// Which trial.
+    /// Name of the trial.
     pub trial: String,
     /// Instants of velocity and force, s.
     pub time_s: Vec<f64>,
@@ -62,22 +61,22 @@ pub struct SteadyFigure {
     pub position: Vec<f64>,
 }
 
-/// A plant ready to be driven, and whose it is.
+/// A fitted model with its method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedModel {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// Whose.
+    /// The method.
     pub method: Method,
-    /// The plant.
+    /// The model.
     pub model: Model,
 }
 
-/// What was found; [`Identification::series`] gives the series behind its figures.
+/// The outcome of an identification; [`Identification::series`] computes the series of its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
-    /// The numbers.
+    /// The results.
     pub results: Results,
-    /// Every method's plants, in the order in which they were fitted.
+    /// The models of every method, in the order of fitting.
     pub models: Vec<FittedModel>,
 }

@@ -6,27 +6,27 @@ use serde::{Deserialize, Serialize};
 use super::Parameter;
 use crate::Caveat;
 
-/// What steady stretches say of one degree of freedom.
+/// Drag of one degree of freedom from steady stretches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SteadyResult {
-    /// Every stretch by itself.
+    /// Each stretch.
     pub segments: Vec<SegmentResult>,
     /// The mean of the stretches' drags.
     pub mean_quadratic_drag: f64,
-    /// d_Q of all together, beside a bias force.
+    /// Joint estimate of d_Q, with a bias force.
     pub quadratic_drag: Option<Parameter>,
-    /// Bias force of all together.
+    /// Joint estimate of the bias force.
     pub bias_force: Option<Parameter>,
-    /// Up and down at one thrust.
+    /// Pairs of opposite directions at one thrust.
     pub pairs: Vec<PairResult>,
-    /// Doubts.
+    /// Caveats.
     pub caveats: Vec<Caveat>,
 }
 
 /// One steady stretch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SegmentResult {
-    /// Which trial.
+    /// Name of the trial.
     pub trial: String,
     /// Its start, s.
     pub from_s: f64,
@@ -34,21 +34,21 @@ pub struct SegmentResult {
     pub to_s: f64,
     /// Mean force, N or N m.
     pub force: f64,
-    /// Force as a part of the greatest of all stretches.
+    /// Force as a fraction of the greatest of all stretches.
     pub force_part: f64,
     /// Mean velocity, m/s or rad/s.
     pub velocity: f64,
-    /// Standard deviation of that mean.
+    /// Standard deviation of the mean velocity.
     pub velocity_std: f64,
     /// d_Q = τ / v|v|.
     pub quadratic_drag: Parameter,
-    /// e with the stretch's own drag.
+    /// Mean absolute error e with the stretch's own drag.
     pub mean_abs_error: f64,
-    /// e with the joint drag and bias force.
+    /// Mean absolute error e with the joint drag and bias force.
     pub joint_error: Option<f64>,
 }
 
-/// Two steady stretches at one thrust, one each way.
+/// Two steady stretches at one thrust in opposite directions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PairResult {
     /// The stretch with positive force.

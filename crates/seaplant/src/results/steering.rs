@@ -9,17 +9,16 @@ use super::Parameter;
 use crate::Caveat;
 use crate::estimate::RudderLaw;
 
-/// Nomoto's model of how yaw rate follows a rudder:
-/// `T ṙ + r + α r³ = K (δ − δ₀)`, or
-/// `T₁T₂ r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)`; by `rudder_law` `sine` with `½ sin 2δ`
-/// in the place of δ.
+/// Nomoto's model of yaw rate as a response to a rudder: `T ṙ + r + α r³ = K (δ − δ₀)`, or `T₁T₂
+/// r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)`; with `rudder_law` `sine`, `½ sin 2δ` instead
+/// of δ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NomotoResult {
     /// The rudder.
     pub rudder: String,
     /// First or second order.
     pub order: u8,
-    /// What stands for δ: the law that explains more.
+    /// The function of δ that explains more.
     pub rudder_law: RudderLaw,
     /// K.
     pub gain: Parameter,
@@ -27,18 +26,18 @@ pub struct NomotoResult {
     pub time: Parameter,
     /// The times of the second order.
     pub second: Option<SecondOrder>,
-    /// α, where r³ explains more.
+    /// α, if r³ is significant.
     pub cubic: Option<Parameter>,
-    /// δ₀: the angle that keeps the course.
+    /// δ₀: the angle of a straight course.
     pub neutral_angle: Parameter,
-    /// Whether a straight course is kept.
+    /// True if a straight course is stable.
     pub is_stable: bool,
-    /// R² of yaw rate on the trials that it was fitted to, simulated freely from their start.
+    /// R² of yaw rate on the fitted trials, simulated in open loop from their start.
     pub fit_r2: f64,
-    /// The same on held-out trials, by trial, from the start of each that fits it best, as that of
-    /// the fitted ones; none of one in which it runs away.
+    /// R² on held-out trials, by trial, each from the initial state of best fit, as for the fitted
+    /// ones; null for a trial that diverges.
     pub hold_out_r2: BTreeMap<String, Option<f64>>,
-    /// Doubts.
+    /// Caveats.
     pub caveats: Vec<Caveat>,
 }
 

@@ -1,4 +1,4 @@
-//! The vehicle as data: what a plant needs beside it to be driven elsewhere.
+//! The vehicle as data, for the use of a plant elsewhere.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::plant::{Buoyancy, RigidBody};
 use crate::{Error, QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
 
-/// A vehicle dry.
+/// The rigid body of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigidBodyResult {
@@ -19,7 +19,7 @@ pub struct RigidBodyResult {
 }
 
 impl RigidBodyResult {
-    /// The numbers of a rigid body.
+    /// Returns the data of a rigid body.
     pub fn of(body: &RigidBody) -> Self {
         let inertia = body.inertia();
         Self {
@@ -29,7 +29,7 @@ impl RigidBodyResult {
         }
     }
 
-    /// The rigid body of these numbers.
+    /// Creates the rigid body.
     ///
     /// # Errors
     /// As [`RigidBody::new`].
@@ -38,7 +38,7 @@ impl RigidBodyResult {
     }
 }
 
-/// What the water carries of a vehicle.
+/// Displacement of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BuoyancyResult {
@@ -49,12 +49,12 @@ pub struct BuoyancyResult {
 }
 
 impl BuoyancyResult {
-    /// The numbers of a buoyancy.
+    /// Returns the data of a buoyancy.
     pub fn of(buoyancy: &Buoyancy) -> Self {
         Self { displaced_kg: buoyancy.displaced_kg, centre_m: buoyancy.centre_body.into() }
     }
 
-    /// The buoyancy of these numbers.
+    /// Creates the buoyancy.
     ///
     /// # Errors
     /// As [`Buoyancy::new`].
@@ -63,28 +63,28 @@ impl BuoyancyResult {
     }
 }
 
-/// A thrust curve in numbers.
+/// A thrust curve as data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
 pub enum CurveResult {
-    /// `F = c s|s|`, with c of the side of s = sign(x − neutral) max(0, |x − neutral| − deadband).
+    /// `F = c s|s|`, with c by the sign of s = sign(x − neutral) max(0, |x − neutral| − deadband).
     Quadratic {
-        /// What it reads.
+        /// The input.
         input: ThrusterInput,
         /// c for s > 0, N per squared unit of input.
         forward: f64,
         /// c for s < 0, N per squared unit of input.
         reverse: f64,
-        /// Inputs this close to neutral give no thrust.
+        /// Half-width of the band around neutral without thrust.
         #[serde(default)]
         deadband: f64,
-        /// The input that means stop.
+        /// The input of zero thrust.
         #[serde(default)]
         neutral: f64,
     },
-    /// Measured points, linear in between.
+    /// Measured points, linearly interpolated.
     Table {
-        /// What it reads.
+        /// The input.
         input: ThrusterInput,
         /// One for each supply voltage.
         tables: Vec<CurveTable>,
@@ -98,12 +98,12 @@ pub struct CurveTable {
     /// Supply voltage, V.
     #[serde(default)]
     pub voltage: Option<f64>,
-    /// (input, N).
+    /// Points (input, N).
     pub points: Vec<(f64, f64)>,
 }
 
 impl CurveResult {
-    /// The numbers of a curve.
+    /// Returns the data of a curve.
     pub fn of(curve: &ThrustCurve) -> Self {
         match curve {
             ThrustCurve::Quadratic { input, law } => Self::Quadratic {
@@ -114,19 +114,19 @@ impl CurveResult {
                 neutral: law.neutral,
             },
             ThrustCurve::Table { input, tables } => {
-                let of = |table: &ThrustTable| CurveTable {
+                let table_data = |table: &ThrustTable| CurveTable {
                     voltage: table.voltage,
                     points: table.points().collect(),
                 };
-                Self::Table { input: *input, tables: tables.iter().map(of).collect() }
+                Self::Table { input: *input, tables: tables.iter().map(table_data).collect() }
             }
         }
     }
 
-    /// The curve of these numbers.
+    /// Creates the curve.
     ///
     /// # Errors
-    /// [`Error::ThrustTable`] for points that make none, or a law whose numbers are not finite.
+    /// [`Error::ThrustTable`] for invalid points, or a law with a number that is not finite.
     pub fn curve(&self) -> Result<ThrustCurve, Error> {
         match self {
             Self::Quadratic { input, forward, reverse, deadband, neutral } => {
@@ -140,8 +140,9 @@ impl CurveResult {
                 Ok(ThrustCurve::Quadratic { input: *input, law })
             }
             Self::Table { input, tables } => {
-                let of = |table: &CurveTable| ThrustTable::new(table.voltage, table.points.clone());
-                ThrustCurve::tables(*input, tables.iter().map(of).collect::<Result<_, _>>()?)
+                let table_of =
+                    |table: &CurveTable| ThrustTable::new(table.voltage, table.points.clone());
+                ThrustCurve::tables(*input, tables.iter().map(table_of).collect::<Result<_, _>>()?)
             }
         }
     }
@@ -152,7 +153,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curves_and_bodies_come_back_from_their_numbers() {
+    fn curves_and_bodies_are_recovered_from_their_data() {
         let table = ThrustTable::new(Some(16.0), vec![(1100.0, -40.0), (1900.0, 50.0)]);
         let tables = vec![table.expect("rises")];
         let measured = ThrustCurve::tables(ThrusterInput::Pwm, tables).expect("one");
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_of_numbers_that_are_none_is_refused() {
+    fn refuses_a_curve_with_numbers_that_are_not_finite() {
         let law = |forward| CurveResult::Quadratic {
             input: ThrusterInput::Speed,
             forward,

@@ -1,33 +1,31 @@
-//! How thrust acts of what is logged of it.
+//! The actuator model: the difference between logged and acting thrust.
 
 use std::collections::BTreeMap;
 
-/// What stands between logged thrust and the water; by default nothing.
+/// The actuator model between logged thrust and water; identity by default.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThrustModel {
     /// First-order lag of propeller speed, s.
     pub lag_s: f64,
     /// Delay of thrust, s.
     pub delay_s: f64,
-    /// Reverse thrust over what the curve says.
+    /// Ratio of reverse thrust to that of the curve.
     pub reverse_ratio: f64,
-    /// Thrust lost to inflow: each thruster gives `k_in |n| v` less.
+    /// Loss of thrust by inflow: each thruster loses `k_in |n| v`.
     pub inflow: f64,
-    /// Lag of a propeller that slows down over that of one that speeds up.
+    /// Ratio of the lag of a decelerating propeller to that of an accelerating one.
     pub lag_ratio: f64,
-    /// Time that a propeller needs from rest to `full_speed` at its greatest rate, s; 0 without
-    /// a limit.
+    /// Time of a propeller from rest to `full_speed` at its greatest rate, s; 0 without a limit.
     pub slew_s: f64,
-    /// Thrust lost to inflow by propellers that push the way the vehicle goes.
+    /// Loss of thrust by inflow of propellers that push in the direction of motion.
     pub inflow_ahead: f64,
-    /// Exponent of thrust over propeller speed: 2 is what the curve says.
+    /// Exponent of thrust over propeller speed: 2 for the curve itself.
     pub exponent: f64,
-    /// The propeller speed at which the exponent leaves thrust as it is, rad/s.
+    /// The propeller speed at which thrust is independent of the exponent, rad/s.
     pub full_speed: f64,
-    /// Whether propeller speeds move linearly from one logged sample to the next; else they are
-    /// held.
+    /// True if propeller speeds are linear between logged samples; otherwise each sample is held.
     pub linear: bool,
-    /// What turning does to body velocity, as a part of what it does to a rigid body.
+    /// Ratio of the Coriolis effect of rotation on body velocity to that of a rigid body.
     pub turning: f64,
     /// Current along the degree of freedom, m/s, by trial.
     pub current: BTreeMap<String, f64>,
@@ -53,13 +51,13 @@ impl Default for ThrustModel {
 }
 
 impl ThrustModel {
-    /// Whether thrust acts as it was logged, in water at rest.
+    /// Returns whether logged thrust acts unchanged, in still water.
     pub(crate) fn is_plain(&self) -> bool {
         let plain = Self { full_speed: self.full_speed, ..Self::default() };
         *self == plain
     }
 
-    /// The current of a trial: its own, else the mean of those that are known.
+    /// Returns the current of a trial: its own, otherwise the mean of the known ones.
     pub fn current_of(&self, trial: &str) -> f64 {
         let mean = self.current.values().sum::<f64>() / self.current.len().max(1) as f64;
         self.current.get(trial).copied().unwrap_or(mean)

@@ -1,4 +1,4 @@
-//! Whether two instruments tell of the same motion.
+//! Consistency of two instruments that measure the same motion.
 
 use nalgebra::{Matrix4, Vector4};
 
@@ -7,52 +7,53 @@ use crate::navigation::Motion;
 use crate::signal::sample_noise;
 use crate::{Caveat, CaveatCode, Dof, Gap, Timed};
 
-/// How far position moves for each metre that velocity says: 1 if both are right.
+/// Ratio of displacement by position to that by velocity: 1 if both are correct.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Scale {
     value: f64,
     std: f64,
-    /// What noise of velocity may take from the value.
+    /// Possible bias of the value by noise of velocity.
     attenuation: f64,
 }
 
-/// Displacements are compared over spans of this length, s: long beside a sample of depth,
-/// short beside the drift of an integrated velocity.
+/// Interval over which displacements are compared, s: long in comparison to a sample of depth,
+/// short in comparison to the drift of an integrated velocity.
 const SPAN_S: f64 = 10.0;
 
-/// A position that is logged so rarely says nothing of a scale, s.
+/// Longest interval between positions for a comparison, s.
 const LONGEST_SPAN_S: f64 = 60.0;
 
-/// Spans that tell a scale.
+/// Least number of intervals for an estimate of the scale.
 const LEAST_SPANS: usize = 6;
 
-/// Position and velocity whose scales differ by more are not of one motion, or one of them
-/// has the wrong unit or sign.
+/// Difference of scales above which position and velocity are inconsistent, or one of them has the
+/// wrong unit or sign.
 const WRONG_SCALE: f64 = 0.1;
 
-/// Scales that differ by less do no harm: instruments are sold with half of it.
+/// Negligible difference of scales: half of it is a usual tolerance of instruments.
 const HARMLESS_SCALE: f64 = 0.015;
 
-/// Standard errors by which scales must differ: by chance in one of a thousand trials.
+/// Significance of a difference, in standard errors: one of a thousand trials exceeds it by chance.
 const SIGMAS: f64 = 3.5;
 
-/// One instrument may be late beside the other by about so much, s …
+/// Prior standard deviation of the delay between the instruments, s …
 const LATE_S: f64 = 0.3;
-/// … and average over about a second, which changes a displacement by 1/24 s² of acceleration.
+/// … and of the difference of averaging: a window of a second changes a displacement by 1/24 s² of
+/// acceleration.
 const AVERAGED_S2: f64 = 0.05;
 
-/// Velocity and acceleration for these are differences of the way over so long, s.
+/// Step of the differences of displacement for velocity and acceleration, s.
 const DIFFERENCE_S: f64 = 1.0;
 
 impl AxisRecord {
-    /// Position, where it was measured beside velocity and both tell of the same motion.
+    /// Returns position, if it was measured in addition to velocity and agrees with it.
     pub(crate) fn believable_position(&self) -> Option<Timed> {
         let is_right = |scale: Scale| (scale.value - 1.0).abs() < WRONG_SCALE;
         let known = self.position_scale([0.0; 2]).filter(|scale| scale.std < WRONG_SCALE);
         known.filter(|scale| is_right(*scale)).and(self.position.clone())
     }
 
-    /// The doubt that two instruments raise which contradict each other.
+    /// Returns a caveat if two instruments contradict each other.
     pub(crate) fn contradiction(&self) -> Option<Caveat> {
         let plain = self.position_scale([0.0; 2])?;
         let off = |scale: Scale| (scale.value - 1.0).abs();
@@ -82,7 +83,7 @@ impl AxisRecord {
         ))
     }
 
-    /// What may be wrong where two instruments differ by some per cent.
+    /// Returns the likely causes of a difference of some per cent.
     fn suspects(&self) -> &'static str {
         match self.dof {
             Dof::Heave => {
@@ -93,11 +94,11 @@ impl AxisRecord {
         }
     }
 
-    /// Least squares of `Δp = s ∫v dt + o Δt − δ Δv + κ Δv̇` over spans, where position may be late
-    /// by δ and smoothed by κ beside velocity, each known to be zero but for a deviation; `None`
-    /// unless both were measured and the vehicle moved.
+    /// Estimates the scale by least squares of `Δp = s ∫v dt + o Δt − δ Δv + κ Δv̇` over intervals,
+    /// δ being a delay of position and κ a difference of averaging, each with a prior about zero;
+    /// `None` unless both were measured and the vehicle moved.
     ///
-    /// The standard error allows for residuals that remember one span.
+    /// The standard error allows for residuals correlated over one interval.
     ///
     /// # Source
     /// [Newey1987].
@@ -109,34 +110,34 @@ impl AxisRecord {
         if rows.len() < LEAST_SPANS {
             return None;
         }
-        // The priors weigh as much as the noise allows, which the first fit tells.
+        // The first fit estimates the noise, which scales the priors.
         let first = Line::fit(&rows, deviations, 1e-12)?;
         let fit = Line::fit(&rows, deviations, first.variance)?;
-        let noise = rows.len() as f64 * way_noise(velocity).powi(2);
+        let noise = rows.len() as f64 * displacement_noise(velocity).powi(2);
         let (value, std) = (fit.theta[0], fit.std(&rows));
         let attenuation = noise * fit.inverse[(0, 0)];
         (std.is_finite() && value.is_finite()).then_some(Scale { value, std, attenuation })
     }
 }
 
-/// One span: what explains how far position moved, and how far it did.
+/// One interval: regressors and the change of position.
 struct Row {
     x: Vector4<f64>,
     moved: f64,
 }
 
-/// A regression over spans.
+/// A regression over intervals.
 struct Line {
     theta: Vector4<f64>,
     inverse: Matrix4<f64>,
-    /// The variance of what it leaves.
+    /// The residual variance.
     variance: f64,
     /// Prior precisions, times that variance.
     prior: Vector4<f64>,
 }
 
 impl Line {
-    /// `(XᵀX + σ² P) θ = Xᵀ y`; a deviation of zero holds its number at zero.
+    /// Solves `(XᵀX + σ² P) θ = Xᵀ y`; a standard deviation of zero fixes its coefficient at zero.
     fn fit(rows: &[Row], deviations: [f64; 2], variance: f64) -> Option<Self> {
         let precision = |deviation: f64| match deviation > 0.0 {
             true => variance / deviation.powi(2),
@@ -165,8 +166,8 @@ impl Line {
         Some(Self { theta, inverse, variance, prior })
     }
 
-    /// The standard error of the scale: the larger of white residuals', and of those that
-    /// remember one span.
+    /// Returns the standard error of the scale: the larger of those for white residuals and for
+    /// residuals correlated over one interval.
     fn std(&self, rows: &[Row]) -> f64 {
         let score = |row: &Row| row.x * (row.moved - self.theta.dot(&row.x));
         let scores: Vec<Vector4<f64>> = rows.iter().map(score).collect();
@@ -180,20 +181,20 @@ impl Line {
     }
 }
 
-/// The noise of the way over a span.
-fn way_noise(velocity: &Timed) -> f64 {
+/// Returns the noise of displacement over an interval.
+fn displacement_noise(velocity: &Timed) -> f64 {
     let noise = sample_noise([velocity]).unwrap_or(0.0);
     noise * (velocity.period_s() * SPAN_S).sqrt()
 }
 
-/// What each span says.
+/// Returns the regression row of each interval.
 fn displacements(velocity: &Timed, position: &Timed, cuts: &[Gap]) -> Vec<Row> {
     let (t, v) = (velocity.time_s(), velocity.values());
-    let mut way = vec![0.0; t.len()];
+    let mut displacement = vec![0.0; t.len()];
     for k in 1..t.len() {
-        way[k] = way[k - 1] + 0.5 * (v[k] + v[k - 1]) * (t[k] - t[k - 1]);
+        displacement[k] = displacement[k - 1] + 0.5 * (v[k] + v[k - 1]) * (t[k] - t[k - 1]);
     }
-    let Ok(way) = velocity.with_values("way", way) else { return Vec::new() };
+    let Ok(displacement) = velocity.with_values("way", displacement) else { return Vec::new() };
     let longest_gap_s = SPAN_S.min(5.0 * velocity.period_s());
     let mut gaps = velocity.gaps(longest_gap_s);
     gaps.extend_from_slice(cuts);
@@ -204,7 +205,7 @@ fn displacements(velocity: &Timed, position: &Timed, cuts: &[Gap]) -> Vec<Row> {
     };
     let h = DIFFERENCE_S;
     let at = |t: f64| {
-        let [before, now, after] = [t - h, t, t + h].map(|t| way.at(t));
+        let [before, now, after] = [t - h, t, t + h].map(|t| displacement.at(t));
         (now, (after - before) / (2.0 * h), (after - 2.0 * now + before) / (h * h))
     };
     let mut rows = Vec::new();
@@ -233,8 +234,8 @@ fn displacements(velocity: &Timed, position: &Timed, cuts: &[Gap]) -> Vec<Row> {
 mod tests {
     use super::*;
 
-    /// Two motions at once, by 10 Hz velocity and by 0.6 Hz position; position moves `scale`
-    /// times as far, is `late_s` behind, and both have noise.
+    /// Two simultaneous motions, by 10 Hz velocity and by 0.6 Hz position; position moves `scale`
+    /// times as far, is delayed by `late_s`, and both have noise.
     fn noisy(scale: f64, late_s: f64, seed: i32) -> AxisRecord {
         let noise = |k: usize, size: f64| {
             size * (f64::from(seed + 1) * 7919.0 * (k as f64 + 0.3)).sin() * 2_f64.sqrt()
@@ -263,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn three_per_cent_of_scale_show_and_noise_or_lateness_do_not() {
+    fn detects_a_scale_error_of_three_per_cent_in_noise_and_delay() {
         for seed in 0..20 {
             for late_s in [0.0, 0.4] {
                 assert_eq!(noisy(1.0, late_s, seed).contradiction(), None, "{seed} {late_s}");
@@ -301,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn an_offset_of_velocity_is_forgiven_and_a_wrong_unit_is_not() {
+    fn tolerates_an_offset_of_velocity_but_not_a_wrong_unit() {
         assert!(record(1.0).believable_position().is_some());
         assert!(record(1.0).contradiction().is_none());
         for wrong in [0.3048, -1.0, 57.3] {

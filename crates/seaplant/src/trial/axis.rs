@@ -4,50 +4,48 @@ use crate::navigation::{MeanAcceleration, Motion};
 use crate::signal::{Stretches, differentiate, slope_around, uniform_stretches};
 use crate::{Caveat, CaveatCode, Dof, Error, Gap, Grid, Timed};
 
-/// What one trial says of one degree of freedom.
+/// The record of one degree of freedom in one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisRecord {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
-    /// Which trial.
+    /// Name of the trial.
     pub trial: String,
-    /// Force or moment, held from each sample to the next; N or N m.
+    /// Force or moment, each sample held until the next; N or N m.
     pub force: Timed,
-    /// The thrusters that make it; empty if only the force is known.
+    /// The thrusters that produce it; empty if only the force is known.
     pub thrusters: Vec<ThrusterTrack>,
-    /// Velocity, or the position that it is derived from; or acceleration, where neither was
-    /// measured.
+    /// Measured velocity, otherwise position, otherwise acceleration.
     pub motion: Motion,
-    /// What an accelerometer shows beside position, or by itself; absent where an instrument
-    /// measures velocity.
+    /// Measured acceleration, in addition to position or alone; absent if an instrument measures
+    /// velocity.
     pub acceleration: Option<MeanAcceleration>,
-    /// What a metre of lever arm adds to the measured velocity, along the axes that
-    /// [`lever_axes`] names; absent for positions, rotations and logs without attitude.
+    /// Change of the measured velocity per metre of lever arm, along the axes of [`lever_axes`];
+    /// absent for positions, rotations and logs without attitude.
     pub lever_rates: Option<[Timed; 2]>,
-    /// What turning does to the velocity of a rigid body along this axis, `−(ω × v)`, m/s²:
-    /// r v − q w in surge, p w − r u in sway, q u − p v in heave; absent in rotations and
-    /// where the log lacks turning or the other velocities.
+    /// Coriolis acceleration of a rigid body along this axis, `−(ω × v)`, m/s²: r v − q w in surge,
+    /// p w − r u in sway, q u − p v in heave; absent in rotations and if the log lacks rotation or
+    /// the other velocities.
     pub turning: Option<Timed>,
-    /// Position measured along this degree of freedom, where there is one.
+    /// Measured position along this degree of freedom, if any.
     pub position: Option<Timed>,
-    /// Gaps across which position is known but for an offset, as heading is after turns that
-    /// nobody saw.
+    /// Gaps with an unknown offset of position, as of heading after unobserved turns.
     pub cuts: Vec<Gap>,
 }
 
-/// Thrust before a record starts is kept for so long, s: with a delay it acts later.
+/// Thrust history before the start of a record, s, for delays.
 pub(super) const HISTORY_S: f64 = 5.0;
 
-/// A vehicle starts from rest if its first speed is below this part of its greatest …
+/// Ratio of first to greatest speed below which a vehicle starts from rest …
 const REST_PART: f64 = 0.1;
-/// … samples of velocity that tell its first speed.
+/// … and the number of samples for its first speed.
 const REST_SAMPLES: usize = 5;
 
-/// How long before the first logged thrust a vehicle at rest had none, s.
+/// Time without thrust before the first logged thrust of a vehicle at rest, s.
 const OFF_BEFORE_S: f64 = 1.0;
 
-/// The two body axes along which a velocity sensor's lever arm shows in a translation:
-/// (ω × r) has no part along its own axis.
+/// Returns the two body axes of a velocity sensor's lever arm that affect a translation: (ω × r)
+/// has no component from its own axis.
 pub const fn lever_axes(dof: Dof) -> Option<[char; 2]> {
     match dof {
         Dof::Surge => Some(['y', 'z']),
@@ -57,12 +55,12 @@ pub const fn lever_axes(dof: Dof) -> Option<[char; 2]> {
     }
 }
 
-/// Only an instrument that moves with the hull is misled by its turning.
+/// Returns whether the hull's rotation moves the instrument of a motion.
 pub(super) const fn is_moved_by_turning(motion: &Motion) -> bool {
     matches!(motion, Motion::Velocity(_))
 }
 
-/// The angular velocities that a lever arm along those axes is multiplied with.
+/// Returns the angular velocities that multiply a lever arm along those axes.
 pub(super) fn lever_rates(dof: Dof, rates: &[Timed; 3]) -> Option<[Timed; 2]> {
     let [p, q, r] = rates;
     let minus = |rate: &Timed| rate.map(|x| -x);
@@ -89,7 +87,7 @@ pub struct UniformStretch {
 /// A degree of freedom of a trial on uniform grids, cut at its gaps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UniformAxis {
-    /// Which degree of freedom.
+    /// The degree of freedom.
     pub dof: Dof,
     /// Rate of the grids, Hz.
     pub sample_hz: f64,
@@ -97,27 +95,27 @@ pub struct UniformAxis {
     pub source_hz: f64,
     /// The stretches, each without a gap.
     pub stretches: Vec<UniformStretch>,
-    /// What was left out between them.
+    /// Gaps between them.
     pub gaps: Vec<Gap>,
 }
 
-/// Regressions gain nothing above this rate: vehicles of a tonne move below 1 Hz.
+/// Highest rate of the grids, Hz: vehicles of a tonne move below 1 Hz.
 const HIGHEST_RATE_HZ: f64 = 20.0;
 
-/// A simulation is carried through a gap of motion of so many seconds, or sampling periods: in
-/// more, a vehicle forgets what speed it had, and every step costs.
+/// Longest gap of motion that a simulation bridges, in seconds or sampling periods, whichever is
+/// longer: a longer one has no correlation of velocity, and costs time.
 const LONGEST_BRIDGED_S: f64 = 30.0;
 const BRIDGED_PERIODS: f64 = 5.0;
 
-/// Velocity is the slope of positions within so many seconds on either side: stamps that are off
-/// by part of a sample, and noise, would else be most of it.
+/// Half-width of the window for the derivative of position, s, against noise and errors of time
+/// stamps.
 const SLOPE_HALF_S: f64 = 0.5;
 
-/// Steps longer than so many sampling periods, and so many seconds, are gaps in motion.
+/// Steps longer than this, in sampling periods and in seconds, are gaps in motion.
 const LONG_STEP_PERIODS: f64 = 5.0;
 const LONG_STEP_S: f64 = 1.0;
 
-/// What a [`UniformAxis`] is made of.
+/// A [`UniformAxis`] before resampling.
 pub(crate) struct ReadyAxis {
     pub sample_hz: f64,
     pub source_hz: f64,
@@ -125,7 +123,7 @@ pub(crate) struct ReadyAxis {
     pub gaps: Vec<Gap>,
 }
 
-/// A stretch that can be brought to any part of its grid.
+/// A stretch to be resampled to any part of its grid.
 pub(crate) struct ReadyStretch {
     /// Its instants.
     pub grid: Grid,
@@ -134,7 +132,7 @@ pub(crate) struct ReadyStretch {
 }
 
 impl ReadyStretch {
-    /// Force and velocity at the instants of a part of the grid.
+    /// Returns force and velocity at the instants of a part of the grid.
     ///
     /// # Errors
     /// [`Error::TooShort`] for one instant, if velocity is derived from position;
@@ -144,12 +142,12 @@ impl ReadyStretch {
         Ok(UniformStretch { grid, tau: self.force(grid), v })
     }
 
-    /// Force around each instant of a part of the grid.
+    /// Returns the mean force around each instant of a part of the grid.
     pub fn force(&self, grid: Grid) -> Vec<f64> {
         self.force.held_means(grid)
     }
 
-    /// Velocity at each instant of a part of the grid.
+    /// Returns velocity at each instant of a part of the grid.
     ///
     /// # Errors
     /// As [`ReadyStretch::on`].
@@ -162,8 +160,8 @@ impl ReadyStretch {
         }
     }
 
-    /// Velocity as it was measured at each instant of a grid; where position was, what leads from
-    /// one instant to the next, in the middle between them.
+    /// Returns measured velocity at each instant of a grid, or the difference quotients of measured
+    /// position in the middle between instants.
     ///
     /// # Errors
     /// [`Error::NoVelocity`] without either.
@@ -183,21 +181,21 @@ impl ReadyStretch {
 }
 
 impl ReadyAxis {
-    /// The stretch with most instants.
+    /// Returns the stretch with most instants.
     pub fn longest(&self) -> Option<&ReadyStretch> {
         self.stretches.iter().max_by_key(|stretch| stretch.grid.len)
     }
 }
 
 impl Motion {
-    /// The samples as measured: velocity or position.
+    /// Returns the measured samples.
     pub fn series(&self) -> &Timed {
         match self {
             Self::Velocity(series) | Self::Position(series) | Self::Acceleration(series) => series,
         }
     }
 
-    /// Another series of the same kind.
+    /// Returns another series of the same kind.
     pub(crate) fn with(&self, series: Timed) -> Self {
         match self {
             Self::Velocity(_) => Self::Velocity(series),
@@ -208,7 +206,7 @@ impl Motion {
 }
 
 impl AxisRecord {
-    /// The part of the record in a span, s; `None` without motion or force in it.
+    /// Returns the record in a time window, s; `None` without motion or force in it.
     pub(crate) fn window(&self, [from_s, to_s]: [f64; 2]) -> Option<Self> {
         let cut = |series: &Timed| series.window(from_s, to_s);
         let motion = self.motion.with(cut(self.motion.series())?);
@@ -224,7 +222,7 @@ impl AxisRecord {
         })
     }
 
-    /// How long motion was seen, without gaps, s.
+    /// Returns the duration of measured motion, without gaps, s.
     pub(crate) fn seconds(&self) -> f64 {
         let motion = self.motion.series();
         let gaps = motion.gaps((LONG_STEP_PERIODS * motion.period_s()).max(LONG_STEP_S));
@@ -232,8 +230,8 @@ impl AxisRecord {
         motion.last_s() - motion.first_s() - lost_s
     }
 
-    /// The record with propellers at rest before its first thrust, if the vehicle still is:
-    /// whatever had pushed it before would show.
+    /// Returns the record with propellers at rest before its first thrust, if the vehicle is at
+    /// rest too: earlier thrust would have moved it.
     pub(super) fn starting_from_rest(self) -> Self {
         let motion = self.motion.series();
         let has_history = self.force.first_s() < motion.first_s() - motion.period_s();
@@ -249,12 +247,11 @@ impl AxisRecord {
             speed: track.speed.preceded_by(OFF_BEFORE_S, 0.0),
             ..track.clone()
         };
-        // Regressions go by the force that was logged; only what lags or comes late asks for
-        // what was before.
+        // Regressions use the logged force; only lag and delay depend on earlier thrust.
         Self { thrusters: self.thrusters.iter().map(off_before).collect(), ..self }
     }
 
-    /// The thrusters, or one that stands for them all where only the force is known.
+    /// Returns the thrusters, or an equivalent one if only the force is known.
     pub fn tracks(&self) -> Vec<ThrusterTrack> {
         if self.thrusters.is_empty() {
             vec![ThrusterTrack::of_force(1.0, &self.force)]
@@ -263,28 +260,27 @@ impl AxisRecord {
         }
     }
 
-    /// Whether an instrument measures its velocity; else it is derived from position.
+    /// Returns whether an instrument measures its velocity; otherwise it is derived from position.
     pub(crate) fn measures_velocity(&self) -> bool {
         matches!(self.motion, Motion::Velocity(_))
     }
 
-    /// Whether velocity was measured, or position that it can be derived from.
+    /// Returns whether velocity was measured, or can be derived from position.
     pub(crate) fn knows_velocity(&self) -> bool {
         !matches!(self.motion, Motion::Acceleration(_))
     }
 
-    /// Whether thrust was logged so slowly, while it changed, that what it did between samples
-    /// matters.
+    /// Returns whether thrust was logged so slowly that its values between samples matter.
     pub(crate) fn thrust_is_slow(&self) -> bool {
         self.tracks().iter().any(|track| is_coarse(&track.speed))
     }
 
-    /// The same with thrust moved to later.
+    /// Returns the record with delayed thrust.
     pub(crate) fn delayed(&self, delay_s: f64) -> Self {
         Self { force: self.force.shifted(delay_s), ..self.clone() }
     }
 
-    /// The note on gaps of heading in which turns were lost.
+    /// Returns a note on gaps of heading with an unknown number of turns.
     pub(super) fn lost_turns(&self) -> Option<Caveat> {
         let length = |gap: &Gap| gap.to_s - gap.from_s;
         let longest = self.cuts.iter().max_by(|a, b| length(a).total_cmp(&length(b)))?;
@@ -299,8 +295,8 @@ impl AxisRecord {
         Some(Caveat::note(CaveatCode::Gaps, message))
     }
 
-    /// Velocity at the times of its own samples: as measured, or the slope of position over
-    /// half a second to either side, or to the next samples where those are further away.
+    /// Returns velocity at the times of its samples: as measured, or the derivative of position
+    /// over half a second to either side, or to the next samples if those are further away.
     ///
     /// # Errors
     /// [`Error::TooShort`] if it must be derived from fewer than two positions;
@@ -318,7 +314,7 @@ impl AxisRecord {
         Timed::new("velocity", times, slopes)
     }
 
-    /// [`AxisRecord::velocity`], of motion without cuts; measured or simulated.
+    /// Returns [`AxisRecord::velocity`] for measured or simulated motion without cuts.
     pub(crate) fn velocity_of(&self, motion: &Timed) -> Result<Timed, Error> {
         match self.motion {
             Motion::Velocity(_) => Ok(motion.clone()),
@@ -327,7 +323,7 @@ impl AxisRecord {
         }
     }
 
-    /// The parts of a position between cuts.
+    /// Splits a position at the cuts.
     fn between_cuts(&self, position: &Timed) -> Vec<Timed> {
         let mut from_s = f64::NEG_INFINITY;
         let ends = self.cuts.iter().map(|cut| (cut.from_s, cut.to_s));
@@ -335,8 +331,8 @@ impl AxisRecord {
         ends.chain([(f64::INFINITY, f64::INFINITY)]).filter_map(part).collect()
     }
 
-    /// The spans, s, in each of which motion can be followed from one state at the start: without
-    /// gaps of force, long gaps of motion, or cuts.
+    /// Returns the time intervals, s, that can be simulated from one initial state: without gaps of
+    /// force, long gaps of motion, or cuts.
     pub(crate) fn parts(&self) -> Vec<(f64, f64)> {
         let motion = self.motion.series();
         let longest_s = LONGEST_BRIDGED_S.max(BRIDGED_PERIODS * motion.period_s());
@@ -353,8 +349,8 @@ impl AxisRecord {
         parts
     }
 
-    /// Force and velocity on uniform grids, cut at gaps of either, each stretch with
-    /// at least `least` instants.
+    /// Resamples force and velocity to uniform grids, cut at gaps of either, each stretch with at
+    /// least `least` instants.
     ///
     /// The rate is that of the faster of the two, at most 20 Hz.
     ///
@@ -368,8 +364,8 @@ impl AxisRecord {
         Ok(UniformAxis { dof: self.dof, sample_hz, source_hz, stretches, gaps })
     }
 
-    /// As [`AxisRecord::uniform`], for reading part by part: a long record on its grids
-    /// would be twice as large again.
+    /// Prepares [`AxisRecord::uniform`] for reading in parts: a long record on its grids would take
+    /// three times the memory.
     pub(crate) fn ready(&self, least: usize) -> Result<ReadyAxis, Error> {
         let motion = self.motion.series();
         let source_hz = rate_hz(motion);
@@ -418,16 +414,16 @@ impl AxisRecord {
         Ok(all)
     }
 
-    /// Intervals in which thrust was not logged, though it usually is.
+    /// Returns gaps of the thrust log.
     ///
-    /// Thrust that is logged when it changes has long intervals by nature, so a gap
-    /// is measured against the longest tenth of them.
+    /// Thrust logged on change has long intervals without a gap, so that the limit follows from the
+    /// longest tenth of them.
     pub fn force_gaps(&self) -> Vec<Gap> {
         self.force.gaps(self.force.longest_usual_s())
     }
 }
 
-/// The gaps that lie in a window, s.
+/// Returns the gaps within a window, s.
 pub(super) fn within(gaps: &[Gap], (from_s, to_s): (f64, f64)) -> Vec<Gap> {
     gaps.iter().filter(|gap| gap.from_s >= from_s && gap.to_s <= to_s).copied().collect()
 }
@@ -437,7 +433,7 @@ pub(super) fn rate_hz(series: &Timed) -> f64 {
     if period > 0.0 { 1.0 / period } else { 0.0 }
 }
 
-/// The parts of a grid outside of gaps that have at least `least` instants.
+/// Returns the parts of a grid outside gaps with at least `least` instants.
 fn without(grid: Grid, gaps: &[Gap], least: usize) -> Vec<Grid> {
     let mut parts = Vec::new();
     let mut from = 0;

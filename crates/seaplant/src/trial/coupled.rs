@@ -1,4 +1,4 @@
-//! What a trial says of several axes at once.
+//! Records of trials for plants of several axes.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::force::{CoupledThrust, ThrusterTrack, coupled_thrust};
 use super::gained::{between, gained};
 use super::signals::signals;
-use super::slopes::{fresh, of_fixes, slope};
+use super::slopes::{new_fixes, slope, velocity_by_fixes};
 use super::{Role, TrialSetup, saturations};
 use crate::motion::{KnownForce, KnownKind, smoothed_attitude};
 use crate::navigation::{MeanAcceleration, Motion, Navigated, Recording, navigate};
@@ -17,19 +17,19 @@ use crate::plant::Signal;
 use crate::series::{ROUNDING_S, union};
 use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
 
-/// A thruster as a plant of several axes feels it: the wrench `w F`, with F its thrust.
+/// A thruster of a plant of several axes: the wrench `w F`, with F its thrust.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoupledThruster {
-    /// What channels call it.
+    /// Name in channels.
     pub name: String,
-    /// Its speed and what thrust that makes; its lever is 1.
+    /// Its speed and thrust, with a lever arm of 1.
     pub track: ThrusterTrack,
-    /// w, force and moment on each axis for each newton of thrust, 1 and m, in SNAME order.
+    /// w, force and moment on each axis per newton of thrust, 1 and m, in SNAME order.
     pub wrench: Vector6<f64>,
 }
 
 impl CoupledThruster {
-    /// What effects read of it: speed and thrust, as logged.
+    /// Returns its speed and thrust as signals of effects.
     pub(crate) fn signals(&self) -> [(Signal, Timed); 2] {
         let ThrusterTrack { speed, forward, reverse, .. } = &self.track;
         let thrust = speed.map(|n| n * n.abs() * if n < 0.0 { *reverse } else { *forward });
@@ -38,75 +38,75 @@ impl CoupledThruster {
     }
 }
 
-/// A thruster that gave another part of its thrust in a trial than its log says.
+/// A thruster whose thrust in a trial differs from its log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThrusterFault {
-    /// Which trial.
+    /// Name of the trial.
     pub trial: String,
-    /// Which thruster.
+    /// Name of the thruster.
     pub thruster: String,
-    /// The part: 0 of one that stood still, −1 of one that pushed the other way.
+    /// Ratio of thrust to that of the log: 0 for one at rest, −1 for a reversed one.
     pub gain: f64,
 }
 
 /// Forces, velocities and attitude of one trial, for a plant of several axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoupledRecord {
-    /// Which trial.
+    /// Name of the trial.
     pub trial: String,
-    /// What it is for.
+    /// Its role.
     pub role: Role,
-    /// Force and moment on each axis, held, N and N m, in SNAME order; none where nothing
-    /// pushes.
+    /// Force and moment on each axis, held, N and N m, in SNAME order; `None` without force.
     pub force: [Option<Timed>; 6],
-    /// The thrusters that make it; an axis on which none of them acts has a logged wrench.
+    /// The thrusters that produce it; an axis without thrusters has a logged wrench.
     pub thrusters: Vec<CoupledThruster>,
-    /// Velocity over ground in body axes, m/s and rad/s, likewise.
+    /// Velocity over ground in body axes, m/s and rad/s, in SNAME order.
     pub velocity: [Option<Timed>; 6],
-    /// The variance of each sample of it beside that of all, likewise: n samples in one have 1/n of
-    /// one's; none where samples are as they were logged.
+    /// Variance of each sample of velocity relative to the mean, in SNAME order: a mean of n
+    /// samples has 1/n of that of one; `None` for samples as logged.
     pub spread: [Option<Timed>; 6],
-    /// Whether velocity is the slope of measured positions, likewise: what one is too large by, its
-    /// neighbour is too small by.
+    /// True if velocity is the difference quotient of measured positions, in SNAME order:
+    /// neighbouring errors are anticorrelated.
     pub by_slope: [bool; 6],
-    /// True where velocity is integrated from acceleration, likewise, without changes slower than
-    /// [`GAINED_S`](crate::GAINED_S).
+    /// True if a translational velocity is integrated from acceleration, without changes slower
+    /// than [`GAINED_S`](crate::GAINED_S).
     pub by_acceleration: [bool; 3],
-    /// North and east of the origin since the first fix, m, where surge or sway has no velocity of its
-    /// own.
+    /// North and east of the origin since the first fix, m, if surge or sway has no measured
+    /// velocity.
     pub fixes: Option<[Timed; 2]>,
-    /// Depth of the origin, m, where heave has none.
+    /// Depth of the origin, m, if heave has no measured velocity.
     pub depth: Option<Timed>,
-    /// Heading, unwrapped, rad, where yaw has none.
+    /// Heading, unwrapped, rad, if yaw has no measured velocity.
     pub heading: Option<Timed>,
-    /// `ν̇ + ω × v` of the origin along surge, sway and heave, m/s², where these have none.
+    /// `ν̇ + ω × v` of the origin along surge, sway and heave, m/s², for those without measured
+    /// velocity.
     pub acceleration: [Option<MeanAcceleration>; 3],
-    /// Surge, sway and heave as they were read where their instrument sits, `ν + ω × r`, m/s, at the
-    /// times of `velocity`; none where that is the origin.
+    /// Surge, sway and heave as measured at the instrument's position, `ν + ω × r`, m/s, at the
+    /// times of `velocity`; `None` for an instrument at the origin.
     pub readings: [Option<Timed>; 3],
     /// r of each, from the origin in body axes, m.
     pub levers_m: [Vector3<f64>; 3],
-    /// Angular velocity `[p, q, r]` as it was logged, rad/s, where rates or attitude were.
+    /// Logged angular velocity `[p, q, r]`, rad/s, if rates or attitude were logged.
     pub rates: Option<[Timed; 3]>,
-    /// Roll, pitch and heading, unwrapped, smoothed by the rates where these were measured, rad.
+    /// Roll, pitch and heading, unwrapped, rad; smoothed with the rates if these were measured.
     pub attitude: [Option<Timed>; 3],
-    /// Roll and pitch as they were measured, rad, where their rates were measured, too.
+    /// Measured roll and pitch, rad, if their rates were measured too.
     pub inclination: [Option<Timed>; 2],
-    /// The variance of each sample of them beside that of all.
+    /// Variance of each sample of these relative to the mean.
     pub inclination_spread: [Option<Timed>; 2],
-    /// What effects read: angles, drives, air.
+    /// Signals of effects: angles, inputs of propellers, velocity of the air.
     pub signals: BTreeMap<Signal, Timed>,
-    /// Forces that are known.
+    /// Known forces.
     pub known: Vec<KnownForce>,
-    /// The time in which all of it is known, s.
+    /// Time window with complete data, s.
     pub window_s: (f64, f64),
-    /// What gives reason to doubt it.
+    /// Reasons to doubt the record.
     pub caveats: Vec<Caveat>,
 }
 
 #[cfg(test)]
 impl CoupledRecord {
-    /// A record of which nothing is known yet, for tests.
+    /// Creates a record without data, for tests.
     pub(crate) fn empty(trial: &str, last_s: f64) -> Self {
         Self {
             trial: trial.to_owned(),
@@ -135,31 +135,31 @@ impl CoupledRecord {
     }
 }
 
-/// So long after the beginning of its log, s, thrust follows it whatever it was before: ten time
+/// Time after the start of the log, s, until thrust is independent of its unknown past: ten time
 /// constants of a propeller …
 const SETTLING_S: f64 = 3.0;
-/// … or this part of a short trial.
+/// … or this fraction of a short trial.
 const SETTLING_PART: f64 = 0.05;
 
-/// Fewer samples of an axis say nothing of six coefficients.
+/// Least number of samples of an axis.
 const LEAST_SAMPLES: usize = 30;
 
 impl CoupledRecord {
-    /// The measured velocity at a time, interpolated; zero where none is measured.
+    /// Returns the measured velocity at a time, interpolated; zero on axes without.
     pub(crate) fn velocity_at(&self, t_s: f64) -> Vector6<f64> {
         let at = |series: &Timed| series.at(t_s);
         Vector6::from_fn(|k, _| self.velocity[k].as_ref().map_or(0.0, at))
     }
 
-    /// Reads what a recording says of some axes.
+    /// Creates the record of some axes from a recording.
     ///
-    /// Velocity is what an instrument measured; where there is none, the slope of heading, roll,
-    /// pitch or depth, or of fixes of position, or what acceleration makes, with a caveat.
+    /// Velocity is the measured one, otherwise the derivative of heading, roll, pitch or depth, or
+    /// of position fixes, or the integral of acceleration, with a caveat.
     ///
     /// # Errors
     /// [`Error::MissingChannel`] if an axis has no motion or no axis has a force,
-    /// [`Error::NoOverlap`] if they share no time, [`Error::TooShort`] if fewer than 30
-    /// samples of an axis are in it.
+    /// [`Error::NoOverlap`] if they do not overlap in time, [`Error::TooShort`] if an axis has
+    /// fewer than 30 samples.
     pub fn new(
         setup: &TrialSetup,
         recording: &Recording,
@@ -182,7 +182,7 @@ impl CoupledRecord {
             let found = match (dof, navigated.by_position.get(&dof)) {
                 (Dof::Surge | Dof::Sway, _) => {
                     if by_fixes.is_none() {
-                        by_fixes = of_fixes(recording, &navigated)?;
+                        by_fixes = velocity_by_fixes(recording, &navigated)?;
                     }
                     by_fixes.as_ref().map(|both| both[dof.index()].clone())
                 }
@@ -198,24 +198,26 @@ impl CoupledRecord {
         let instants = instants(axes, &navigated, &force, depth.as_ref());
         let mut acceleration = [const { None }; 3];
         for dof in [Dof::Surge, Dof::Sway, Dof::Heave].into_iter().filter(|dof| unmeasured(*dof)) {
-            let felt = navigated.acceleration.get(&dof);
-            let felt = felt.map(|felt| between(felt, &instants)).transpose()?;
-            acceleration[dof.index()] = felt;
+            let from_acceleration = navigated.acceleration.get(&dof);
+            let from_acceleration = from_acceleration
+                .map(|from_acceleration| between(from_acceleration, &instants))
+                .transpose()?;
+            acceleration[dof.index()] = from_acceleration;
         }
         let by_acceleration = gained(&acceleration, navigated.rates.as_ref(), &mut velocity)?;
         for &dof in axes {
             if velocity[dof.index()].is_none() {
-                return Err(no_motion(&setup.name, dof));
+                return Err(missing_motion(&setup.name, dof));
             }
         }
         let lacks_surge_or_sway = unmeasured(Dof::Surge) || unmeasured(Dof::Sway);
         let fixes = match navigated.heading.is_some() && lacks_surge_or_sway {
-            true => fresh(recording, &navigated)?,
+            true => new_fixes(recording, &navigated)?,
             false => None,
         };
         let heading = navigated.heading.as_ref().filter(|_| unmeasured(Dof::Yaw));
         let heading = heading.map(|heading| means(heading, &[]).0);
-        caveats.extend(no_sensor(&setup.name, &by_slope, by_acceleration));
+        caveats.extend(unmeasured_axes(&setup.name, &by_slope, by_acceleration));
         let signals = signals(recording, vehicle, &navigated, &velocity)?;
         let drives = signals.iter().filter(|(signal, _)| signal.is_held());
         let drives: Vec<Timed> = drives.map(|(_, x)| held_means(x)).collect();
@@ -253,8 +255,8 @@ impl CoupledRecord {
         });
         let mut inclination_spread = [const { None }; 2];
         let mut inclination = [0, 1].map(|which| {
-            let is_told = navigated.measured.contains_key(&turns[which]);
-            angles[which].clone().filter(|_| is_told)
+            let has_rate = navigated.measured.contains_key(&turns[which]);
+            angles[which].clone().filter(|_| has_rate)
         });
         for (series, spread) in inclination.iter_mut().zip(&mut inclination_spread) {
             if let Some(series) = series {
@@ -292,8 +294,8 @@ impl CoupledRecord {
         Ok(record)
     }
 
-    /// Returns true if an instrument measures the velocity of an axis, or if it is the slope of roll or
-    /// pitch, for which the filter has no state.
+    /// Returns whether an instrument measures the velocity of an axis; also true for the derivative
+    /// of roll or pitch, for which the filter has no state.
     pub(crate) fn is_measured(&self, dof: Dof) -> bool {
         let axis = dof.index();
         let is_of_attitude = matches!(dof, Dof::Roll | Dof::Pitch);
@@ -301,7 +303,7 @@ impl CoupledRecord {
         self.velocity[axis].is_some() && (is_of_attitude || !is_made)
     }
 
-    /// Refuses a weight that only an attitude which was not logged could have act.
+    /// Refuses a weight whose force on the axes depends on attitude that was not logged.
     fn check_known(&self, axes: &[Dof]) -> Result<(), Error> {
         let is_weight = |known: &KnownForce| matches!(known.kind, KnownKind::Weight { .. });
         let acts_level = axes.iter().any(|dof| matches!(dof, Dof::Heave | Dof::Roll | Dof::Pitch));
@@ -316,21 +318,21 @@ impl CoupledRecord {
         }
     }
 
-    /// Whether an axis is pushed at all.
+    /// Returns whether an axis has a force.
     pub fn is_driven(&self, dof: Dof) -> bool {
         let force = self.force[dof.index()].as_ref();
         force.is_some_and(|force| force.values().iter().any(|x| *x != 0.0))
     }
 
-    /// The values of some signals at an instant; zero of one that it lacks.
+    /// Returns the values of some signals at an instant; zero for missing ones.
     pub(crate) fn signals_at(&self, wanted: &[Signal], t_s: f64) -> Vec<f64> {
         wanted.iter().map(|signal| self.signal_at(signal, t_s)).collect()
     }
 
-    /// The record with a thruster that gives this part of the thrust that was logged.
+    /// Returns the record with the thrust of a thruster multiplied by a gain.
     ///
     /// # Errors
-    /// Those of [`Timed::new`] if a force is not finite.
+    /// As [`Timed::new`], if a force is not finite.
     pub(crate) fn with_gain(&self, thruster: &str, gain: f64) -> Result<Self, Error> {
         let mut record = self.clone();
         for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
@@ -348,7 +350,7 @@ impl CoupledRecord {
         Ok(record)
     }
 
-    /// The value of a signal at an instant; zero of one that it lacks.
+    /// Returns the value of a signal at an instant; zero if missing.
     pub(crate) fn signal_at(&self, signal: &Signal, t_s: f64) -> f64 {
         self.signals.get(signal).map_or(0.0, |x| signal.value(x, t_s))
     }
@@ -393,7 +395,7 @@ impl CoupledRecord {
             }
             before = what;
         }
-        // What thrust was on its way to before its log begins nobody knows.
+        // Lagging thrust depends on inputs before the start of its log.
         let logged_s = self.force.iter().flatten().map(Timed::first_s).reduce(f64::min);
         let settling_s = SETTLING_S.min(SETTLING_PART * (to - from));
         Ok((logged_s.map_or(from, |logged_s| from.max(logged_s + settling_s)), to))
@@ -416,10 +418,11 @@ impl CoupledRecord {
     }
 }
 
-/// Depth is averaged over so long, s: what moves in less is seen by acceleration and thrust.
+/// Averaging window of depth, s: acceleration and thrust determine faster motion.
 const DEPTH_S: f64 = 0.2;
 
-/// When a filter stops anyway, so that means of acceleration between them cost no stops of their own.
+/// Returns the instants of the filter's updates, between which means of acceleration need no
+/// updates of their own.
 fn instants(
     axes: &[Dof],
     navigated: &Navigated,
@@ -430,9 +433,11 @@ fn instants(
     let measured = axes.iter().filter_map(|dof| navigated.measured.get(dof));
     let measured: Vec<Timed> = measured.map(|series| means(series, &changes).0).collect();
     let instants = union(measured.iter().chain(depth).map(Timed::time_s));
-    let felt = navigated.acceleration.values().next();
-    match felt.filter(|felt| instants.len() < felt.mean.len() / 20) {
-        Some(felt) => felt.mean.time_s().to_vec(),
+    let from_acceleration = navigated.acceleration.values().next();
+    match from_acceleration
+        .filter(|from_acceleration| instants.len() < from_acceleration.mean.len() / 20)
+    {
+        Some(from_acceleration) => from_acceleration.mean.time_s().to_vec(),
         None => instants,
     }
 }
@@ -442,9 +447,9 @@ fn names(axes: &[Dof]) -> String {
     names.join(", ")
 }
 
-/// Names the axes without a measured velocity, and the measurements that stand in for it.
-fn no_sensor(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> Vec<Caveat> {
-    let told = |wanted: &dyn Fn(Dof) -> bool, from: &str| {
+/// Returns caveats on axes without a measured velocity, with the measurements used instead.
+fn unmeasured_axes(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> Vec<Caveat> {
+    let note_on = |wanted: &dyn Fn(Dof) -> bool, from: &str| {
         let axes: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| wanted(*dof)).collect();
         (!axes.is_empty()).then(|| {
             let message = format!(
@@ -456,9 +461,9 @@ fn no_sensor(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> V
     };
     let is_angle = |dof: Dof| matches!(dof, Dof::Roll | Dof::Pitch);
     let by_position =
-        told(&|dof| by_slope[dof.index()] && !is_angle(dof), "position, depth or heading");
-    let by_angle = told(&|dof| by_slope[dof.index()] && is_angle(dof), "the slope of the angle");
-    let felt = told(
+        note_on(&|dof| by_slope[dof.index()] && !is_angle(dof), "position, depth or heading");
+    let by_angle = note_on(&|dof| by_slope[dof.index()] && is_angle(dof), "the slope of the angle");
+    let from_acceleration = note_on(
         &|dof| by_acceleration.get(dof.index()) == Some(&true),
         "acceleration and thrust, and scores compare it without what changes in more than 10 s",
     );
@@ -467,11 +472,11 @@ fn no_sensor(trial: &str, by_slope: &[bool; 6], by_acceleration: [bool; 3]) -> V
         let advice = "log rates, such as a gyroscope's";
         Caveat::warning(CaveatCode::Navigation, format!("{message}; {advice}"))
     };
-    let notes = by_position.into_iter().chain(felt).map(note);
+    let notes = by_position.into_iter().chain(from_acceleration).map(note);
     notes.chain(by_angle.map(warning)).collect()
 }
 
-fn no_motion(trial: &str, dof: Dof) -> Error {
+fn missing_motion(trial: &str, dof: Dof) -> Error {
     let advice = match dof {
         Dof::Surge | Dof::Sway => format!(
             "map velocity.{dof} or dvl.velocity, or position (north and east, or latitude and longitude) and attitude.heading, or acceleration with attitude.roll and attitude.pitch; or leave {dof} out of axes"
@@ -484,21 +489,21 @@ fn no_motion(trial: &str, dof: Dof) -> Error {
     Error::MissingChannel { trial: trial.to_owned(), what: format!("velocity for {dof}"), advice }
 }
 
-/// Series that are sampled more often are averaged over so long, s: what a vehicle does within
-/// it no coefficient explains, and each sample costs the filter a step.
+/// Averaging window of series with a higher sampling rate, s: below the time scale of the
+/// coefficients, to save filter steps.
 const FINEST_S: f64 = 0.05;
 
-/// A series without samples closer than that, each mean at the mean of its times, and the variance
-/// of each beside that of all.
+/// Averages a series to this period, each mean at the mean of its times; also returns the variance
+/// of each relative to the mean.
 ///
-/// No mean goes beyond an instant of `changes`, which increase, when what pushes the vehicle
-/// changes, and the last sample until then stands by itself: an autopilot acts on it, and a filter
-/// that is told less by then takes what the autopilot does for what the vehicle does.
+/// No mean extends over an instant of `changes`, increasing times at which forces change, and the
+/// last sample before it is kept as it is: an autopilot reacts to it, and a filter without that
+/// sample would attribute the autopilot's response to the vehicle.
 fn means(series: &Timed, changes: &[f64]) -> (Timed, Option<Timed>) {
     means_over(series, changes, FINEST_S)
 }
 
-/// The same with samples no closer than so many seconds.
+/// Averages as [`means`], to another period.
 fn means_over(series: &Timed, changes: &[f64], finest_s: f64) -> (Timed, Option<Timed>) {
     if series.period_s() >= 0.9 * finest_s {
         return (series.clone(), None);
@@ -527,7 +532,7 @@ fn means_over(series: &Timed, changes: &[f64], finest_s: f64) -> (Timed, Option<
     }
 }
 
-/// A held series that changes no more often than that, with the same mean over each step.
+/// Averages a held series to this period, with the same mean over each step.
 fn held_means(force: &Timed) -> Timed {
     if force.len() < 2 || force.period_s() >= 0.9 * FINEST_S {
         return force.clone();
@@ -539,7 +544,7 @@ fn held_means(force: &Timed) -> Timed {
 }
 
 impl CoupledThruster {
-    /// The same with a speed that changes no more often, and the same mean thrust over each step.
+    /// Averages speed to this period, with the same mean thrust over each step.
     fn thinned(self) -> Self {
         let squares = held_means(&self.track.speed.map(|n| n * n.abs()));
         let speed = squares.map(|square| square.abs().sqrt().copysign(square));
@@ -547,7 +552,7 @@ impl CoupledThruster {
     }
 }
 
-/// A signal of an effect, thinned as it is read.
+/// Averages a signal of an effect.
 fn signal_means(signal: &Signal, series: &Timed, changes: &[f64]) -> Timed {
     if signal.is_held() { held_means(series) } else { means(series, changes).0 }
 }
@@ -557,12 +562,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_log_at_200_hz_becomes_one_at_20_hz_that_says_the_same() {
+    fn a_log_at_200_hz_is_averaged_to_20_hz() {
         let time_s: Vec<f64> = (0..2000).map(|k| 0.005 * f64::from(k)).collect();
         let ramp = Timed::new("ramp", time_s.clone(), time_s.clone()).expect("valid");
         let (found, _) = means(&ramp, &[]);
         assert!((found.period_s() - FINEST_S).abs() < 1e-9, "{}", found.period_s());
-        // A mean at the mean of its times lies on the line.
+        // A mean at the mean of its times is on the line.
         let off = found.time_s().iter().zip(found.values()).map(|(t, x)| (t - x).abs());
         assert!(off.fold(0.0, f64::max) < 1e-9);
         let force = held_means(&ramp);
@@ -573,10 +578,10 @@ mod tests {
     }
 
     #[test]
-    fn the_last_sample_before_thrust_changes_stands_by_itself() {
+    fn the_last_sample_before_a_change_of_thrust_is_kept() {
         let time_s: Vec<f64> = (0..51).map(|k| 0.02 * f64::from(k)).collect();
         let ramp = Timed::new("ramp", time_s.clone(), time_s).expect("valid");
-        // At a sample or between two of them, it is the same.
+        // The same for a change at a sample and between two.
         for late in [0.0, 0.007] {
             let changes: Vec<f64> = (0..10).map(|k| 0.1 * f64::from(k) + late).collect();
             let (found, spread) = means(&ramp, &changes);

@@ -1,4 +1,4 @@
-//! From thruster readings to the force along a degree of freedom.
+//! Conversion of thruster readings to the force along a degree of freedom.
 
 use std::collections::BTreeMap;
 
@@ -12,46 +12,46 @@ use crate::{
     Timed, Vehicle, VehicleEffect,
 };
 
-/// How often a thruster was driven beyond its measured curve.
+/// Use of a thruster beyond its measured curve.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Saturation {
-    /// Which.
+    /// Name of the thruster.
     pub(super) thruster: String,
-    /// In which part of its samples.
+    /// Fraction of its samples.
     pub(super) part: f64,
 }
 
-/// A thruster as one degree of freedom feels it: `τ = lever · k n|n|`.
+/// A thruster's action on one degree of freedom: `τ = lever · k n|n|`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThrusterTrack {
-    /// Force along the degree of freedom for each newton of thrust: 1, or an arm in m.
+    /// Force along the degree of freedom per newton of thrust: 1, or a lever arm in m.
     pub lever: f64,
-    /// Propeller speed n, held: rad/s, or the command beyond its deadband, where thrust is a
-    /// square law of it; else √N with the sign of thrust.
+    /// Propeller speed n, held: rad/s, or the command beyond its deadband, for thrust by a square
+    /// law of it; otherwise √N with the sign of thrust.
     pub speed: Timed,
     /// k for positive n.
     pub forward: f64,
     /// k for negative n.
     pub reverse: f64,
-    /// How well its strength is known.
+    /// Uncertainty of its coefficients.
     pub uncertainty: ThrustUncertainty,
 }
 
-/// A strength that may be off, one way: thrusters of one degree of freedom are off together.
+/// A possible error of thrust in one direction, common to the thrusters of one degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ThrustError {
     is_reverse: bool,
-    /// Standard deviation, as a part of thrust.
+    /// Relative standard deviation.
     std: f64,
 }
 
 impl AxisRecord {
-    /// How well the strength of its thrusters is known: the least of them.
+    /// Returns the uncertainty of its thrusters' coefficients: the largest of them.
     pub(crate) fn thrust_uncertainty(&self) -> ThrustUncertainty {
         ThrustUncertainty::greatest(self.thrusters.iter().map(|track| track.uncertainty))
     }
 
-    /// Every strength of its thrusters that is not known for sure.
+    /// Returns the possible errors of its thrusters' coefficients.
     pub(crate) fn thrust_errors(&self) -> Vec<ThrustError> {
         let ThrustUncertainty { forward, reverse } = self.thrust_uncertainty();
         let both = [(false, forward), (true, reverse)].into_iter();
@@ -59,10 +59,10 @@ impl AxisRecord {
         errors.filter(|error| error.std > 0.0).collect()
     }
 
-    /// The record as it is if a strength is off by a standard deviation.
+    /// Returns the record with an error of one standard deviation.
     ///
     /// # Errors
-    /// Those of [`Timed::new`], which held for the record as it was.
+    /// As [`Timed::new`], if a force is not finite.
     pub(crate) fn with_thrust_off(&self, error: ThrustError) -> Result<Self, Error> {
         let off = |track: &ThrusterTrack| {
             let mut track = track.clone();
@@ -76,7 +76,7 @@ impl AxisRecord {
 }
 
 impl ThrusterTrack {
-    /// A thruster of which only the force is known: n = √|F| with the sign of F.
+    /// Creates a thruster from its force: n = √|F| with the sign of F.
     pub fn of_force(lever: f64, force: &Timed) -> Self {
         let speed = force.map(|force| force.abs().sqrt().copysign(force));
         let uncertainty = ThrustUncertainty::default();
@@ -91,33 +91,33 @@ impl ThrusterTrack {
         Some(Self { speed: self.speed.window_held(from_s, to_s)?, ..*self })
     }
 
-    /// The thrust at a propeller speed, N.
+    /// Returns the thrust at a propeller speed, N.
     pub fn thrust(&self, speed: f64) -> f64 {
         let k = if speed < 0.0 { self.reverse } else { self.forward };
         k * speed * speed.abs()
     }
 }
 
-/// What drives one degree of freedom.
+/// The force on one degree of freedom.
 pub(super) struct Thrust {
-    /// Held, N or N m.
+    /// The force, held, N or N m.
     pub(super) force: Timed,
-    /// The thrusters that make it, or one that stands for a logged wrench.
+    /// The thrusters that produce it, or an equivalent one for a logged wrench.
     pub(super) tracks: Vec<ThrusterTrack>,
 }
 
-/// The thrust of one trial, degree of freedom by degree of freedom.
+/// The thrust of one trial, by degree of freedom.
 pub(super) struct Thrusts<'a> {
     trial: &'a str,
     recording: Recording,
     vehicle: &'a Vehicle,
-    /// Thrusters that were read already, by name, each with a lever of 1.
+    /// Converted thrusters by name, each with a lever arm of 1.
     known: BTreeMap<&'a str, ThrusterTrack>,
     saturated: Vec<Saturation>,
 }
 
 impl<'a> Thrusts<'a> {
-    /// Of a recording, what does not act in the trial's degrees of freedom is freed.
+    /// Keeps the channels that act on the trial's degrees of freedom.
     pub(super) fn new(
         setup: &'a TrialSetup,
         mut recording: Recording,
@@ -135,18 +135,18 @@ impl<'a> Thrusts<'a> {
         Self { trial: &setup.name, recording, vehicle, known, saturated }
     }
 
-    /// Which thrusters were driven beyond their curves.
+    /// Returns the thrusters driven beyond their curves.
     pub(super) fn into_saturated(self) -> Vec<Saturation> {
         self.saturated
     }
 
-    /// Force along `dof`.
+    /// Returns the force along `dof`.
     pub(super) fn along(&mut self, dof: Dof) -> Result<Thrust, Error> {
         let tracks = self.tracks(dof)?;
         Ok(Thrust { force: total_force(&tracks)?, tracks })
     }
 
-    /// The thrusters that act along `dof`; or the wrench where the log has it.
+    /// Returns the thrusters that act along `dof`, or the logged wrench.
     fn tracks(&mut self, dof: Dof) -> Result<Vec<ThrusterTrack>, Error> {
         if let Some(wrench) = self.recording.get(&Quantity::Wrench(dof)) {
             return Ok(vec![ThrusterTrack::of_force(1.0, wrench)]);
@@ -154,7 +154,7 @@ impl<'a> Thrusts<'a> {
         Ok(self.named_tracks(dof)?.into_iter().map(|(_, track)| track).collect())
     }
 
-    /// The thrusters that act along `dof`, each with what it does there.
+    /// Returns the thrusters that act along `dof`, with their action there.
     fn named_tracks(&mut self, dof: Dof) -> Result<Vec<(&'a Thruster, ThrusterTrack)>, Error> {
         let mut tracks = Vec::new();
         let acting = self.vehicle.thrusters.iter().filter(|t| Vehicle::acts_on(t, dof));
@@ -169,7 +169,7 @@ impl<'a> Thrusts<'a> {
                 }
             };
             if thruster.azimuth_axis.is_some() {
-                tracks.push((thruster, self.turned(thruster, &track, dof)?));
+                tracks.push((thruster, self.azimuth_track(thruster, &track, dof)?));
                 continue;
             }
             let lever = thruster.unit_wrench()[dof.index()];
@@ -186,7 +186,7 @@ impl<'a> Thrusts<'a> {
         Ok(tracks)
     }
 
-    /// What to do if nothing pushes along `dof`.
+    /// Formats the advice for a degree of freedom without force.
     fn advice(&self, dof: Dof) -> String {
         let acts = |known: &VehicleEffect| known.is_usual && known.effect.axes().contains(&dof);
         if self.vehicle.effects().iter().any(acts) {
@@ -197,8 +197,8 @@ impl<'a> Thrusts<'a> {
         format!("give one in vehicle.toml, or map wrench.{dof}")
     }
 
-    /// What a thruster that turns makes along `dof`.
-    fn turned(
+    /// Returns the action of an azimuth thruster along `dof`.
+    fn azimuth_track(
         &self,
         thruster: &Thruster,
         track: &ThrusterTrack,
@@ -225,24 +225,24 @@ impl<'a> Thrusts<'a> {
         Ok(ThrusterTrack { uncertainty, ..ThrusterTrack::of_force(1.0, &force) })
     }
 
-    /// The thrust of one thruster, N, held.
-    fn of_thruster(&mut self, name: &str) -> Option<Timed> {
+    /// Returns the thrust of one thruster, N, held.
+    fn thruster_thrust(&mut self, name: &str) -> Option<Timed> {
         let thruster = self.vehicle.thrusters.iter().find(|known| known.name == name)?;
         let track = track(self.trial, thruster, &self.recording, &mut self.saturated).ok()?;
         Some(track.speed.map(|speed| track.thrust(speed)))
     }
 }
 
-/// The thrust of one thruster that a recording tells, N, held.
+/// Returns the thrust of one thruster of a recording, N, held.
 pub(super) fn thrust_of(recording: &Recording, vehicle: &Vehicle, name: &str) -> Option<Timed> {
     let setup = TrialSetup { dofs: Dof::ALL.to_vec(), ..TrialSetup::default() };
     let of_thrust = recording.iter().filter(|(quantity, _)| quantity.is_of_thrust());
     let of_thrust = of_thrust.map(|(quantity, x)| (quantity.clone(), x.clone())).collect();
-    Thrusts::new(&setup, of_thrust, vehicle).of_thruster(name)
+    Thrusts::new(&setup, of_thrust, vehicle).thruster_thrust(name)
 }
 
-/// The force along `dof` that a recording tells, N or N m, held; `None` if it lacks a thruster
-/// that acts there.
+/// Returns the force along `dof` of a recording, N or N m, held; `None` if it lacks a thruster that
+/// acts there.
 pub(crate) fn force_along(recording: &Recording, vehicle: &Vehicle, dof: Dof) -> Option<Timed> {
     let setup = TrialSetup { dofs: vec![dof], ..TrialSetup::default() };
     let of_thrust = recording.iter().filter(|(quantity, _)| quantity.is_of_thrust());
@@ -250,17 +250,17 @@ pub(crate) fn force_along(recording: &Recording, vehicle: &Vehicle, dof: Dof) ->
     Some(Thrusts::new(&setup, of_thrust, vehicle).along(dof).ok()?.force)
 }
 
-/// What pushes a vehicle of several axes.
+/// Forces on a vehicle of several axes.
 pub(super) struct CoupledThrust {
-    /// On each axis, held, N or N m; none where a thruster that acts there was not logged.
+    /// On each axis, held, N or N m; `None` if a thruster that acts there was not logged.
     pub(super) force: [Option<Timed>; 6],
-    /// The thrusters that make it; an axis on which none acts has a logged wrench.
+    /// The thrusters that produce it; an axis without thrusters has a logged wrench.
     pub(super) thrusters: Vec<CoupledThruster>,
-    /// Which thrusters were driven beyond their curves.
+    /// The thrusters driven beyond their curves.
     pub(super) saturated: Vec<Saturation>,
 }
 
-/// What a recording tells of the forces on all axes.
+/// Returns the forces of a recording on all axes.
 pub(super) fn coupled_thrust(recording: &Recording, vehicle: &Vehicle) -> CoupledThrust {
     let setup = TrialSetup { dofs: Dof::ALL.to_vec(), ..TrialSetup::default() };
     let of_thrust = recording.iter().filter(|(quantity, _)| quantity.is_of_thrust());
@@ -278,7 +278,7 @@ pub(super) fn coupled_thrust(recording: &Recording, vehicle: &Vehicle) -> Couple
         for (thruster, track) in thrusts.named_tracks(dof).unwrap_or_default() {
             let lever = track.lever;
             let known = places.get(thruster.name.as_str()).copied();
-            // One that turns pushes each axis in its own way.
+            // An azimuth thruster has a separate force series for each axis.
             let place = known.filter(|_| thruster.azimuth_axis.is_none()).unwrap_or_else(|| {
                 let track = ThrusterTrack { lever: 1.0, ..track };
                 let (name, wrench) = (thruster.name.clone(), Vector6::zeros());
@@ -300,8 +300,8 @@ fn track(
     saturated: &mut Vec<Saturation>,
 ) -> Result<ThrusterTrack, Error> {
     let logged = |input| recording.get(&Quantity::Thruster { name: thruster.name.clone(), input });
-    // A propeller turns as fast as it is told, beyond the deadband; a force that was measured says
-    // more than a command.
+    // Propeller speed by commands has no lag here, and is known beyond the deadband; a measured
+    // force is preferred to a command.
     let input = match &thruster.curve {
         ThrustCurve::Quadratic { input: ThrusterInput::Speed, law } => {
             logged(ThrusterInput::Speed).zip(Some(law))
@@ -330,8 +330,8 @@ fn thruster_force(
     recording: &Recording,
     saturated: &mut Vec<Saturation>,
 ) -> Result<Timed, Error> {
-    let of = |input| Quantity::Thruster { name: thruster.name.clone(), input };
-    if let Some(force) = recording.get(&of(ThrusterInput::Force)) {
+    let channel = |input| Quantity::Thruster { name: thruster.name.clone(), input };
+    if let Some(force) = recording.get(&channel(ThrusterInput::Force)) {
         return Ok(force.clone());
     }
     let missing = |what: String, advice: String| Error::MissingChannel {
@@ -339,7 +339,7 @@ fn thruster_force(
         what,
         advice,
     };
-    let wanted = of(thruster.curve.input());
+    let wanted = channel(thruster.curve.input());
     let input = recording.get(&wanted).ok_or_else(|| {
         missing(wanted.to_string(), "map it under [channels]: its curve reads it".to_owned())
     })?;
@@ -367,7 +367,7 @@ fn thruster_force(
     input.with_values(&thruster.name, forces)
 }
 
-/// `τ = Σ lever · F`, held, at every time at which a thruster changes.
+/// Returns `τ = Σ lever · F`, held, at every time at which a thruster changes.
 fn total_force(tracks: &[ThrusterTrack]) -> Result<Timed, Error> {
     let first = &tracks[0].speed;
     if tracks.iter().all(|track| track.speed.is_sampled_with(first)) {
@@ -386,7 +386,7 @@ fn total_force(tracks: &[ThrusterTrack]) -> Result<Timed, Error> {
     Timed::new("force", times, values)
 }
 
-/// Every time at which a thruster was logged, from when all of them are known.
+/// Returns every time at which a thruster was logged, from the first at which all are known.
 fn all_times(tracks: &[ThrusterTrack]) -> Vec<f64> {
     let start = tracks.iter().map(|track| track.speed.first_s()).fold(f64::MIN, f64::max);
     let all = tracks.iter().flat_map(|track| track.speed.time_s()).copied();

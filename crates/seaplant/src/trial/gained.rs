@@ -1,5 +1,5 @@
-//! Velocity integrated from acceleration, high-passed, as offsets of the accelerometer hide slow
-//! changes.
+//! Velocity integrated from acceleration, high-passed because offsets of the accelerometer hide
+//! slow changes.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -7,15 +7,15 @@ use crate::navigation::{MeanAcceleration, MeanOver};
 use crate::series::ROUNDING_S;
 use crate::{CoupledRecord, Error, Timed};
 
-/// The time in which velocity that an acceleration made is forgotten, and in which its mean is taken
-/// for the offset of the instrument, s.
+/// Time constant of the high-pass of velocity from acceleration, and of the estimate of the
+/// instrument's offset, s.
 pub const GAINED_S: f64 = 10.0;
 
-/// A span between means longer than this, s, is a gap, after which velocity begins anew from zero.
+/// Longest time between means, s; after a longer gap, velocity restarts from zero.
 const GAP_S: f64 = 1.0;
 
-/// Velocity w that acceleration a makes, along the axes that have one: with T of [`GAINED_S`],
-/// `ṁ = (a − m)/T`, `ẇ = a − m − ω × w − w/T`; along the others w is known.
+/// Velocity w from acceleration a, on the axes with acceleration: with T of [`GAINED_S`], `ṁ = (a −
+/// m)/T`, `ẇ = a − m − ω × w − w/T`; on the others w is measured.
 struct Gained {
     is_gained: [bool; 3],
     velocity: Vector3<f64>,
@@ -53,7 +53,7 @@ fn turning(rates: Option<&[Timed; 3]>, t: f64) -> Vector3<f64> {
     rates.map_or_else(Vector3::zeros, |rates| Vector3::from_fn(|k, _| rates[k].at(t)))
 }
 
-/// Puts velocity made by `ν̇ + ω × v`, m/s², where none is known; along which axes it did.
+/// Sets missing velocities from `ν̇ + ω × v`, m/s²; returns the axes so set.
 ///
 /// # Errors
 /// As [`Timed::new`].
@@ -88,8 +88,8 @@ pub(super) fn gained(
     Ok(is_gained)
 }
 
-/// Means over spans between some instants, which increase, each of a tenth of a second or more; of a
-/// slower instrument as they are.
+/// Averages acceleration between instants, which increase, over at least a tenth of a second; a
+/// slower instrument is unchanged.
 pub(super) fn between(
     felt: &MeanAcceleration,
     instants: &[f64],
@@ -122,12 +122,12 @@ pub(super) fn between(
     Ok(MeanAcceleration { mean: Timed::new("acceleration", to_s, means)?, from_s: from_s.into() })
 }
 
-/// Spans of means are no shorter, s: a vehicle and its propellers do nothing in less.
+/// Least averaging time, s: below the time scale of a vehicle and its propellers.
 const LEAST_SPAN_S: f64 = 0.1;
 
 impl CoupledRecord {
-    /// Applies to a simulated motion the same high-pass that velocity by acceleration has; leaves axes
-    /// with a measured velocity as they are.
+    /// Applies to a simulated motion the high-pass of velocity from acceleration; axes with a
+    /// measured velocity are unchanged.
     pub(crate) fn as_gained(&self, times: &[f64], motion: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
         let mut seen = motion.to_vec();
         if self.by_acceleration == [false; 3] {
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn means_between_instants_hold_parts_of_samples() {
+    fn means_between_instants_include_fractions_of_samples() {
         let ends: Vec<f64> = (1..=50).map(|k| 0.02 * f64::from(k)).collect();
         let middles = ends.iter().map(|t| t - 0.01).collect::<Vec<f64>>();
         let from_s = ends.iter().map(|t| t - 0.02).collect();
@@ -175,16 +175,16 @@ mod tests {
         let windows: Vec<(f64, f64)> = found.windows().map(|x| (x.from_s, x.to_s)).collect();
         assert_eq!(windows, [(0.03, 0.15), (0.15, 0.31), (0.31, 0.5)]);
         for window in found.windows() {
-            // Halves of samples of a ramp are off by a quarter of a step at most.
+            // Halves of samples of a ramp are off by at most a quarter of a step.
             let off = window.mean - 0.5 * (window.from_s + window.to_s);
             assert!(off.abs() < 1e-3, "{window:?}");
         }
     }
 
-    /// A vehicle that circles and speeds up: its accelerometer makes the same of what it measures as
-    /// of the motion itself.
+    /// A vehicle that circles and accelerates: the high-passed readings of its accelerometer equal
+    /// its high-passed motion.
     #[test]
-    fn an_accelerometer_makes_the_same_of_readings_as_of_the_motion() {
+    fn high_passed_readings_equal_the_high_passed_motion() {
         let h = 0.05;
         let times: Vec<f64> = (0..2000).map(|k| h * f64::from(k)).collect();
         let speed = |t: f64| Vector3::new(0.8 * (0.4 * t).sin(), 0.2 * (0.3 * t).cos() - 0.2, 0.0);
@@ -228,7 +228,7 @@ mod tests {
             let off = made.time_s().iter().zip(made.values()).enumerate();
             let off = off.map(|(k, (_, x))| (x - seen[k + 1][axis]).abs()).fold(0.0, f64::max);
             assert!(off < 2e-3, "axis {axis}: {off} m/s");
-            // An offset of the instrument is forgotten.
+            // The high-pass removes an offset of the instrument.
             let shifted = acceleration.clone().map(|felt| {
                 let felt = felt?;
                 Some(MeanAcceleration { mean: felt.mean.map(|x| x + 0.1), ..felt })

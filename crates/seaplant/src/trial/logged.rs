@@ -1,18 +1,18 @@
-//! What was logged of all axes of one trial, on one grid: what mistakes of its user are looked for in.
+//! The log of all axes of one trial, on one grid, for the detection of users' mistakes.
 
 use super::TrialSetup;
 use super::force::{CoupledThrust, coupled_thrust};
-use super::slopes::{of_fixes, slope};
+use super::slopes::{slope, velocity_by_fixes};
 use crate::navigation::{Motion, Navigated, Recording, navigate};
 use crate::quantity::{Attitude, Axis, World};
 use crate::{Dof, Grid, Quantity, Timed, Vehicle};
 
-/// A thruster, its thrust and where that acts.
+/// A thruster with its thrust and wrench.
 #[derive(Clone, Debug)]
 pub(crate) struct LoggedThruster {
-    /// What the vehicle file calls it.
+    /// Name in the vehicle file.
     pub(crate) name: String,
-    /// Force and moment on each axis for each newton of thrust, 1 and m, in SNAME order.
+    /// Force and moment on each axis per newton of thrust, 1 and m, in SNAME order.
     pub(crate) wrench: [f64; 6],
     /// Its thrust, N.
     pub(crate) thrust: Vec<f64>,
@@ -21,19 +21,19 @@ pub(crate) struct LoggedThruster {
 /// Forces, velocities, angles and positions of one trial at the same instants.
 #[derive(Clone, Debug)]
 pub(crate) struct Logged {
-    /// The axes that it is to identify, alone or together.
+    /// The axes that it identifies, alone or together.
     pub(crate) axes: Vec<Dof>,
     /// The instants.
     pub(crate) grid: Grid,
-    /// Whether everything was logged at an instant.
+    /// True if all data are present at an instant.
     pub(crate) is_whole: Vec<bool>,
     /// Velocity in body axes, m/s and rad/s, in SNAME order.
     pub(crate) velocity: [Option<Vec<f64>>; 6],
-    /// The channel that each velocity is from.
+    /// The channel of each velocity.
     pub(crate) source: [Option<Quantity>; 6],
-    /// Logged wrenches, N and N m, likewise.
+    /// Logged wrenches, N and N m, in SNAME order.
     pub(crate) wrench: [Option<Vec<f64>>; 6],
-    /// The thrusters; none where wrenches are logged.
+    /// The thrusters; empty if wrenches are logged.
     pub(crate) thrusters: Vec<LoggedThruster>,
     /// Roll, pitch and heading, unwrapped, rad.
     pub(crate) angles: [Option<Vec<f64>>; 3],
@@ -41,21 +41,21 @@ pub(crate) struct Logged {
     pub(crate) depth: Option<Vec<f64>>,
 }
 
-/// A trial is looked at for so long at most, s: a mistake shows in an hour.
+/// Longest part of a trial that is examined, s: a mistake is evident in an hour.
 const LONGEST_S: f64 = 3600.0;
 
-/// The period of the instants, s: motion of a vehicle is slower.
+/// Period of the instants, s, below the time scale of a vehicle.
 const PERIOD_S: f64 = 0.2;
 
-/// Fewer instants show nothing.
+/// Least number of instants.
 const LEAST_INSTANTS: usize = 150;
 
-/// Steps longer than so many sampling periods, and so many seconds, are gaps.
+/// Steps longer than this, in sampling periods and in seconds, are gaps.
 const GAP_PERIODS: f64 = 5.0;
 const GAP_S: f64 = 1.0;
 
 impl Logged {
-    /// `None` of a trial that is too short, or cannot be navigated.
+    /// Resamples a recording; `None` for a trial that is too short, or cannot be navigated.
     pub(super) fn new(
         setup: &TrialSetup,
         recording: &Recording,
@@ -119,7 +119,7 @@ impl Logged {
     }
 }
 
-/// The first hour of the trial's window.
+/// Returns the first hour of the trial's window.
 fn beginning(setup: &TrialSetup, recording: &Recording) -> Recording {
     let first_s = recording.values().map(Timed::first_s).fold(f64::INFINITY, f64::min);
     let from_s = setup.from_s.unwrap_or(first_s);
@@ -130,10 +130,10 @@ fn beginning(setup: &TrialSetup, recording: &Recording) -> Recording {
     recording.iter().filter_map(within).collect()
 }
 
-/// Velocities as they were measured, else slopes of positions; rates also where the angle
-/// contradicts them.
+/// Returns measured velocities, otherwise derivatives of positions; includes rates that contradict
+/// their angle.
 fn velocities(recording: &Recording, navigated: &Navigated) -> [Option<Timed>; 6] {
-    let fixes = of_fixes(recording, navigated).ok().flatten();
+    let fixes = velocity_by_fixes(recording, navigated).ok().flatten();
     Dof::ALL.map(|dof| {
         let rate = if dof.is_rotation() {
             let rate = recording.get(&Quantity::Rate(axis_of(dof)));
@@ -160,7 +160,7 @@ const fn axis_of(dof: Dof) -> Axis {
     }
 }
 
-/// The channel that the velocity of an axis is from.
+/// Returns the channel of the velocity of an axis.
 fn source(recording: &Recording, dof: Dof) -> Option<Quantity> {
     let axis = axis_of(dof);
     let candidates = match dof {
@@ -191,7 +191,7 @@ fn source(recording: &Recording, dof: Dof) -> Option<Quantity> {
     candidates.into_iter().find(|quantity| recording.contains_key(quantity))
 }
 
-/// Means around the instants of a grid of a series that is sampled more often; else interpolated.
+/// Returns means around the instants of a grid, or interpolated values of a slower series.
 fn means(series: &Timed, grid: Grid) -> Vec<f64> {
     match series.period_s() < 0.5 * grid.period_s {
         true => series.held_means(grid),
@@ -199,7 +199,7 @@ fn means(series: &Timed, grid: Grid) -> Vec<f64> {
     }
 }
 
-/// Marks the instants that lie in gaps of a series.
+/// Clears the instants within gaps of a series.
 fn cut(is_whole: &mut [bool], grid: Grid, series: &Timed, longest_s: f64) {
     for gap in series.gaps(longest_s) {
         let at = |t_s: f64| ((t_s - grid.start_s) / grid.period_s).clamp(0.0, grid.len as f64);

@@ -1,4 +1,4 @@
-//! Values that no vehicle has.
+//! Implausible values.
 
 use super::count;
 use crate::navigation::Recording;
@@ -6,12 +6,12 @@ use crate::quantity::Kind;
 use crate::signal::{Hampel, Masked, spikes};
 use crate::{Caveat, CaveatCode, Quantity, Timed, Vehicle};
 
-/// Outliers of a measured velocity: a second of neighbours, eight standard deviations.
+/// Outlier detection of a measured velocity: a second of neighbours, eight standard deviations.
 const VELOCITY_OUTLIERS: Hampel = Hampel { half_width: 5, threshold: 8.0, floor: 0.0 };
-/// The least standard deviation of a velocity to believe, m/s or rad/s.
+/// Least standard deviation of a velocity, m/s or rad/s.
 const VELOCITY_NOISE_FLOOR: f64 = 0.02;
 
-/// Removes implausible samples of measured motion, and says so.
+/// Removes implausible samples of measured motion, with a caveat.
 pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
     for (quantity, series) in recording {
         let Some(masked) = masked(quantity, series) else { continue };
@@ -26,7 +26,7 @@ pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
     }
 }
 
-/// What is plausible of a measured motion; `None` of thrust.
+/// Removes implausible samples of a measured motion; `None` for other quantities.
 fn masked(quantity: &Quantity, series: &Timed) -> Option<Masked> {
     let angle = matches!(quantity, Quantity::Attitude(_));
     let of_spikes = |series: &Timed| Masked::without(series, &spikes(series, angle));
@@ -48,32 +48,32 @@ fn masked(quantity: &Quantity, series: &Timed) -> Option<Masked> {
     }
 }
 
-/// A recording without implausible samples of measured motion.
+/// Returns a recording without implausible samples of measured motion.
 pub(crate) fn without_outliers(mut recording: Recording) -> Recording {
     mask(&mut recording, &mut Vec::new());
     recording
 }
 
-/// Values that no vehicle has in the unit that was stated.
+/// Returns caveats on values that are implausible in the stated unit.
 pub(super) fn suspicious_units(recording: &Recording, vehicle: &Vehicle) -> Vec<Caveat> {
     let highest_rate = highest_rate(vehicle);
-    let of = |(quantity, series)| suspicious(quantity, series, highest_rate);
-    recording.iter().filter_map(of).collect()
+    let caveat = |(quantity, series)| suspicious(quantity, series, highest_rate);
+    recording.iter().filter_map(caveat).collect()
 }
 
-/// Thrust that is logged at longer intervals than this is coarse beside a vehicle's motion, s.
+/// Longest logging interval of thrust without a caveat, s.
 const COARSE_S: f64 = 0.25;
 
-/// A signal that changes at more than this part of its samples is not one of rare commands.
+/// Fraction of samples that change, above which a signal is not one of rare commands.
 const RESTLESS_PART: f64 = 0.5;
 
-/// Whether a signal was logged slowly and mostly differs from one sample to the next.
+/// Returns whether a signal was logged slowly and mostly differs from one sample to the next.
 pub(super) fn is_coarse(series: &Timed) -> bool {
     let changes = series.values().windows(2).filter(|pair| pair[0] != pair[1]).count();
     series.period_s() > COARSE_S && changes as f64 > RESTLESS_PART * (series.len() - 1) as f64
 }
 
-/// Thrust that was logged slowly and changed in between.
+/// Returns a caveat on thrust that was logged slowly and changed in between.
 pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat> {
     let (quantity, series) =
         recording.iter().find(|(quantity, series)| quantity.is_of_thrust() && is_coarse(series))?;
@@ -84,19 +84,19 @@ pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat
     Some(Caveat::warning(CaveatCode::ThrustBetweenSamples, message))
 }
 
-/// Beyond these a unit is more likely wrong than the vehicle fast, deep or odd.
+/// Beyond these limits, a wrong unit is more likely than such a motion.
 const HIGHEST_SPEED_M_S: f64 = 20.0;
 const HIGHEST_RATE_RAD_S: f64 = 6.0;
-/// A small vehicle turns faster: its ends move through the water at most as fast as this, m/s.
+/// Highest speed of the ends of a small vehicle that rotates, m/s.
 const HIGHEST_SPEED_OF_ENDS_M_S: f64 = 3.0;
-/// Density of water, kg/m³: a vehicle that floats has the volume of its mass.
+/// Density of water, kg/m³, for the volume of a floating vehicle from its mass.
 const WATER: f64 = 1000.0;
 const DEEPEST_M: f64 = 12_000.0;
 const HIGHEST_ANGLE_RAD: f64 = 8.0;
 const HIGHEST_SURFACE_ANGLE_RAD: f64 = 1.6;
 
-/// The rate of turn beyond which a unit is more likely wrong, rad/s: by the vehicle's greatest length, or
-/// that of a cube of its mass.
+/// Returns the angular velocity beyond which a wrong unit is more likely, rad/s: by the vehicle's
+/// greatest length, or that of a cube of its mass.
 fn highest_rate(vehicle: &Vehicle) -> f64 {
     let of_size = vehicle.size_m.map(|size| size.into_iter().fold(0.0, f64::max));
     let length = of_size.or(vehicle.dry_mass_kg.map(|mass| (mass / WATER).cbrt()));
@@ -119,7 +119,7 @@ fn suspicious(quantity: &Quantity, series: &Timed, highest_rate: f64) -> Option<
         }
         Kind::AngularVelocity => (highest_rate, "is it deg/s?"),
         Kind::Length => (DEEPEST_M, "is it mm or cm?"),
-        // Headings run to 2π; a log that is already unwrapped may go on, but slowly.
+        // Headings range to 2π; an unwrapped log may exceed that, without jumps.
         Kind::Angle if has_jump(series, HIGHEST_ANGLE_RAD) || peak > 100.0 => {
             (HIGHEST_ANGLE_RAD, "is it deg?")
         }
@@ -152,7 +152,7 @@ mod tests {
         let highest = [&small, &light, &large, &Vehicle::default()].map(highest_rate);
         assert!(highest[0] > 6.3 && highest[1] > 6.3, "{highest:?}");
         assert_eq!(highest[2..], [HIGHEST_RATE_RAD_S; 2]);
-        // Degrees for radians stay far beyond.
+        // Degrees for radians are far above the limit.
         assert!(highest[1] < 57.3);
     }
 }

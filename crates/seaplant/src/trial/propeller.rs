@@ -1,4 +1,4 @@
-//! Whether a propeller could give the thrust that its curve says at the speed that was logged.
+//! Plausibility of thrust by a propeller's curve at the logged speed.
 
 use std::f64::consts::PI;
 
@@ -7,17 +7,17 @@ use crate::caveat::spoken;
 use crate::navigation::Recording;
 use crate::{Caveat, CaveatCode, Quantity, Thruster, Vehicle};
 
-/// Thrust coefficient at rest that no propeller exceeds, ducted ones included [Oosterveld1970].
+/// Upper bound of the thrust coefficient at rest, also of ducted propellers [Oosterveld1970].
 const GREATEST_K_T: f64 = 1.0;
 
-/// Blade tips that cavitate fully are slower than this, m/s.
+/// Upper bound of the speed of blade tips, m/s, above fully developed cavitation.
 const FASTEST_TIP_M_S: f64 = 60.0;
 
-/// Doubts about thrust at propeller speeds that would need faster blades than water allows: speed
-/// or curve is then in a wrong unit.
+/// Returns caveats on thrust at propeller speeds that would need impossibly fast blades: speed or
+/// curve then has a wrong unit.
 ///
 /// Thrust at rest is `T = K_T ρ n² D⁴`, so that the least diameter is `D = (T / (K_T ρ n²))^¼`,
-/// and its tips move at `π n D`.
+/// with tips at a speed of `π n D`.
 pub(super) fn impossible(recording: &Recording, vehicle: &Vehicle) -> Vec<Caveat> {
     let mut caveats = Vec::new();
     for thruster in vehicle.thrusters.iter().filter(|thruster| thruster.open_water.is_none()) {
@@ -46,7 +46,7 @@ fn too_fast(thruster: &Thruster, speed_rad_s: f64, vehicle: &Vehicle) -> Option<
     })
 }
 
-/// Thrust at a speed, N, and the least diameter that gives it, m.
+/// Returns thrust at a speed, N, and the least diameter for it, m.
 fn needed(thruster: &Thruster, speed_rad_s: f64, density: f64) -> (f64, f64) {
     let thrust = thruster.curve.force(speed_rad_s, None);
     let turns_s = speed_rad_s / (2.0 * PI);
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
     use crate::{QuadraticThrust, ThrustCurve};
 
-    /// Thrust in N/(rad/s)², the fastest that it turns in rad/s, and the true diameter, m.
+    /// Thrust coefficient in N/(rad/s)², largest speed in rad/s, and the true diameter, m.
     const KNOWN: [(f64, f64, f64); 2] = [
         // Jason 2, 1650 rpm [Jason2, fig. 2]; no diameter is published.
         (0.0402, 172.8, f64::INFINITY),
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn rpm_taken_for_rad_s_and_a_thousandfold_curve_are_no_propellers() {
+    fn rejects_rpm_as_rad_s_and_a_curve_times_a_thousand() {
         for (forward, speed, _) in KNOWN {
             for (factor, unit) in [(1.0, 60.0 / (2.0 * PI)), (1e4, 1.0)] {
                 let doubt = doubts(factor * forward, unit * speed).expect("it is impossible");
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thruster_that_stands_still_is_not_doubted() {
+    fn accepts_a_thruster_at_rest() {
         assert_eq!(doubts(0.04, 0.0), None);
     }
 }

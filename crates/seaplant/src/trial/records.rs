@@ -7,7 +7,7 @@ use crate::navigation::{Motion, Navigated};
 use crate::series::Cutter;
 use crate::{Dof, Error, Timed};
 
-/// What a trial says of one degree of freedom, by where velocity comes from.
+/// The records of a degree of freedom, by source of velocity.
 #[derive(Clone, Debug)]
 pub(super) struct Records {
     measured: AxisRecord,
@@ -15,9 +15,11 @@ pub(super) struct Records {
 }
 
 impl Records {
+    /// Creates the records of a degree of freedom.
+    ///
     /// # Errors
     /// As [`Trial::new`](super::Trial::new).
-    pub(super) fn of(
+    pub(super) fn new(
         setup: &TrialSetup,
         dof: Dof,
         thrust: Thrust,
@@ -44,8 +46,10 @@ impl Records {
         Ok(Self { measured: measured.1, by_position })
     }
 
+    /// Returns the record with velocity from a source.
+    ///
     /// # Errors
-    /// As [`Trial::new`](super::Trial::new), if velocity by way of position is asked for.
+    /// As [`Trial::new`](super::Trial::new), if velocity from position is requested.
     pub(super) fn from(&self, source: VelocitySource) -> Result<AxisRecord, Error> {
         match source {
             VelocitySource::Measured => Ok(self.measured.clone()),
@@ -57,7 +61,7 @@ impl Records {
 /// A record and its window, s.
 type Windowed = ((f64, f64), AxisRecord);
 
-/// One degree of freedom before it is cut.
+/// One degree of freedom before it is cut to the window.
 struct Whole<'a> {
     setup: &'a TrialSetup,
     dof: Dof,
@@ -67,7 +71,7 @@ struct Whole<'a> {
 }
 
 impl Whole<'_> {
-    /// The record of one motion, sharing with another what is the same in both.
+    /// Creates the record of one motion, sharing data with another of the same window.
     fn record(&mut self, motion: &Motion, other: Option<&Windowed>) -> Result<Windowed, Error> {
         let window_s = self.overlap(motion.series())?;
         let samples = self.cutter.window(motion.series(), window_s);
@@ -121,7 +125,7 @@ impl Whole<'_> {
         Some(record.starting_from_rest())
     }
 
-    /// The part of the trial's window in which both force and motion are known, s.
+    /// Returns the part of the trial's window in which force and motion overlap, s.
     fn overlap(&self, motion: &Timed) -> Result<(f64, f64), Error> {
         let (dof, force) = (self.dof, &self.thrust.force);
         let wanted_from = self.setup.from_s.unwrap_or(f64::NEG_INFINITY);
@@ -134,8 +138,7 @@ impl Whole<'_> {
             first: span(&format!("the {dof} motion"), motion.first_s(), motion.last_s()),
             second,
         };
-        // A thrust logged once holds until it is logged again, but for no more than
-        // the rest of the trial.
+        // Thrust logged once is held to the end of the trial; otherwise for one more period.
         let held_to = if force.len() == 1 { f64::INFINITY } else { force.last_s() };
         let held_to = held_to + force.period_s();
         if motion.first_s() > held_to || motion.last_s() < force.first_s() {
@@ -174,7 +177,7 @@ mod tests {
     use crate::twin::{TwinSpec, make};
 
     #[test]
-    fn a_window_holds_what_the_whole_trial_says_there() {
+    fn a_window_equals_that_part_of_the_whole_trial() {
         let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 60.0, ..TwinSpec::jason2() };
         let twin = make(&spec).expect("valid");
         let log = &twin.trials[0];

@@ -1,5 +1,4 @@
-//! How an instrument reports translations: late beside thrust and rates of turn, smoothed, and from
-//! another place than is stated.
+//! Delay, lag and lever arm of the velocity sensor.
 
 use nalgebra::Vector3;
 
@@ -7,8 +6,8 @@ use super::CoupledRecord;
 use crate::navigation::turning;
 use crate::{Dof, Timed};
 
-/// How an instrument reports surge, sway and heave: from beside the place that is stated, behind a
-/// first-order lag, and late.
+/// Delay, lag and lever arm of the sensor of surge, sway and heave, relative to thrust, angular
+/// velocity and the stated position.
 ///
 /// ```text
 /// T ẏ = (ν + ω × r)(t − d) − y
@@ -17,22 +16,22 @@ use crate::{Dof, Timed};
 pub struct VelocityReport {
     /// d, s.
     pub delay_s: f64,
-    /// T, s; zero if there is no lag.
+    /// T, s; zero without a lag.
     pub lag_s: f64,
-    /// r, from where the instrument is stated to sit to where it does, in body axes, m.
+    /// r, from the stated position of the instrument to its actual one, in body axes, m.
     pub lever_m: [f64; 3],
 }
 
 impl VelocityReport {
-    /// What is reported at some times of a velocity that is `values` there, but for the delay.
+    /// Applies the lag, but not the delay, to a velocity with `values` at some times.
     pub(crate) fn behind_lag(&self, time_s: &[f64], mut values: Vec<f64>) -> Vec<f64> {
         if self.lag_s == 0.0 {
             return values;
         }
         let mut before = values.first().copied().unwrap_or_default();
         for k in 1..values.len() {
-            let (keep, age_s, h) = self.of_step(time_s[k] - time_s[k - 1]);
-            // The mean of a straight line from the last value to this, as old as that mean is.
+            let (keep, age_s, h) = self.lag_step(time_s[k] - time_s[k - 1]);
+            // The mean of the linear interpolation between two values, weighted by the lag.
             let mean = values[k] + (before - values[k]) * age_s / h;
             before = values[k];
             values[k] = keep * values[k - 1] + (1.0 - keep) * mean;
@@ -40,17 +39,18 @@ impl VelocityReport {
         values
     }
 
-    /// What is left of the report before after a step, and how long before its end a straight line
-    /// has the mean that the lag takes of it; and the step, all in s.
-    fn of_step(&self, h: f64) -> (f64, f64, f64) {
+    /// Returns the decay of the output over a step; the time before its end at which a linear input
+    /// equals its mean weighted by the lag; and the step, all times in s.
+    fn lag_step(&self, h: f64) -> (f64, f64, f64) {
         let keep = (-h / self.lag_s).exp();
         (keep, self.lag_s - h * keep / (1.0 - keep), h)
     }
 
-    /// The velocity that a series is of, before the lag.
+    /// Inverts the lag.
     ///
-    /// `ν = (yₖ − a yₖ₋₁) / (1 − a)` with `a = exp(−h/T)` is its mean over the step, with the lag's
-    /// weights; it stands where that mean is. Noise that is white before the lag is white again.
+    /// `ν = (yₖ − a yₖ₋₁) / (1 − a)` with `a = exp(−h/T)` is the mean over the step, weighted by
+    /// the lag; its time is that of a linear input of this value. White noise at the input is
+    /// recovered as white.
     fn before_lag(&self, series: Timed) -> Timed {
         if self.lag_s == 0.0 {
             return series;
@@ -58,7 +58,7 @@ impl VelocityReport {
         let (time_s, values) = (series.time_s(), series.values());
         let longest = series.longest_usual_s();
         let before = |k: usize| {
-            let (keep, age_s, h) = self.of_step(time_s[k] - time_s[k - 1]);
+            let (keep, age_s, h) = self.lag_step(time_s[k] - time_s[k - 1]);
             let mean = (values[k] - keep * values[k - 1]) / (1.0 - keep);
             (h <= longest).then_some((time_s[k] - age_s, mean))
         };
@@ -68,10 +68,10 @@ impl VelocityReport {
 }
 
 impl CoupledRecord {
-    /// The same with measured translations at the times that they are of, behind their lag.
+    /// Returns the record with translations corrected for delay; they still have the lag.
     ///
-    /// An instrument beside the origin reports `ω × r` as late as all else, so that what it makes of the
-    /// origin is less that behind the lag.
+    /// The lag applies to `ω × r` of an instrument off the origin too, so that its lagged value is
+    /// subtracted for the velocity of the origin.
     pub(crate) fn with_translations_in_time(&self, report: &VelocityReport) -> Self {
         let in_time = |read: Timed| read;
         self.with_translations(report, in_time, |swing| {
@@ -80,13 +80,14 @@ impl CoupledRecord {
         })
     }
 
-    /// The same with measured translations as they were before their instrument.
+    /// Returns the record with translations corrected for delay and lag.
     pub(crate) fn with_translations_before(&self, report: &VelocityReport) -> Self {
         self.with_translations(report, |read| report.before_lag(read), |swing| swing)
     }
 
-    /// The same with readings made from those that are shifted in time, of an instrument where it is
-    /// found to sit, and translations of the origin that are less what is made of `ω × r`.
+    /// Returns the record with readings shifted in time and transformed by `readings`, of an
+    /// instrument at its actual position, and velocities of the origin less `ω × r` transformed by
+    /// `swing`.
     fn with_translations(
         &self,
         report: &VelocityReport,
@@ -103,8 +104,8 @@ impl CoupledRecord {
             let lever = self.levers_m[axis] + Vector3::from(report.lever_m);
             let of_origin = self.turning(lever, axis).and_then(|turning| {
                 let (times, swing) = (read.time_s().iter(), swing(turning));
-                let of = times.zip(read.values()).map(|(t, y)| y - swing.at(*t)).collect();
-                read.with_values("velocity", of).ok()
+                let values = times.zip(read.values()).map(|(t, y)| y - swing.at(*t)).collect();
+                read.with_values("velocity", values).ok()
             });
             (from, to) = (from.max(read.first_s()), to.min(read.last_s()));
             changed.levers_m[axis] = of_origin.as_ref().map_or(Vector3::zeros(), |_| lever);
@@ -115,14 +116,14 @@ impl CoupledRecord {
         changed
     }
 
-    /// ω × r along a translation; none if r is nothing, or nothing measures ω.
+    /// Returns ω × r along a translation; `None` if r is zero, or if ω was not measured.
     fn turning(&self, lever: Vector3<f64>, axis: usize) -> Option<Timed> {
         let rates = self.rates.as_ref().filter(|_| lever != Vector3::zeros())?;
         turning(rates, lever, axis)
     }
 
-    /// Returns true if an instrument of its own measures an axis, in SNAME order, that is a
-    /// translation, and may report it late.
+    /// Returns whether an axis, in SNAME order, is a translation with its own instrument, which may
+    /// have a delay.
     pub(crate) fn may_be_late(&self, axis: usize) -> bool {
         axis < 3 && self.is_measured(Dof::ALL[axis])
     }
@@ -133,9 +134,9 @@ mod tests {
     use super::*;
     use crate::Grid;
 
-    /// A swing behind a lag, T ẏ = sin ωt − y, from its solution; sampled unevenly.
+    /// The closed-form response to a lag, T ẏ = sin ωt − y; sampled unevenly.
     #[test]
-    fn what_a_lag_hides_comes_back() {
+    fn inverting_a_lag_recovers_its_input() {
         let late = VelocityReport { delay_s: 0.1, lag_s: 0.4, ..VelocityReport::default() };
         let omega = 0.9_f64;
         let (gain, phase) = {
@@ -152,7 +153,7 @@ mod tests {
         for (t, v) in found.time_s().iter().zip(found.values()) {
             assert!((v - (omega * t).sin()).abs() < 2e-3, "{t}: {v}");
         }
-        // And forth, once the beginning is forgotten.
+        // Applying the lag again restores the output, after the initial transient.
         let moved = time_s.iter().map(|t| (omega * (t - late.delay_s)).sin()).collect();
         let there = late.behind_lag(&time_s, moved);
         for (a, b) in there.iter().zip(&values).skip(20) {
@@ -161,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_across_a_gap() {
+    fn a_lag_is_not_inverted_across_a_gap() {
         let grid = Grid { start_s: 0.0, period_s: 0.1, len: 40 };
         let time_s: Vec<f64> = grid.times().map(|t| if t > 2.0 { t + 5.0 } else { t }).collect();
         let series = Timed::new("velocity", time_s, vec![1.0; 40]).expect("a series");
@@ -171,10 +172,10 @@ mod tests {
         assert!(found.values().iter().all(|v| (v - 1.0).abs() < 1e-12));
     }
 
-    /// A DVL ahead of the origin of a vehicle that pitches and does not move: it reports `ω × r` late
-    /// and behind a lag, whether it is stated to sit there or not.
+    /// A DVL ahead of the origin of a vehicle that pitches without translation: it measures `ω × r`
+    /// with delay and lag, whether its stated position is right or not.
     #[test]
-    fn an_instrument_beside_the_origin_swings_as_late_as_it_reports() {
+    fn delay_and_lag_apply_to_the_lever_arm_too() {
         const AHEAD_M: f64 = 0.1;
         let late = VelocityReport { delay_s: 0.15, lag_s: 0.3, ..VelocityReport::default() };
         let time_s: Vec<f64> = (0..600).map(|k| 0.02 * f64::from(k)).collect();

@@ -1,4 +1,4 @@
-//! What a trial says of rudders, fins, propellers and wind.
+//! Signals of rudders, fins, propellers and wind.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use crate::plant::Signal;
 use crate::quantity::{WindFrame, WindPart};
 use crate::{Error, Quantity, Timed, Vehicle};
 
-/// Every signal that a recording tells of a vehicle.
+/// Returns the signals of a vehicle's effects in a recording.
 ///
 /// # Errors
-/// Those of [`Timed::new`].
+/// As [`Timed::new`].
 pub(super) fn signals(
     recording: &Recording,
     vehicle: &Vehicle,
@@ -46,7 +46,7 @@ pub(super) fn signals(
     Ok(found)
 }
 
-/// Velocity of the air over ground along body x and y; `None` if the log does not tell it.
+/// Returns the velocity of the air over ground along body x and y; `None` without the channels.
 ///
 /// The true wind needs heading; the relative wind needs the vehicle's own velocity.
 fn air(
@@ -55,13 +55,18 @@ fn air(
     velocity: &[Option<Timed>; 6],
 ) -> Result<Option<[Timed; 2]>, Error> {
     let wind = |frame, part| recording.get(&Quantity::Wind(frame, part));
-    let of = |frame| wind(frame, WindPart::Speed).zip(wind(frame, WindPart::Direction));
+    let speed_and_direction =
+        |frame| wind(frame, WindPart::Speed).zip(wind(frame, WindPart::Direction));
     let body: Box<dyn Fn(f64, f64, f64) -> [f64; 2]>;
     let (speed, direction);
-    if let (Some(relative), [Some(surge), Some(sway), ..]) = (of(WindFrame::Relative), velocity) {
+    if let (Some(relative), [Some(surge), Some(sway), ..]) =
+        (speed_and_direction(WindFrame::Relative), velocity)
+    {
         (speed, direction) = relative;
         body = Box::new(|t, x, y| [x + surge.at(t), y + sway.at(t)]);
-    } else if let (Some(over_ground), Some(heading)) = (of(WindFrame::True), &navigated.heading) {
+    } else if let (Some(over_ground), Some(heading)) =
+        (speed_and_direction(WindFrame::True), &navigated.heading)
+    {
         (speed, direction) = over_ground;
         body = Box::new(|t, north, east| {
             let (sin, cos) = heading.at(t).sin_cos();
@@ -71,7 +76,7 @@ fn air(
         return Ok(None);
     }
     let at = |(&t, &speed): (&f64, &f64)| {
-        // It blows away from where it comes from.
+        // Wind blows away from the direction that it comes from.
         let (sin, cos) = direction.held_at(t).sin_cos();
         body(t, -speed * cos, -speed * sin)
     };
@@ -93,8 +98,8 @@ mod tests {
     }
 
     #[test]
-    fn relative_and_true_wind_say_the_same() {
-        // Heading east at 3 m/s, wind of 4 m/s from the north: felt from port ahead.
+    fn relative_and_true_wind_give_the_same_velocity_of_air() {
+        // Heading east at 3 m/s, wind of 4 m/s from the north: relative wind from port ahead.
         let felt = (4.0_f64.hypot(3.0), (-4.0_f64).atan2(3.0));
         let common = [
             (Quantity::Attitude(Attitude::Heading), constant(90_f64.to_radians())),

@@ -1,4 +1,4 @@
-//! Velocities of axes of which only the position was measured.
+//! Velocities from measured positions.
 
 use nalgebra::Vector3;
 
@@ -9,20 +9,21 @@ use crate::series::median;
 use crate::signal::{rms, sample_noise};
 use crate::{Dof, Error, Quantity, Timed};
 
-/// Noise of a slope is no more than this part of the slopes themselves, where a longer span can
-/// bring it there.
+/// Largest ratio of noise to signal of a difference quotient, if a longer interval can achieve it.
 const NOISE_PART: f64 = 0.2;
 
-/// A longer span of a slope would smooth the motion of a small vehicle, s.
+/// Longest interval of a difference quotient, s: a longer one would smooth the motion of a small
+/// vehicle.
 const LONGEST_S: f64 = 1.0;
 
-/// A span of more than so many usual ones, and longer than [`LONGEST_S`], holds a gap of the log.
+/// An interval of more than so many usual ones, and longer than [`LONGEST_S`], includes a gap of
+/// the log.
 const GAP: f64 = 3.0;
 
-/// The slope of a position over spans without overlap, at the middle of each.
+/// Returns the difference quotients of a position over intervals without overlap, at their middles.
 ///
-/// Samples that follow each other closely have slopes that are all noise, so that a span may be
-/// several samples long. Over a gap of the log there is none: a heading may have turned round.
+/// For closely spaced samples they would be dominated by noise, so that an interval may be several
+/// samples long. There is none across a gap of the log: heading may have turned in it.
 pub(super) fn slope(path: &Timed) -> Result<Timed, Error> {
     let (time_s, values): (Vec<f64>, Vec<f64>) = spans(path.time_s(), samples_of_span(&[path]))
         .map(|Span { from, to, middle_s, length_s }| {
@@ -32,23 +33,30 @@ pub(super) fn slope(path: &Timed) -> Result<Timed, Error> {
     Timed::new("velocity", time_s, values)
 }
 
-/// Surge and sway of the vehicle's origin by fixes of its position and its heading, each over
-/// spans as of [`slope`]; `None` without them.
+/// Returns surge and sway of the vehicle's origin from position fixes and heading, over the
+/// intervals of [`slope`]; `None` without them.
 ///
-/// `ν = R(η)ᵀ Δp/Δt`, with the attitude half-way and p where the origin is.
-pub(super) fn of_fixes(
+/// `ν = R(η)ᵀ Δp/Δt`, with the attitude in the middle of the interval and p the position of the
+/// origin.
+pub(super) fn velocity_by_fixes(
     recording: &Recording,
     navigated: &Navigated,
 ) -> Result<Option<[Timed; 2]>, Error> {
-    let Some([north, east]) = fresh(recording, navigated)? else { return Ok(None) };
+    let Some([north, east]) = new_fixes(recording, navigated)? else { return Ok(None) };
     let Some(heading) = navigated.heading.as_ref() else { return Ok(None) };
-    let of = |dof: Dof, t: f64| interpolated_attitude(navigated.position.get(&dof), t);
+    let angle_at = |dof: Dof, t: f64| interpolated_attitude(navigated.position.get(&dof), t);
     let (mut time_s, mut parts) = (Vec::new(), [Vec::new(), Vec::new()]);
     for span in spans(north.time_s(), samples_of_span(&[&north, &east])) {
         let t = span.middle_s;
-        let moved = |way: &Timed| way.values()[span.to] - way.values()[span.from];
+        let moved = |displacement: &Timed| {
+            displacement.values()[span.to] - displacement.values()[span.from]
+        };
         let world = Vector3::new(moved(&north), moved(&east), 0.0) / span.length_s;
-        let angles = [of(Dof::Roll, t), of(Dof::Pitch, t), interpolated_attitude(Some(heading), t)];
+        let angles = [
+            angle_at(Dof::Roll, t),
+            angle_at(Dof::Pitch, t),
+            interpolated_attitude(Some(heading), t),
+        ];
         let body = body_from_world(angles) * world;
         time_s.push(t);
         parts.iter_mut().zip(body.iter()).for_each(|(part, x)| part.push(*x));
@@ -57,13 +65,15 @@ pub(super) fn of_fixes(
     Ok(Some([surge?, sway?]))
 }
 
-/// The way of the origin north and east at each fix; a log may hold the last until the next comes.
-pub(super) fn fresh(
+/// Returns the displacement of the origin north and east at each new fix; a log may repeat the last
+/// one until the next.
+pub(super) fn new_fixes(
     recording: &Recording,
     navigated: &Navigated,
 ) -> Result<Option<[Timed; 2]>, Error> {
-    let logged =
-        |way, angle| recording.get(&Quantity::Position(way)).or_else(|| recording.get(&angle));
+    let logged = |direction, angle| {
+        recording.get(&Quantity::Position(direction)).or_else(|| recording.get(&angle))
+    };
     let first = logged(World::North, Quantity::Latitude);
     let second = logged(World::East, Quantity::Longitude);
     let (Some((first, second)), Some([north, east, _])) =
@@ -75,14 +85,14 @@ pub(super) fn fresh(
     let times = north.time_s();
     let is_fresh = |k: &usize| *k == 0 || fix(times[*k]) != fix(times[*k - 1]);
     let kept: Vec<usize> = (0..times.len()).filter(is_fresh).collect();
-    let of = |way: &Timed| {
+    let at_fixes = |displacement: &Timed| {
         let at_kept = |all: &[f64]| kept.iter().map(|k| all[*k]).collect::<Vec<f64>>();
-        Timed::new("position", at_kept(way.time_s()), at_kept(way.values()))
+        Timed::new("position", at_kept(displacement.time_s()), at_kept(displacement.values()))
     };
-    Ok(Some([of(north)?, of(east)?]))
+    Ok(Some([at_fixes(north)?, at_fixes(east)?]))
 }
 
-/// From one sample to another.
+/// An interval between two samples.
 struct Span {
     from: usize,
     to: usize,
@@ -101,7 +111,7 @@ fn spans(time_s: &[f64], samples: usize) -> impl Iterator<Item = Span> {
     all().filter(move |span| span.length_s <= LONGEST_S.max(GAP * usual_s))
 }
 
-/// How many samples of some paths, sampled alike, make a span.
+/// Returns the number of samples per interval, for paths with the same sampling.
 fn samples_of_span(paths: &[&Timed]) -> usize {
     let period_s = paths.iter().map(|path| path.period_s()).fold(f64::MIN_POSITIVE, f64::max);
     let most = ((LONGEST_S / period_s).round() as usize).max(1);
@@ -134,19 +144,19 @@ mod tests {
         Timed::new("test", t, x).expect("valid")
     }
 
-    /// A boat that drifts to starboard while it circles, its antenna ahead and to port.
+    /// A boat that drifts to starboard while it circles, with its antenna ahead and to port.
     fn circling(fix: impl Fn(f64) -> f64) -> [Timed; 2] {
         let (u, v, r, antenna) = (1.2, 0.3, 0.1_f64, [0.8, -0.4]);
-        let way = move |t: f64| {
+        let displacement = move |t: f64| {
             let (sin, cos) = (r * t).sin_cos();
-            // ∫ R(rt) [u, v] dt, and the lever.
+            // ∫ R(rt) [u, v] dt, and the lever arm.
             let north = (u * sin - v * (1.0 - cos)) / r + cos * antenna[0] - sin * antenna[1];
             let east = (u * (1.0 - cos) + v * sin) / r + sin * antenna[0] + cos * antenna[1];
             [north, east]
         };
         let recording = Recording::from([
-            (Quantity::Position(World::North), series(0.2, |t| way(fix(t))[0])),
-            (Quantity::Position(World::East), series(0.2, |t| way(fix(t))[1])),
+            (Quantity::Position(World::North), series(0.2, |t| displacement(fix(t))[0])),
+            (Quantity::Position(World::East), series(0.2, |t| displacement(fix(t))[1])),
             (Quantity::Attitude(Attitude::Heading), series(0.1, |t| r * t)),
         ]);
         let position = Sensor {
@@ -155,11 +165,11 @@ mod tests {
         };
         let sensors = Sensors { position, ..Sensors::default() };
         let navigated = navigate("circle", &recording, &sensors).expect("complete");
-        of_fixes(&recording, &navigated).expect("complete").expect("fixes")
+        velocity_by_fixes(&recording, &navigated).expect("complete").expect("fixes")
     }
 
     #[test]
-    fn an_antenna_off_the_centre_moves_as_its_boat() {
+    fn corrects_the_lever_arm_of_an_antenna() {
         let [surge, sway] = circling(|t| t);
         let off = |series: &Timed, truth: f64| {
             series.values().iter().map(|x| (x - truth).abs()).fold(0.0, f64::max)
@@ -168,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fix_that_is_held_until_the_next_counts_once() {
+    fn a_repeated_fix_counts_once() {
         // Fixes once a second, in a log of five samples a second.
         let [surge, _] = circling(|t| (t + 1e-9).floor());
         assert!(surge.len() < 60, "{}", surge.len());
@@ -177,10 +187,10 @@ mod tests {
     }
 
     #[test]
-    fn there_is_no_slope_over_a_gap() {
+    fn there_is_no_difference_quotient_over_a_gap() {
         let t: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
         let kept: Vec<f64> = t.into_iter().filter(|t| !(20.0..30.0).contains(t)).collect();
-        // Turning on at 1 rad/s, whoever removes jumps has lost 2π in the gap.
+        // At 1 rad/s, unwrapping loses 2π in the gap.
         let angle = |t: &f64| if *t < 25.0 { *t } else { t - std::f64::consts::TAU };
         let angles = kept.iter().map(angle).collect::<Vec<f64>>();
         let rate = slope(&Timed::new("heading", kept, angles).expect("valid")).expect("valid");
@@ -189,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn spans_grow_with_the_noise_of_a_position() {
+    fn intervals_grow_with_the_noise_of_a_position() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let mut path = |noise: f64| {
             let clean = series(0.1, |t| (0.5 * t).sin());

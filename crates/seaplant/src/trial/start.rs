@@ -1,20 +1,20 @@
-//! The velocity that a simulation of a record starts from.
+//! The initial velocity of a simulation of a record.
 
 use crate::navigation::Motion;
 use crate::signal::{LowPass, differentiate};
 use crate::{AxisRecord, Error, Grid, Timed};
 
-/// The velocity that a simulation starts from is read off the record below this
-/// frequency: one raw sample may be all noise.
+/// Low-pass filter for the initial velocity of a simulation: a single raw sample may be dominated
+/// by noise.
 const START_FILTER: LowPass = LowPass { cutoff_hz: 0.5, order: 2 };
 
-/// Seconds of record that the start is read off.
+/// Duration of the filtered part of the record, s.
 const START_S: f64 = 30.0;
 
-/// The first velocity of a record, smoothed; or as it is where it is too short for that.
+/// Returns the first velocity of a record, smoothed unless it is too short.
 pub(crate) fn starting_velocity(axis: &AxisRecord, part: &Timed) -> Result<f64, Error> {
     let raw = part.values()[0];
-    // Samples that come in bursts have a shorter period than there are samples for.
+    // Samples in bursts have a shorter median period than their number allows.
     let mean_s = (part.last_s() - part.first_s()) / part.len() as f64;
     let period = part.period_s().max(mean_s / MOST_FINER);
     if part.len() < LEAST_TO_SMOOTH || 2.5 * START_FILTER.cutoff_hz * period > 1.0 {
@@ -33,8 +33,8 @@ pub(crate) fn starting_velocity(axis: &AxisRecord, part: &Timed) -> Result<f64, 
     Ok(START_FILTER.zero_phase(&values, 1.0 / period)?[0])
 }
 
-/// A grid has so many instants for each sample at most.
+/// Largest number of grid instants per sample.
 const MOST_FINER: f64 = 4.0;
 
-/// The edge extension of [`START_FILTER`], and one.
+/// One sample more than the edge extension of [`START_FILTER`].
 const LEAST_TO_SMOOTH: usize = 10;

@@ -1,6 +1,6 @@
-//! The twin under a controller.
+//! Closed-loop simulation of the twin.
 
-use super::motion::{At, move_by};
+use super::motion::{TrueState, simulate_with_force};
 use super::random::Streams;
 use super::vehicle::InstrumentNoise;
 use super::water::Water;
@@ -8,34 +8,34 @@ use super::{Plan, STEPS_PER_TICK, TICK_HZ, TwinSpec, tick_time};
 use crate::random::normal;
 use crate::{Dof, Error, Role};
 
-/// What a controller of one degree of freedom is told, ten times a second.
+/// The measurements of one degree of freedom, ten times a second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// Displacement from the start, m or rad: the sum of measured velocity, as DVLNAV makes it,
-    /// or the heading.
+    /// Displacement from the start, m or rad: the integral of measured velocity, as by DVLNAV, or
+    /// the heading.
     pub position: f64,
-    /// Velocity over the ground, m/s or rad/s: of the DVL, or the filtered slope of heading.
+    /// Velocity over ground, m/s or rad/s: that of the DVL, or the filtered derivative of heading.
     pub velocity: f64,
 }
 
-/// What truly happened, ten times a second.
+/// True motion and force, ten times a second.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClosedLoop {
-    /// When, s.
+    /// Time, s.
     pub time_s: Vec<f64>,
     /// Displacement from the start, m or rad.
     pub position: Vec<f64>,
-    /// Velocity over the ground, m/s or rad/s.
+    /// Velocity over ground, m/s or rad/s.
     pub velocity: Vec<f64>,
-    /// The force that was asked for, N or N m.
+    /// The requested force, N or N m.
     pub force: Vec<f64>,
-    /// What a controller was told.
+    /// The measurements that the controller received.
     pub measured: Vec<Measured>,
 }
 
-/// Heading is differentiated with this time constant, s: the twin has no gyroscope.
+/// Time constant of the derivative of heading, s: the twin has no gyroscope.
 const SLOPE_S: f64 = 0.3;
 
 /// The instruments of one degree of freedom.
@@ -48,23 +48,23 @@ struct Instruments {
     last: Option<f64>,
 }
 
-/// Closes the loop of one degree of freedom of the twin: its thrusters with limits, jitter, lag
-/// and delay, its water, and the noise of its instruments.
+/// Simulates one degree of freedom of the twin under a controller: its thrusters with limits,
+/// jitter, lag and delay, its water, and the noise of its instruments.
 ///
-/// `controller` turns what is measured into the force that is asked for, N or N m.
+/// `controller` returns the requested force, N or N m, for a measurement.
 ///
 /// # Errors
-/// [`Error::TwinSpec`] for a twin that cannot be, or lacks the degree of freedom;
-/// [`Error::Setting`] for a force that is not finite; [`Error::Diverged`] if it diverges.
+/// [`Error::TwinSpec`] for an invalid specification, or one without the degree of freedom;
+/// [`Error::Setting`] for a force that is not finite; [`Error::Diverged`] if the motion diverges.
 ///
 /// # Example
 /// ```
 /// use seaplant::Dof;
 /// use seaplant::twin::{TwinSpec, close_loop};
-/// // A proportional and derivative controller that keeps a place.
+/// // A proportional and derivative controller that holds position.
 /// let mut hold = |at: &seaplant::twin::Measured| -2000.0 * at.position - 6000.0 * at.velocity;
 /// let run = close_loop(&TwinSpec::jason2(), Dof::Surge, 60.0, &mut hold)?;
-/// // The bias of 255.5 N pushes it ahead.
+/// // The bias of 255.5 N displaces it forward.
 /// assert!((run.position[599] - 0.128).abs() < 0.03);
 /// # Ok::<(), seaplant::Error>(())
 /// ```
@@ -89,11 +89,11 @@ pub fn close_loop(
         spent: (0.0, 0.0),
     };
     let streams = Streams { seed: spec.seed, trial: &name };
-    let water = Water::of(spec, dof, &streams, plan.ticks());
-    let mut instruments = Instruments::of(spec, dof, &streams);
+    let water = Water::new(spec, dof, &streams, plan.ticks());
+    let mut instruments = Instruments::new(spec, dof, &streams);
     let mut run = ClosedLoop::default();
     let mut refused = None;
-    let mut decide = |tick: usize, at: &At| {
+    let mut decide = |tick: usize, at: &TrueState| {
         let measured = instruments.read(tick, at);
         let mut force = controller(&measured);
         if !force.is_finite() {
@@ -104,7 +104,7 @@ pub fn close_loop(
         run.force.push(force);
         force
     };
-    let moved = move_by(spec, &plan, &mut decide, &water, &streams)?;
+    let moved = simulate_with_force(spec, &plan, &mut decide, &water, &streams)?;
     if let Some(time_s) = refused {
         return Err(Error::Setting {
             name: format!("the controller's {dof} force at {time_s:.1} s"),
@@ -121,25 +121,25 @@ pub fn close_loop(
 }
 
 impl TwinSpec {
-    /// The most that a degree of freedom's thrusters give each way, N or N m: the weaker way.
+    /// Returns the greatest force or moment of the thrusters in the weaker direction, N or N m.
     pub fn force_limit(&self, dof: Dof) -> f64 {
         self.reverse_limit(dof)
     }
 }
 
 impl Instruments {
-    fn of(spec: &TwinSpec, dof: Dof, streams: &Streams<'_>) -> Self {
+    fn new(spec: &TwinSpec, dof: Dof, streams: &Streams<'_>) -> Self {
         Self {
             dof,
-            noise: InstrumentNoise::of(spec.noise),
-            random: streams.of("instruments"),
+            noise: InstrumentNoise::from_level(spec.noise),
+            random: streams.stream("instruments"),
             position: 0.0,
             velocity: 0.0,
             last: None,
         }
     }
 
-    fn read(&mut self, tick: usize, at: &At) -> Measured {
+    fn read(&mut self, tick: usize, at: &TrueState) -> Measured {
         let noise = normal(&mut self.random);
         if self.dof.is_rotation() {
             let heading = at.position + self.noise.heading * noise;
@@ -150,7 +150,7 @@ impl Instruments {
             self.position = heading;
         } else {
             let velocity = at.velocity + self.noise.dvl * noise;
-            // The first sample begins at the start; later ones add the way since the last.
+            // The first sample begins at the start; later ones add the displacement since the last.
             let before = self.last.unwrap_or(velocity);
             if self.last.is_some() {
                 self.position += 0.5 * (before + velocity) / TICK_HZ;

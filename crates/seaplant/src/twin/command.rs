@@ -1,4 +1,4 @@
-//! What the pilot asks of the thrusters.
+//! Forces commanded by the pilot.
 
 use std::f64::consts::TAU;
 
@@ -9,21 +9,22 @@ use super::random::{Streams, held_levels, lagged};
 use super::{Excitation, TICK_HZ, TwinSpec, tick_time};
 use crate::Dof;
 
-/// How long the joystick is held, s.
+/// Time for which the joystick is held, s.
 const JOYSTICK_DWELL_S: std::ops::Range<f64> = 5.0..20.0;
-/// How often it is held at zero.
+/// Probability that it is held at zero.
 const JOYSTICK_REST: f64 = 0.3;
-/// Lag between the pilot's hand and the command, s.
+/// Lag of the command behind the joystick, s.
 const JOYSTICK_LAG_S: f64 = 1.0;
 
-/// Steps of a held-out trial: how long each is held, s …
+/// Steps of a held-out trial: time for which each is held, s …
 const STEP_DWELL_S: std::ops::Range<f64> = 15.0..40.0;
-/// … how large it is, as a part of the most that reversed thrusters give …
+/// … magnitude, as a fraction of the greatest thrust in reverse …
 const STEP_PART: std::ops::Range<f64> = 0.2..0.7;
-/// … and the sine on top: its part of the same, and of the fitted trials' frequency.
+/// … and the added sine: its amplitude as a fraction of the same, and its frequency as a fraction
+/// of that of fitted trials.
 const STEP_SINE: (f64, f64) = (0.2, 0.6);
 
-/// Who decides on the force at each tick.
+/// The force at each tick.
 pub(super) enum Pilot {
     /// Open loop: the force of each tick, N or N m.
     OpenLoop(Vec<f64>),
@@ -31,16 +32,16 @@ pub(super) enum Pilot {
     KeepDepth(DepthKeeper),
 }
 
-/// `τ = m (0.36 e + 0.9 ė + 0.02 ∫e dt)`.
+/// A depth controller, `τ = m (0.36 e + 0.9 ė + 0.02 ∫e dt)`.
 pub(super) struct DepthKeeper {
     mass: f64,
-    /// Depth below the start and its rate, one of each a tick.
+    /// Depth below the start and its rate, at each tick.
     target: Vec<(f64, f64)>,
     integral: f64,
 }
 
 impl Pilot {
-    /// The force asked for at a tick, where the vehicle has sunk by `sunk` and sinks with `v`.
+    /// Returns the requested force at a tick, for a depth `sunk` below the start and a rate `v`.
     pub(super) fn force(&mut self, tick: usize, sunk: f64, v: f64) -> f64 {
         match self {
             Self::OpenLoop(force) => force[tick],
@@ -48,10 +49,10 @@ impl Pilot {
         }
     }
 
-    /// The pilot of a fitted trial.
+    /// Creates the pilot of a fitted trial.
     pub(super) fn of_fit(spec: &TwinSpec, dof: Dof, streams: &Streams<'_>, ticks: usize) -> Self {
         let excitation = spec.excitation[&dof];
-        let joystick = joystick(streams.of("joystick"), excitation.joystick, ticks);
+        let joystick = joystick(streams.stream("joystick"), excitation.joystick, ticks);
         let phase = phase(streams);
         let Excitation { amplitude, frequency_rad_s: omega, .. } = excitation;
         if dof != Dof::Heave {
@@ -69,7 +70,7 @@ impl Pilot {
         Self::KeepDepth(DepthKeeper { mass: spec.plants[&dof].mass, target, integral: 0.0 })
     }
 
-    /// The pilot of a held-out trial: steps, so that it looks unlike what was fitted.
+    /// Creates the pilot of a held-out trial: steps, unlike the fitted trials.
     pub(super) fn of_hold_out(
         spec: &TwinSpec,
         dof: Dof,
@@ -77,7 +78,7 @@ impl Pilot {
         ticks: usize,
     ) -> Self {
         let limit = spec.reverse_limit(dof);
-        let steps = held_levels(streams.of("steps"), STEP_DWELL_S, ticks, |rng| {
+        let steps = held_levels(streams.stream("steps"), STEP_DWELL_S, ticks, |rng| {
             let sign = if rng.random::<bool>() { 1.0 } else { -1.0 };
             sign * rng.random_range(STEP_PART)
         });
@@ -88,7 +89,7 @@ impl Pilot {
         Self::OpenLoop(steps.into_iter().enumerate().map(sine).collect())
     }
 
-    /// The pilot of a steady run: one thrust throughout.
+    /// Creates the pilot of a steady run: constant thrust.
     pub(super) fn of_steady(force: f64, ticks: usize) -> Self {
         Self::OpenLoop(vec![force; ticks])
     }
@@ -104,7 +105,7 @@ impl DepthKeeper {
 }
 
 fn phase(streams: &Streams<'_>) -> f64 {
-    streams.of("phase").random_range(0.0..TAU)
+    streams.stream("phase").random_range(0.0..TAU)
 }
 
 fn joystick(rng: ChaCha8Rng, most: f64, ticks: usize) -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! What disturbs a twin: the names.
+//! Names of the disturbances of a twin.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -9,64 +9,67 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// What disturbs the vehicle or misleads its analyst.
+/// A disturbance of the vehicle, or an error of its analyst.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Disturbance {
-    /// The cable pulls, slowly changing.
+    /// A slowly varying force of the tether.
     Tether,
-    /// The water moves; in yaw it makes a Munk moment.
+    /// A current; in yaw it causes a Munk moment.
     Current,
-    /// Propellers follow their logged speed with a first-order lag.
+    /// A first-order lag of propeller speed.
     Lag,
-    /// Propellers follow their logged speed late.
+    /// A delay of propeller speed.
     Delay,
-    /// The analyst takes the forward thrust coefficient for reverse as well.
+    /// The analyst uses the forward thrust coefficient in reverse too.
     Thrcoef,
-    /// The analyst has the DVL in the wrong place, and the vehicle rolls and pitches.
+    /// The analyst has a wrong lever arm of the DVL, and the vehicle rolls and pitches.
     Lever,
-    /// Waves push, as one sinusoid.
+    /// A wave force, as one sinusoid.
     Swell,
-    /// Thrust falls with the speed of advance, and grows while the propeller backs.
+    /// Thrust falls with the speed of advance, and grows while the propeller pushes against the
+    /// motion.
     Inflow,
-    /// Propellers speed up with one time constant and slow down with another, in place of `lag`.
+    /// Lags with separate time constants for propellers that speed up and slow down, instead of
+    /// `lag`.
     LagTwoWay,
-    /// Propellers change their speed at a limited rate.
+    /// A limited rate of propeller speed.
     Slew,
-    /// Thrust falls with the speed of advance, and stays as it is while the propeller backs.
+    /// Thrust falls with the speed of advance, and is unchanged while the propeller pushes against
+    /// the motion.
     InflowOneSided,
-    /// Thrust grows with another power of propeller speed than the square.
+    /// Another exponent of thrust over propeller speed than 2.
     ThrustExponent,
-    /// Thrust falls as the battery empties.
+    /// Thrust falls as the battery discharges.
     BatterySag,
-    /// Irregular waves push, in a narrow band of periods.
+    /// An irregular wave force in a narrow band of periods.
     SwellNarrowBand,
-    /// The current changes over minutes.
+    /// A current that varies over minutes.
     CurrentDrift,
-    /// The DVL logs the mean velocity of a past interval.
+    /// The DVL logs the mean velocity over a past interval.
     VelocityAveraging,
-    /// The DVL logs velocity behind a first-order lag.
+    /// The DVL logs velocity with a first-order lag.
     VelocityLag,
-    /// The DVL has a wrong scale.
+    /// A scale error of the DVL.
     DvlScale,
-    /// Some samples of the DVL and of heading are far off.
+    /// Outliers in samples of the DVL and of heading.
     Spikes,
-    /// The DVL loses the bottom now and then.
+    /// Gaps of the DVL without bottom lock.
     Dropouts,
-    /// Time stamps are off, each by its own error.
+    /// A random error of each time stamp.
     StampJitter,
     /// Propeller speed is logged less often than it changes.
     SlowThrustLog,
-    /// The attitude sensor gives no data now and then.
+    /// Gaps of the attitude sensor.
     HeadingGaps,
-    /// Heading drifts.
+    /// A drift of heading.
     HeadingDrift,
 }
 
 impl Disturbance {
-    /// All of them; the word `all` means the first six.
+    /// All disturbances; the word `all` means the first six.
     pub const ALL: [Self; 24] = [
         Self::Tether,
         Self::Current,
@@ -94,7 +97,7 @@ impl Disturbance {
         Self::HeadingDrift,
     ];
 
-    /// As files and flags write it.
+    /// Returns the name in files and flags.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Tether => "tether",
@@ -124,10 +127,10 @@ impl Disturbance {
         }
     }
 
-    /// Reads `none`, `all` (tether to lever), or names with commas between them.
+    /// Parses `none`, `all` (tether to lever), or names separated by commas.
     ///
     /// # Errors
-    /// [`Error::TwinSpec`] for a name that is no disturbance.
+    /// [`Error::TwinSpec`] for an unknown name.
     ///
     /// ```
     /// use seaplant::twin::Disturbance;
@@ -168,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_and_flags_write_the_same_names() {
+    fn files_and_flags_use_the_same_names() {
         for disturbance in Disturbance::ALL {
             let written = serde_json::to_string(&disturbance).expect("a name");
             assert_eq!(written, format!("\"{disturbance}\""));
@@ -177,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_name_is_answered_with_the_known_ones() {
+    fn an_unknown_name_is_refused_with_the_known_ones() {
         let message = "tide".parse::<Disturbance>().expect_err("no such").to_string();
         assert!(message.contains("`tide`") && message.contains("current-drift"), "{message}");
     }

@@ -1,4 +1,4 @@
-//! What goes wrong between a motion and its log: smoothing, spikes, gaps, wrong stamps.
+//! Errors of logging: averaging, outliers, gaps, wrong time stamps.
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -10,12 +10,12 @@ use super::random::Streams;
 use super::{Disturbance, DisturbanceStrength, STEPS_PER_TICK, TICK_HZ, TwinSpec};
 use crate::{Error, Timed};
 
-/// Gaps stay this part of a trial away from its ends, so that no log begins or ends with one.
+/// Fraction of a trial at each end without gaps, so that no log begins or ends with one.
 const WHOLE_ENDS: f64 = 0.05;
-/// The most that a stamp errs, as a part of the time between two.
+/// Largest error of a time stamp, as a fraction of the sampling period.
 const MOST_JITTER_OF_PERIOD: f64 = 0.45;
 
-/// What is wrong with the readings of one trial.
+/// The logging errors of one trial.
 pub(super) struct Faults<'a> {
     spec: &'a TwinSpec,
     streams: &'a Streams<'a>,
@@ -23,7 +23,7 @@ pub(super) struct Faults<'a> {
 }
 
 impl<'a> Faults<'a> {
-    pub(super) fn of(spec: &'a TwinSpec, streams: &'a Streams<'a>, ticks: usize) -> Self {
+    pub(super) fn new(spec: &'a TwinSpec, streams: &'a Streams<'a>, ticks: usize) -> Self {
         Self { spec, streams, duration_s: ticks as f64 / TICK_HZ }
     }
 
@@ -31,12 +31,12 @@ impl<'a> Faults<'a> {
         &self.spec.strength
     }
 
-    /// Whether the DVL sees the past as well as the present.
+    /// Returns whether the DVL averages or lags.
     pub(super) fn smooths(&self) -> bool {
         self.spec.has(Disturbance::VelocityAveraging) || self.spec.has(Disturbance::VelocityLag)
     }
 
-    /// What the DVL makes of the velocity at every step, at every tick: the mean of the past,
+    /// Returns the DVL's output at every tick for a velocity at every step: the mean over the past,
     /// then a first-order lag.
     pub(super) fn smoothed(&self, mut v: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
         if self.spec.has(Disturbance::VelocityAveraging) {
@@ -48,45 +48,45 @@ impl<'a> Faults<'a> {
         v.into_iter().step_by(STEPS_PER_TICK).collect()
     }
 
-    /// What the DVL multiplies velocity by.
+    /// Returns the scale factor of the DVL.
     pub(super) fn dvl_scale(&self) -> f64 {
         1.0 + self.spec.strength_of(Disturbance::DvlScale, self.strength().dvl_scale_error)
     }
 
-    /// Adds spikes to samples of the DVL: to all axes at once.
+    /// Adds outliers to samples of the DVL, on all axes at once.
     pub(super) fn spike_dvl(&self, axes: &mut [Vec<f64>; 3]) {
-        let mut rng = self.streams.of("dvl spikes");
+        let mut rng = self.streams.stream("dvl spikes");
         let samples = axes[0].len();
-        for sample in self.struck(&mut rng, samples) {
+        for sample in self.outliers(&mut rng, samples) {
             for axis in axes.iter_mut() {
                 axis[sample] += self.strength().spike_m_s * rng.random_range(-1.0..=1.0);
             }
         }
     }
 
-    /// Adds drift and spikes to headings, one each tick, rad.
-    pub(super) fn mislead_compass(&self, heading: &mut [f64]) {
+    /// Adds drift and outliers to headings, one each tick, rad.
+    pub(super) fn add_heading_errors(&self, heading: &mut [f64]) {
         let drift = self
             .spec
             .strength_of(Disturbance::HeadingDrift, self.strength().heading_drift_deg_min)
             .to_radians()
             / 60.0;
         heading.iter_mut().enumerate().for_each(|(tick, x)| *x += drift * tick as f64 / TICK_HZ);
-        let mut rng = self.streams.of("heading spikes");
+        let mut rng = self.streams.stream("heading spikes");
         let most = self.strength().spike_heading_deg.to_radians();
-        for sample in self.struck(&mut rng, heading.len()) {
+        for sample in self.outliers(&mut rng, heading.len()) {
             heading[sample] += most * rng.random_range(-1.0..=1.0);
         }
     }
 
-    /// The samples that are spikes.
-    fn struck(&self, rng: &mut ChaCha8Rng, samples: usize) -> Vec<usize> {
+    /// Draws the samples that are outliers.
+    fn outliers(&self, rng: &mut ChaCha8Rng, samples: usize) -> Vec<usize> {
         let part = self.spec.strength_of(Disturbance::Spikes, self.strength().spike_part);
         (0..samples).filter(|_| rng.random_bool(part)).collect()
     }
 
-    /// The series of one instrument, which share their times, as they are logged: without what
-    /// falls into gaps of this kind of disturbance, and by stamps that may be off.
+    /// Returns the logged series of one instrument, which share their times: without samples in
+    /// gaps of this disturbance, and with time stamps that may be wrong.
     ///
     /// # Errors
     /// As [`Timed::new`].
@@ -97,12 +97,12 @@ impl<'a> Faults<'a> {
         time_s: &[f64],
         series: [Vec<f64>; N],
     ) -> Result<[Timed; N], Error> {
-        let silent = match gaps.filter(|disturbance| self.spec.has(*disturbance)) {
+        let gaps_s = match gaps.filter(|disturbance| self.spec.has(*disturbance)) {
             Some(_) => self.gaps(instrument),
             None => Vec::new(),
         };
-        let heard = |t: &f64| !silent.iter().any(|[from, to]| (from..to).contains(&t));
-        let keep: Vec<bool> = time_s.iter().map(heard).collect();
+        let is_logged = |t: &f64| !gaps_s.iter().any(|[from, to]| (from..to).contains(&t));
+        let keep: Vec<bool> = time_s.iter().map(is_logged).collect();
         let kept = |x: &[f64]| -> Vec<f64> {
             x.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(x, _)| *x).collect()
         };
@@ -114,9 +114,9 @@ impl<'a> Faults<'a> {
         Ok(timed.try_into().expect("one for each"))
     }
 
-    /// When an instrument is silent, s.
+    /// Draws the gaps of an instrument, s.
     fn gaps(&self, instrument: &str) -> Vec<[f64; 2]> {
-        let mut rng = self.streams.of(&format!("{instrument} gaps"));
+        let mut rng = self.streams.stream(&format!("{instrument} gaps"));
         let DisturbanceStrength { gap_s, gap_interval_s, .. } = *self.strength();
         let (mut t, last) = (WHOLE_ENDS * self.duration_s, (1.0 - WHOLE_ENDS) * self.duration_s);
         let mut gaps = Vec::new();
@@ -131,21 +131,21 @@ impl<'a> Faults<'a> {
         }
     }
 
-    /// The stamps of samples that were taken at these times, s; none precedes the trial.
+    /// Returns the time stamps of samples taken at these times, s; none precedes the trial.
     fn stamped(&self, instrument: &str, time_s: &[f64]) -> Vec<f64> {
         let most = self.spec.strength_of(Disturbance::StampJitter, self.strength().stamp_jitter_s);
         if most == 0.0 {
             return time_s.to_vec();
         }
-        // Stamps of a fast instrument must not change places either.
+        // Time stamps of a fast instrument must stay in order too.
         let apart_s = time_s.get(1).map_or(f64::INFINITY, |second| second - time_s[0]);
         let most = most.min(MOST_JITTER_OF_PERIOD * apart_s);
-        let mut rng = self.streams.of(&format!("{instrument} stamps"));
+        let mut rng = self.streams.stream(&format!("{instrument} stamps"));
         let off = |t: &f64| (t + most * rng.random_range(-1.0..=1.0)).max(0.0);
         time_s.iter().map(off).collect()
     }
 
-    /// In how many ticks propeller speed is logged once.
+    /// Returns the number of ticks per logged propeller speed.
     pub(super) fn ticks_per_speed(&self) -> usize {
         if self.spec.has(Disturbance::SlowThrustLog) {
             (TICK_HZ * self.strength().thrust_log_s).round() as usize
@@ -155,8 +155,8 @@ impl<'a> Faults<'a> {
     }
 }
 
-/// The mean of the past `window_s` at every step, by the trapezoidal rule; before that much
-/// has passed, of all of it.
+/// Returns the mean over the past `window_s` at every step, by the trapezoidal rule; initially over
+/// the time since the start.
 fn averaged(v: &[Vector3<f64>], window_s: f64) -> Vec<Vector3<f64>> {
     let window = (window_s / STEP_S).round() as usize;
     let mut sums = vec![Vector3::zeros()];
@@ -171,7 +171,8 @@ fn averaged(v: &[Vector3<f64>], window_s: f64) -> Vec<Vector3<f64>> {
     (0..v.len()).map(mean).collect()
 }
 
-/// A first-order lag of velocity that is linear within each step; at the start it has settled.
+/// Applies a first-order lag to a velocity that is linear within each step, in steady state at the
+/// start.
 fn lagging(v: &[Vector3<f64>], time_constant_s: f64) -> Vec<Vector3<f64>> {
     if time_constant_s == 0.0 {
         return v.to_vec();
@@ -194,11 +195,11 @@ mod tests {
         (0..steps).map(|step| Vector3::new(of(step as f64 * STEP_S), 0.0, 0.0)).collect()
     }
 
-    /// Rounding, and nothing else, m/s.
+    /// Rounding, m/s.
     const ROUNDING: f64 = 1e-12;
 
     #[test]
-    fn the_mean_of_a_ramp_is_half_a_window_late() {
+    fn the_mean_of_a_ramp_lags_by_half_a_window() {
         let ramp = averaged(&along_x(|t| 0.3 * t, 200), 1.0);
         for (step, v) in ramp.iter().enumerate().skip(50) {
             let t = step as f64 * STEP_S;
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_of_mean_leaves_no_sine_of_one_second() {
+    fn a_mean_over_a_second_removes_a_sine_of_that_period() {
         let sine = averaged(&along_x(|t| (std::f64::consts::TAU * t).sin(), 300), 1.0);
         assert!(sine.iter().skip(50).all(|v| v.x.abs() < ROUNDING));
     }
@@ -224,15 +225,15 @@ mod tests {
     }
 
     #[test]
-    fn gaps_have_their_length_and_distance_and_spare_both_ends() {
+    fn gaps_have_their_length_and_interval_and_spare_both_ends() {
         let spec = TwinSpec {
             disturbances: [Disturbance::Dropouts].into(),
             duration_s: 40_000.0,
             ..TwinSpec::jason2()
         };
         let streams = Streams { seed: 1, trial: "surge 1" };
-        let gaps = Faults::of(&spec, &streams, 400_000).gaps("dvl");
-        // 370 gaps: their mean distance is known to 5 %, and half a length's spread to 2 %.
+        let gaps = Faults::new(&spec, &streams, 400_000).gaps("dvl");
+        // 370 gaps: their mean interval is known to 5 %, and their mean length to 2 %.
         let mean = |of: &mut dyn Iterator<Item = f64>, n: usize| of.sum::<f64>() / n as f64;
         let length = mean(&mut gaps.iter().map(|[from, to]| to - from), gaps.len());
         let between = mean(&mut gaps.windows(2).map(|w| w[1][0] - w[0][1]), gaps.len() - 1);

@@ -1,4 +1,4 @@
-//! What the instruments make of a motion.
+//! Simulated measurements of a motion.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use nalgebra::{Rotation3, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 
 use super::faults::Faults;
-use super::motion::{Moved, STEP_S};
+use super::motion::{STEP_S, TrialMotion};
 use super::random::Streams;
 use super::vehicle::{DEPTH_QUANTUM_M, InstrumentNoise, pair};
 use super::water::{Attitude, Water};
@@ -22,32 +22,32 @@ const DEPTH_HZ: f64 = 0.6;
 const GRAVITY: f64 = 9.80665;
 /// Resolution of the logged propeller speed, rad/s.
 const SPEED_QUANTUM: f64 = 10.0 * RPM;
-/// Steps of a command, of which 1 is the greatest: a microsecond of a pulse of 1500 ± 400 µs.
+/// Quantum of a command, whose greatest value is 1: a microsecond of a pulse of 1500 ± 400 µs.
 const COMMAND_QUANTUM: f64 = 1.0 / 400.0;
 
-/// Streams of the noise of roll, pitch and heading, of the DVL and of the gyroscope.
+/// Random streams of the noise of roll, pitch and heading, of the DVL and of the gyroscope.
 const ANGLES: [&str; 3] = ["roll", "pitch", "heading"];
 const DVL: [&str; 3] = ["dvl x", "dvl y", "dvl z"];
 const GYRO: [&str; 3] = ["gyro x", "gyro y", "gyro z"];
 
-/// A motion as instruments see it, at steps of 0.02 s.
+/// A motion in steps of 0.02 s, for the simulation of instruments.
 pub(super) trait Path {
-    /// Steps that were made.
+    /// Returns the number of steps.
     fn steps(&self) -> usize;
-    /// Attitude after a step, at `t_s`.
+    /// Returns the attitude after a step, at `t_s`.
     fn attitude(&self, step: usize, t_s: f64) -> Attitude;
-    /// Velocity of the origin over ground after a step, body axes, m/s.
+    /// Returns the velocity of the origin over ground after a step, body axes, m/s.
     fn velocity(&self, step: usize) -> Vector3<f64>;
-    /// Depth of the origin below its start after a step, m, and its rate, m/s.
+    /// Returns the depth of the origin below its start after a step, m, and its rate, m/s.
     fn sunk(&self, step: usize) -> (f64, f64);
-    /// What was asked of a thruster at a tick, in the unit of its curve.
-    fn asked(&self, thruster: usize, tick: usize) -> f64;
+    /// Returns the commanded input of a thruster at a tick, in the unit of its curve.
+    fn command(&self, thruster: usize, tick: usize) -> f64;
 }
 
 /// A motion in one degree of freedom.
 pub(super) struct Single<'a> {
     pub(super) dof: Dof,
-    pub(super) moved: &'a Moved,
+    pub(super) moved: &'a TrialMotion,
     pub(super) water: &'a Water,
 }
 
@@ -73,13 +73,13 @@ impl Path for Single<'_> {
         (self.moved.sunk[step], sinking)
     }
 
-    fn asked(&self, thruster: usize, tick: usize) -> f64 {
+    fn command(&self, thruster: usize, tick: usize) -> f64 {
         let driven = pair(self.dof).iter().position(|&driven| driven == thruster);
         driven.map_or(0.0, |which| self.moved.speeds[which][tick])
     }
 }
 
-/// Who looks at a motion, and how well.
+/// The instruments that record a motion, and their noise.
 pub(super) struct Observer<'a> {
     pub(super) spec: &'a TwinSpec,
     pub(super) vehicle: &'a Vehicle,
@@ -87,20 +87,20 @@ pub(super) struct Observer<'a> {
     pub(super) noise: InstrumentNoise,
 }
 
-/// Writes the log of one trial.
+/// Records the log of one trial.
 ///
 /// # Errors
-/// As [`Timed::new`], if the vehicle moved beyond all numbers.
+/// As [`Timed::new`], if the motion is not finite.
 pub(super) fn record(observer: &Observer<'_>, path: &dyn Path) -> Result<Recording, Error> {
     let Observer { spec, vehicle, streams, noise } = *observer;
     let mut recording = Recording::new();
     let ticks = path.steps() / STEPS_PER_TICK;
-    let faults = Faults::of(spec, streams, ticks);
+    let faults = Faults::new(spec, streams, ticks);
     let logged: Vec<usize> = (0..ticks).step_by(faults.ticks_per_speed()).collect();
     let times: Vec<f64> = logged.iter().map(|tick| tick_time(*tick)).collect();
     for (at, thruster) in vehicle.thrusters.iter().enumerate() {
         let input = thruster.curve.input();
-        let speed = |tick: &usize| to_grid(path.asked(at, *tick), quantum(input));
+        let speed = |tick: &usize| to_grid(path.command(at, *tick), quantum(input));
         let quantity = Quantity::Thruster { name: thruster.name.clone(), input };
         let speed = logged.iter().map(speed).collect();
         let [series] = faults.logged("speed", None, &times, [speed])?;
@@ -122,9 +122,9 @@ pub(super) fn record(observer: &Observer<'_>, path: &dyn Path) -> Result<Recordi
     Ok(recording)
 }
 
-/// What instruments read too much at one tick after another, as the log will have it: an autopilot
-/// sees no more of its vehicle than its instruments do.
-pub(super) struct Misreading {
+/// Measurement errors at successive ticks, the same as in the log: an autopilot has the errors of
+/// its instruments.
+pub(super) struct MeasurementErrors {
     noise: InstrumentNoise,
     dvl_to_body: Rotation3<f64>,
     angles: [ChaCha8Rng; 3],
@@ -132,22 +132,22 @@ pub(super) struct Misreading {
     gyro: [ChaCha8Rng; 3],
 }
 
-impl Misreading {
-    pub(super) fn of(streams: &Streams<'_>, noise: InstrumentNoise, sensors: &Sensors) -> Self {
-        let all = |names: [&str; 3]| names.map(|name| streams.of(name));
+impl MeasurementErrors {
+    pub(super) fn new(streams: &Streams<'_>, noise: InstrumentNoise, sensors: &Sensors) -> Self {
+        let all = |names: [&str; 3]| names.map(|name| streams.stream(name));
         let dvl_to_body = sensors.dvl.to_body();
         Self { noise, dvl_to_body, angles: all(ANGLES), dvl: all(DVL), gyro: all(GYRO) }
     }
 
-    /// Of roll, pitch and heading, rad, and of velocity in body axes, m/s and rad/s, at the next
-    /// tick.
+    /// Returns the errors of roll, pitch and heading, rad, and of velocity in body axes, m/s and
+    /// rad/s, at the next tick.
     pub(super) fn next(&mut self) -> ([f64; 3], Vector6<f64>) {
         let stds = self.noise.of_angles();
         let angles = std::array::from_fn(|k| stds[k] * normal(&mut self.angles[k]));
         let dvl = Vector3::from_fn(|k, _| self.noise.dvl * normal(&mut self.dvl[k]));
         let gyro = self.gyro.each_mut().map(|rng| {
             let read = self.noise.gyro.unwrap_or(0.0) * normal(rng);
-            // It reads at every step.
+            // The gyroscope is sampled at every step.
             (1..STEPS_PER_TICK).for_each(|_| _ = normal(rng));
             read
         });
@@ -156,12 +156,12 @@ impl Misreading {
     }
 }
 
-/// A command as it is sent, and logged.
-pub(super) fn sent(command: f64) -> f64 {
+/// Rounds a command as it is sent and logged.
+pub(super) fn quantised(command: f64) -> f64 {
     to_grid(command, COMMAND_QUANTUM)
 }
 
-/// In what steps an input is logged: rad/s, or parts of full command.
+/// Returns the quantum of a logged input: rad/s, or a fraction of full command.
 fn quantum(input: ThrusterInput) -> f64 {
     if input == ThrusterInput::Speed { SPEED_QUANTUM } else { COMMAND_QUANTUM }
 }
@@ -178,7 +178,7 @@ struct Sensing<'a> {
 }
 
 impl Sensing<'_> {
-    /// The instants of the 10 Hz instruments: each tick, and the end of the last.
+    /// Returns the instants of the 10 Hz instruments: each tick, and the end of the last.
     fn instants(&self) -> Vec<f64> {
         (0..self.attitudes.len()).map(tick_time).collect()
     }
@@ -186,11 +186,11 @@ impl Sensing<'_> {
     fn attitude(&self, recording: &mut Recording) -> Result<(), Error> {
         let stds = self.noise.of_angles();
         let mut read = [0, 1, 2].map(|k| -> Vec<f64> {
-            let mut rng = self.streams.of(ANGLES[k]);
+            let mut rng = self.streams.stream(ANGLES[k]);
             let noisy = |attitude: &Attitude| attitude.angles[k] + stds[k] * normal(&mut rng);
             self.attitudes.iter().map(noisy).collect()
         });
-        self.faults.mislead_compass(&mut read[2]);
+        self.faults.add_heading_errors(&mut read[2]);
         read[2].iter_mut().for_each(|heading| *heading = heading.rem_euclid(TAU));
         let gaps = Some(Disturbance::HeadingGaps);
         let logged = self.faults.logged("attitude", gaps, &self.instants(), read)?;
@@ -201,7 +201,7 @@ impl Sensing<'_> {
     }
 
     fn dvl(&self, recording: &mut Recording) -> Result<(), Error> {
-        let mut rngs = DVL.map(|axis| self.streams.of(axis));
+        let mut rngs = DVL.map(|axis| self.streams.stream(axis));
         let mut read: [Vec<f64>; 3] = Default::default();
         for at_dvl in self.velocities_at_dvl() {
             let scaled = self.faults.dvl_scale() * at_dvl;
@@ -218,8 +218,8 @@ impl Sensing<'_> {
         Ok(())
     }
 
-    /// Specific force `Rᵦₛᵀ (v̇ + ω × v + ω̇ × r + ω × (ω × r)) − Rᵀ g` in the middle of each step,
-    /// where the change of velocity over the step is v̇.
+    /// Records the specific force `v̇ + ω × v + ω̇ × r + ω × (ω × r) − Rᵀ g` in the middle of each
+    /// step, v̇ being the change of velocity over the step.
     fn accelerometer(
         &self,
         imu: &TwinAccelerometer,
@@ -227,18 +227,21 @@ impl Sensing<'_> {
     ) -> Result<(), Error> {
         let steps = self.path.steps();
         let at_step = |step: usize| self.path.attitude(step, step as f64 * STEP_S);
-        let mut rngs = ["imu x", "imu y", "imu z"].map(|axis| self.streams.of(axis));
+        let mut rngs = ["imu x", "imu y", "imu z"].map(|axis| self.streams.stream(axis));
         let mut leaks = [0, 1, 2].map(|k| imu.leak * normal(&mut rngs[k]));
         let kept = (-STEP_S / imu.leak_s).exp();
         let mut read: [Vec<f64>; 3] = Default::default();
         let mut before = at_step(0);
         for step in 0..steps {
             let after = at_step(step + 1);
-            let felt = self.felt(step, &before, &after, &Vector3::from(imu.position_m));
+            let specific_force =
+                self.specific_force(step, &before, &after, &Vector3::from(imu.position_m));
             for k in 0..3 {
                 let shock = imu.leak * (1.0 - kept * kept).sqrt() * normal(&mut rngs[k]);
                 leaks[k] = kept * leaks[k] + shock;
-                read[k].push(felt[k] + imu.offset + leaks[k] + imu.noise * normal(&mut rngs[k]));
+                read[k].push(
+                    specific_force[k] + imu.offset + leaks[k] + imu.noise * normal(&mut rngs[k]),
+                );
             }
             before = after;
         }
@@ -250,7 +253,7 @@ impl Sensing<'_> {
         Ok(())
     }
 
-    fn felt(
+    fn specific_force(
         &self,
         step: usize,
         before: &Attitude,
@@ -266,7 +269,7 @@ impl Sensing<'_> {
             - GRAVITY * down
     }
 
-    /// What the DVL would read at every tick without noise, m/s.
+    /// Returns the noise-free output of the DVL at every tick, m/s.
     fn velocities_at_dvl(&self) -> Vec<Vector3<f64>> {
         if !self.faults.smooths() {
             let at_tick = |(tick, attitude)| self.at_dvl(tick * STEPS_PER_TICK, attitude);
@@ -277,7 +280,7 @@ impl Sensing<'_> {
         self.faults.smoothed((0..=self.path.steps()).map(at_step).collect())
     }
 
-    /// `v_dvl = R_bsᵀ (v + ω × r)`.
+    /// Returns `v_dvl = R_bsᵀ (v + ω × r)`.
     fn at_dvl(&self, step: usize, attitude: &Attitude) -> Vector3<f64> {
         let dvl = self.sensors.dvl;
         let v = self.path.velocity(step);
@@ -285,13 +288,13 @@ impl Sensing<'_> {
     }
 
     fn depth(&self, recording: &mut Recording) -> Result<(), Error> {
-        let mut rng = self.streams.of("depth");
+        let mut rng = self.streams.stream("depth");
         let lever = self.sensors.depth.position_body;
         let end_s = tick_time(self.attitudes.len() - 1);
         let t: Vec<f64> = (0..=(end_s * DEPTH_HZ) as usize).map(|k| k as f64 / DEPTH_HZ).collect();
         let read = |t: &f64| {
             let step = ((t / STEP_S).round() as usize).min(self.path.steps());
-            // Within a hundredth of a second of the sample: below 0.1 mm.
+            // The step is within 0.01 s of the sample: the remaining error is below 0.1 mm.
             let late_s = t - step as f64 * STEP_S;
             let (sunk, sinking) = self.path.sunk(step);
             let origin = self.spec.start_depth_m + sunk + late_s * sinking;
@@ -304,14 +307,14 @@ impl Sensing<'_> {
         Ok(())
     }
 
-    /// Rates of turn in body axes, at every step.
+    /// Records angular velocity in body axes, at every step.
     fn gyro(&self, recording: &mut Recording) -> Result<(), Error> {
         let times: Vec<f64> = (0..=self.path.steps()).map(|step| step as f64 * STEP_S).collect();
         let rates = times.iter().enumerate().map(|(step, t)| self.path.attitude(step, *t));
         let rates: Vec<Vector3<f64>> = rates.map(|attitude| body_rates(&attitude)).collect();
         let std = self.noise.gyro.unwrap_or(0.0);
         let read = [0, 1, 2].map(|k| -> Vec<f64> {
-            let mut rng = self.streams.of(GYRO[k]);
+            let mut rng = self.streams.stream(GYRO[k]);
             rates.iter().map(|rate| rate[k] + std * normal(&mut rng)).collect()
         });
         let logged = self.faults.logged("gyro", None, &times, read)?;
@@ -322,7 +325,7 @@ impl Sensing<'_> {
     }
 }
 
-/// Angular velocity in body axes from the slopes of the angles, rad/s.
+/// Returns angular velocity in body axes from the derivatives of Euler angles, rad/s.
 fn body_rates(attitude: &Attitude) -> Vector3<f64> {
     let [roll, pitch, _] = attitude.angles;
     let [roll_slope, pitch_slope, heading_slope] = attitude.slopes;
@@ -341,20 +344,20 @@ fn to_grid(x: f64, quantum: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::navigation::navigate;
-    use crate::twin::motion::move_vehicle;
+    use crate::twin::motion::simulate_trial;
     use crate::twin::plans;
 
-    /// The log of one trial without noise, its motion and its true instruments.
-    fn noise_free(disturbances: &str, name: &str) -> (Recording, Moved, Sensors) {
+    /// Returns the log of one trial without noise, its motion and its true instruments.
+    fn noise_free(disturbances: &str, name: &str) -> (Recording, TrialMotion, Sensors) {
         let spec = TwinSpec {
             disturbances: Disturbance::parse_list(disturbances).expect("known"),
             ..TwinSpec::jason2()
         };
         let plan = plans(&spec).into_iter().find(|plan| plan.name == name).expect("planned");
         let streams = Streams { seed: spec.seed, trial: name };
-        let water = Water::of(&spec, plan.dof, &streams, plan.ticks());
+        let water = Water::new(&spec, plan.dof, &streams, plan.ticks());
         let pilot = plan.pilot(&spec, &streams);
-        let moved = move_vehicle(&spec, &plan, pilot, &water, &streams).expect("stable");
+        let moved = simulate_trial(&spec, &plan, pilot, &water, &streams).expect("stable");
         let silent = InstrumentNoise::default();
         let vehicle = spec.true_vehicle().expect("valid");
         let observer =
@@ -364,10 +367,10 @@ mod tests {
         (log, moved, vehicle.sensors)
     }
 
-    /// The filter on rates leaves its mark this deep at both ends, in samples.
+    /// Number of samples at both ends that the filter of rates distorts.
     const EDGE: usize = 50;
 
-    fn greatest_error(log: &Recording, moved: &Moved, sensors: &Sensors, dof: Dof) -> f64 {
+    fn greatest_error(log: &Recording, moved: &TrialMotion, sensors: &Sensors, dof: Dof) -> f64 {
         let nav = navigate("twin", log, sensors).expect("complete");
         let v = nav.measured[&dof].values();
         let error = |tick: usize| (v[tick] - moved.velocity[tick * STEPS_PER_TICK]).abs();
@@ -375,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn navigation_undoes_the_turned_dvl() {
+    fn navigation_corrects_the_rotated_dvl() {
         for (name, dof) in [("surge 1", Dof::Surge), ("sway 1", Dof::Sway), ("heave 1", Dof::Heave)]
         {
             let (log, moved, sensors) = noise_free("none", name);
@@ -385,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn navigation_undoes_the_lever_arm_of_a_vehicle_that_rolls_and_pitches() {
+    fn navigation_corrects_the_lever_arm_of_a_vehicle_that_rolls_and_pitches() {
         for (name, dof) in [("surge 1", Dof::Surge), ("sway 1", Dof::Sway), ("heave 1", Dof::Heave)]
         {
             let (log, moved, mut sensors) = noise_free("lever", name);
@@ -399,13 +402,13 @@ mod tests {
     }
 
     #[test]
-    fn a_turning_vehicle_stays_where_it_is() {
+    fn a_vehicle_that_turns_on_the_spot_does_not_translate() {
         let (log, moved, sensors) = noise_free("none", "yaw 1");
         let nav = navigate("twin", &log, &sensors).expect("complete");
         let fastest = moved.velocity.iter().fold(0.0_f64, |most, r| most.max(r.abs()));
         let sway = nav.measured[&Dof::Sway].values();
         let drift = sway[EDGE..sway.len() - EDGE].iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        // Yaw moves at 1/6 Hz, where derivatives are good to half a per cent of 0.5 m × r.
+        // Yaw moves at 1/6 Hz, at which derivatives are accurate to half a per cent of 0.5 m × r.
         assert!(drift < 0.01 * 0.5 * fastest, "{drift} beside {}", 0.5 * fastest);
     }
 
@@ -415,7 +418,7 @@ mod tests {
         let depth = &navigate("twin", &log, &sensors).expect("complete").position[&Dof::Heave];
         for (t, z) in depth.time_s().iter().zip(depth.values()) {
             let step = (t / STEP_S).round() as usize;
-            // Half a quantum, and what 0.01 s at 0.3 m/s add.
+            // Half a quantum, and 0.01 s at 0.3 m/s.
             assert!((z - 150.0 - moved.position[step]).abs() < 0.5 * DEPTH_QUANTUM_M + 0.003);
         }
     }
@@ -433,9 +436,9 @@ mod tests {
         &log[&Quantity::Thruster { name, input: ThrusterInput::Speed }]
     }
 
-    /// How much of surge the turned DVL sees along its x axis.
+    /// Component of surge along the x axis of the rotated DVL.
     const SEEN: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    /// Rounding, and nothing else, m/s, rad and s.
+    /// Rounding, m/s, rad and s.
     const ROUNDING: f64 = 1e-12;
 
     #[test]
@@ -450,20 +453,20 @@ mod tests {
     }
 
     #[test]
-    fn a_lagging_dvl_comes_to_what_it_measures() {
+    fn a_lagging_dvl_approaches_the_velocity() {
         let (log, moved, _) = noise_free("velocity-lag", "surge 1");
         let x = dvl_x(&log).values();
         for tick in 100..x.len() - 1 {
             let lagging = x[tick] / SEEN;
             let slope = (x[tick + 1] - x[tick - 1]) / (0.2 * SEEN);
             let true_v = moved.velocity[tick * STEPS_PER_TICK];
-            // Central differences of what moves at 0.1 Hz and is pushed anew every 0.1 s.
+            // Central differences of a motion at 0.1 Hz under a force that changes every 0.1 s.
             assert!((lagging + 0.3 * slope - true_v).abs() < 2e-3, "{tick}");
         }
     }
 
     #[test]
-    fn a_misscaled_dvl_reads_3_percent_too_much_and_depth_does_not() {
+    fn a_scale_error_of_the_dvl_does_not_affect_depth() {
         let (log, moved, sensors) = noise_free("dvl-scale", "heave 1");
         let nav = navigate("twin", &log, &sensors).expect("complete");
         for (tick, v) in nav.measured[&Dof::Heave].values().iter().enumerate() {
@@ -475,14 +478,14 @@ mod tests {
     }
 
     #[test]
-    fn half_a_percent_of_samples_are_spikes() {
+    fn half_a_percent_of_samples_are_outliers() {
         let (right, struck) = (noise_free("none", "yaw 1").0, noise_free("spikes", "yaw 1").0);
         let off = |of: fn(&Recording) -> &Timed| -> Vec<f64> {
             let pairs = of(&right).values().iter().zip(of(&struck).values());
             pairs.map(|(a, b)| (a - b).abs()).filter(|off| *off > ROUNDING).collect()
         };
         for (of, most) in [(off(dvl_x), 1.0), (off(heading), 30.0_f64.to_radians())] {
-            // Of 4801 samples 24 ± 5; headings near north may come out a turn further.
+            // Of 4801 samples 24 ± 5; headings near north may differ by a whole turn.
             assert!((8..=40).contains(&of.len()), "{}", of.len());
             assert!(of.iter().all(|off| *off <= most || TAU - off <= most), "{of:?}");
             assert!(of.iter().any(|off| *off > 0.5 * most));
@@ -490,7 +493,7 @@ mod tests {
         assert_eq!(speed(&right), speed(&struck));
     }
 
-    /// The gaps of a log, s.
+    /// Returns the gaps of a log, s.
     fn gaps(series: &Timed) -> Vec<f64> {
         series.time_s().windows(2).map(|t| t[1] - t[0]).filter(|gap| *gap > 0.11).collect()
     }
@@ -509,7 +512,7 @@ mod tests {
     }
 
     #[test]
-    fn jittered_stamps_leave_samples_as_they_are() {
+    fn jittered_time_stamps_leave_samples_unchanged() {
         let (right, late) =
             (noise_free("none", "heave 1").0, noise_free("stamp-jitter", "heave 1").0);
         for (quantity, series) in &late {
@@ -518,7 +521,7 @@ mod tests {
             let off: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
             assert!(off.iter().all(|off| off.abs() <= 0.02 + ROUNDING), "{quantity}");
             let mean_square = off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64;
-            // Uniform over ± 20 ms: 11.5 ms; of 288 depths known to 4 %.
+            // Uniform over ± 20 ms: 11.5 ms; from 288 depths, known to 4 %.
             assert!((mean_square.sqrt() / 0.01155 - 1.0).abs() < 0.12, "{quantity}");
         }
         assert_ne!(dvl_x(&late).time_s(), heading(&late).time_s(), "each clock has its own errors");

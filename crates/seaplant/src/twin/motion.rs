@@ -1,4 +1,4 @@
-//! The vehicle in motion: thrust, drag, and what else pushes.
+//! Motion of the vehicle in one degree of freedom: thrust, drag and disturbances.
 
 use super::command::Pilot;
 use super::propellers::Propellers;
@@ -9,12 +9,12 @@ use crate::{Dof, Error, PhysicalParameters};
 
 pub(super) const STEP_S: f64 = 1.0 / (TICK_HZ * STEPS_PER_TICK as f64);
 
-/// What happened in one trial: states at every step, speeds at every tick.
+/// The motion of one trial: states at every step, propeller speeds at every tick.
 #[derive(Default)]
-pub(super) struct Moved {
+pub(super) struct TrialMotion {
     /// Displacement along the degree of freedom, m or rad.
     pub(super) position: Vec<f64>,
-    /// Velocity over the ground, m/s or rad/s.
+    /// Velocity over ground, m/s or rad/s.
     pub(super) velocity: Vec<f64>,
     /// Depth below the start, m.
     pub(super) sunk: Vec<f64>,
@@ -22,60 +22,60 @@ pub(super) struct Moved {
     pub(super) speeds: [Vec<f64>; 2],
 }
 
-/// Lets the vehicle move for a trial.
+/// Simulates a trial with its pilot.
 ///
 /// # Errors
-/// [`Error::Diverged`] if it diverges.
-pub(super) fn move_vehicle(
+/// [`Error::Diverged`] if the motion diverges.
+pub(super) fn simulate_trial(
     spec: &TwinSpec,
     plan: &Plan,
     mut pilot: Pilot,
     water: &Water,
     streams: &Streams<'_>,
-) -> Result<Moved, Error> {
-    let mut decide = |tick: usize, at: &At| pilot.force(tick, at.sunk, at.velocity);
-    move_by(spec, plan, &mut decide, water, streams)
+) -> Result<TrialMotion, Error> {
+    let mut decide = |tick: usize, at: &TrueState| pilot.force(tick, at.sunk, at.velocity);
+    simulate_with_force(spec, plan, &mut decide, water, streams)
 }
 
-/// Where the vehicle truly is at a tick.
-pub(super) struct At {
+/// The true state of the vehicle at a tick.
+pub(super) struct TrueState {
     /// Displacement along the degree of freedom, m or rad.
     pub(super) position: f64,
-    /// Velocity over the ground, m/s or rad/s.
+    /// Velocity over ground, m/s or rad/s.
     pub(super) velocity: f64,
     /// Depth below the start, m.
     pub(super) sunk: f64,
 }
 
-/// Lets the vehicle move under whatever decides on the force at each tick.
+/// Simulates a trial under the force that a function returns at each tick.
 ///
 /// # Errors
-/// [`Error::Diverged`] if it diverges.
-pub(super) fn move_by(
+/// [`Error::Diverged`] if the motion diverges.
+pub(super) fn simulate_with_force(
     spec: &TwinSpec,
     plan: &Plan,
-    decide: &mut dyn FnMut(usize, &At) -> f64,
+    decide: &mut dyn FnMut(usize, &TrueState) -> f64,
     water: &Water,
     streams: &Streams<'_>,
-) -> Result<Moved, Error> {
+) -> Result<TrialMotion, Error> {
     let Plan { dof, plant, .. } = plan;
-    let mut propellers = Propellers::of(spec, &spec.true_vehicle()?, plan, streams);
-    let mut moved = Moved::default();
+    let mut propellers = Propellers::new(spec, &spec.true_vehicle()?, plan, streams);
+    let mut moved = TrialMotion::default();
     let (mut position, mut v, mut sunk) = (0.0, 0.0, 0.0);
     moved.push(position, v, sunk);
     for tick in 0..plan.ticks() {
-        let force = decide(tick, &At { position, velocity: v, sunk });
-        let asked = propellers.allocate(force, tick);
+        let force = decide(tick, &TrueState { position, velocity: v, sunk });
+        let commands = propellers.allocate(force, tick);
         let vertical = vertical_part(water, *dof, tick_time(tick));
-        moved.speeds.iter_mut().zip(asked).for_each(|(path, speed)| path.push(speed));
+        moved.speeds.iter_mut().zip(commands).for_each(|(path, speed)| path.push(speed));
         for step in tick * STEPS_PER_TICK..(tick + 1) * STEPS_PER_TICK {
             let t = step as f64 * STEP_S;
-            let speeds = propellers.turn(&moved.speeds, t);
+            let speeds = propellers.advance(&moved.speeds, t);
             let acceleration = |stage: usize, v: f64| {
                 let through_water = v - water.along(tick);
                 let t = t + 0.5 * STEP_S * stage as f64;
                 let force = propellers.force(speeds[stage], through_water, t);
-                (force + water.push(tick, t, position) - drag(plant, through_water)) / plant.mass
+                (force + water.force(tick, t, position) - drag(plant, through_water)) / plant.mass
             };
             let (moved_by, v_next) = rk4(v, acceleration);
             (position, v, sunk) = (position + moved_by, v_next, sunk + vertical * moved_by);
@@ -88,26 +88,25 @@ pub(super) fn move_by(
     Ok(moved)
 }
 
-/// Beyond this a velocity is no vehicle's, m/s or rad/s.
+/// Velocity beyond which a simulation has diverged, m/s or rad/s.
 const RUNAWAY: f64 = 1e3;
 
 fn drag(plant: &PhysicalParameters, v: f64) -> f64 {
     plant.d_quadratic * v * v.abs() + plant.d_linear * v + plant.bias_force
 }
 
-/// How much of a motion along the degree of freedom goes down.
+/// Returns the downward component of a unit displacement along the degree of freedom.
 fn vertical_part(water: &Water, dof: Dof, t_s: f64) -> f64 {
     if dof.is_rotation() {
         return 0.0;
     }
-    // Heading does not matter here.
+    // It does not depend on heading.
     water.attitude(t_s, 0.0, 0.0).rotation()[(2, dof.index())]
 }
 
-/// One classical Runge–Kutta step: the displacement, and the velocity after it.
+/// Takes one classical Runge–Kutta step; returns the displacement, and the velocity after it.
 ///
-/// `acceleration(stage, v)` has stage 0 at the start of the step, 1 in its middle and 2
-/// at its end.
+/// `acceleration(stage, v)` has stage 0 at the start of the step, 1 in its middle and 2 at its end.
 fn rk4(v: f64, acceleration: impl Fn(usize, f64) -> f64) -> (f64, f64) {
     let h = STEP_S;
     let a1 = acceleration(0, v);
@@ -120,7 +119,7 @@ fn rk4(v: f64, acceleration: impl Fn(usize, f64) -> f64) -> (f64, f64) {
     (h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4), v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4))
 }
 
-impl Moved {
+impl TrialMotion {
     fn push(&mut self, position: f64, v: f64, sunk: f64) {
         self.position.push(position);
         self.velocity.push(v);
@@ -135,17 +134,17 @@ mod tests {
     use crate::twin::plans;
     use crate::{State, Timed, simulate};
 
-    fn moved(spec: &TwinSpec, name: &str) -> (Plan, Moved) {
+    fn moved(spec: &TwinSpec, name: &str) -> (Plan, TrialMotion) {
         let plan = plans(spec).into_iter().find(|plan| plan.name == name).expect("planned");
         let streams = Streams { seed: spec.seed, trial: name };
-        let water = Water::of(spec, plan.dof, &streams, plan.ticks());
+        let water = Water::new(spec, plan.dof, &streams, plan.ticks());
         let pilot = plan.pilot(spec, &streams);
-        let moved = move_vehicle(spec, &plan, pilot, &water, &streams).expect("stable");
+        let moved = simulate_trial(spec, &plan, pilot, &water, &streams).expect("stable");
         (plan, moved)
     }
 
-    fn simulated(spec: &TwinSpec, plan: &Plan, moved: &Moved) -> Vec<f64> {
-        let propellers = Propellers::of(
+    fn simulated(spec: &TwinSpec, plan: &Plan, moved: &TrialMotion) -> Vec<f64> {
+        let propellers = Propellers::new(
             spec,
             &spec.true_vehicle().expect("valid"),
             plan,
@@ -159,11 +158,11 @@ mod tests {
         simulate(plan.dof, &plant, &force, State::default(), &times).expect("stable").velocity
     }
 
-    /// Steps of 0.02 s and of 0.05 s: RK4 leaves each below a millionth of the velocity.
+    /// Error of RK4 in steps of 0.02 s and 0.05 s: below a millionth of the velocity each.
     const SAME_VELOCITY: f64 = 1e-6;
 
     #[test]
-    fn moves_undisturbed_as_the_plant_is_simulated() {
+    fn undisturbed_motion_agrees_with_the_plant_simulation() {
         let spec = TwinSpec::jason2();
         for name in ["surge 1", "sway hold-out", "heave 1", "yaw 1", "heave down 60 %"] {
             let (plan, moved) = moved(&spec, name);
@@ -175,13 +174,13 @@ mod tests {
     }
 
     #[test]
-    fn delayed_thrust_moves_the_vehicle_as_much_later() {
+    fn delayed_thrust_delays_the_motion() {
         let mut spec = TwinSpec::jason2();
         let prompt = moved(&spec, "surge 1").1;
         spec.disturbances.insert(Disturbance::Delay);
         let late = moved(&spec, "surge 1").1;
         assert_eq!(prompt.speeds, late.speeds, "what is logged is what was asked");
-        // 0.2 s are 10 steps; the bias force acts in them, 0.004 m/s, and fades away.
+        // 0.2 s are 10 steps; the bias force acts during them, 0.004 m/s, and its effect decays.
         let after_20_s = prompt.velocity.iter().zip(&late.velocity[10..]).skip(1000);
         let apart = after_20_s.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(apart < 1e-3, "{apart}");

@@ -1,4 +1,4 @@
-//! The pair of propellers that drives a degree of freedom: how it turns, and thrusts.
+//! The pair of propellers that drives a degree of freedom: speed and thrust.
 
 use super::motion::STEP_S;
 use super::random::{Streams, ornstein_uhlenbeck};
@@ -13,36 +13,36 @@ pub(super) const JITTER_CORRELATION_S: f64 = 0.5;
 /// The pair of propellers that drives one degree of freedom.
 pub(super) struct Propellers {
     screw: Screw,
-    /// What one newton of each gives: 1, or ± the arm.
+    /// Force or moment per newton of each: 1, or ± the arm.
     weights: [f64; 2],
     jitter: [Vec<f64>; 2],
     motor: Motor,
     delay_s: f64,
-    /// Part of thrust that is lost at the start of the trial, and per second in it.
+    /// Fraction of thrust lost at the start of the trial, and per second during it.
     sag: (f64, f64),
-    turning: [f64; 2],
+    current_speeds: [f64; 2],
 }
 
-/// How a propeller thrusts at a speed.
+/// Thrust of a propeller as a function of its speed.
 #[derive(Clone, Copy)]
 pub(super) struct Screw {
     law: QuadraticThrust,
     max_speed: f64,
     /// Thrust lost per speed of propeller and of inflow, N s²/(rad m).
     inflow: f64,
-    /// The same, but only while the propeller advances.
+    /// The loss while the propeller pushes in the direction of motion only.
     inflow_one_sided: f64,
     /// p − 2 of F ∝ |n|^p.
     beyond_square: f64,
 }
 
-/// How a propeller follows the speed that is asked of it.
+/// Response of propeller speed to commands.
 #[derive(Clone, Copy)]
 pub(super) struct Motor {
-    /// Time constants, s, of speeding up and of slowing down.
+    /// Time constants of speeding up and of slowing down, s.
     up_s: f64,
     down_s: f64,
-    /// The fastest change of speed, rad/s².
+    /// Largest rate of speed, rad/s².
     most: f64,
 }
 
@@ -50,9 +50,10 @@ pub(super) struct Motor {
 pub(super) type StageSpeeds = [[f64; 2]; 3];
 
 impl TwinSpec {
-    /// Thrust lost to inflow per propeller speed and speed through water, N s²/(rad m).
+    /// Returns the loss of thrust by inflow, per propeller speed and speed through water, N s²/(rad
+    /// m).
     ///
-    /// `F = k n|n| − k_in |n| v`, so that 1 m/s takes `strength.inflow_loss` of the
+    /// `F = k n|n| − k_in |n| v`, so that 1 m/s reduces thrust by `strength.inflow_loss` of the
     /// greatest forward thrust.
     ///
     /// # Source
@@ -61,7 +62,8 @@ impl TwinSpec {
         self.inflow_of(Disturbance::Inflow, self.strength.inflow_loss)
     }
 
-    /// The same of a propeller that advances, where only such lose thrust.
+    /// Returns the loss of propellers that push in the direction of motion, if only such lose
+    /// thrust.
     pub(super) fn inflow_one_sided(&self) -> f64 {
         self.inflow_of(Disturbance::InflowOneSided, self.strength.inflow_one_sided_loss)
     }
@@ -71,20 +73,20 @@ impl TwinSpec {
         loss * self.thrusters.forward * self.thrusters.max_speed()
     }
 
-    /// p of F ∝ |n|^p.
+    /// Returns p of F ∝ |n|^p.
     pub(super) fn exponent(&self) -> f64 {
         if self.has(Disturbance::ThrustExponent) { self.strength.thrust_exponent } else { 2.0 }
     }
 
-    /// Thrust at rest in the water, N, with a fresh battery.
+    /// Returns thrust at rest in the water with a fresh battery, N.
     ///
-    /// `F = k n|n| |n / n_max|^(p − 2)`: the square law and this one meet at the greatest speed.
+    /// `F = k n|n| |n / n_max|^(p − 2)`, which equals the square law at the greatest speed.
     pub(super) fn true_thrust(&self, speed: f64) -> f64 {
         let part = speed / self.thrusters.max_speed();
         beyond_square(self.thrusters.law().force(speed), part, self.exponent() - 2.0)
     }
 
-    /// The time constants with which propellers speed up and slow down, s.
+    /// Returns the time constants of propellers that speed up and slow down, s.
     pub(super) fn lags(&self) -> (f64, f64) {
         if self.has(Disturbance::LagTwoWay) {
             return (self.strength.lag_up_s, self.strength.lag_down_s);
@@ -94,13 +96,13 @@ impl TwinSpec {
     }
 }
 
-/// A square law's force at this part of the greatest speed, as another power's.
+/// Converts the force of a square law at a fraction of the greatest speed to another exponent.
 fn beyond_square(force: f64, part_of_greatest: f64, power: f64) -> f64 {
     if power == 0.0 || force == 0.0 { force } else { force * part_of_greatest.abs().powf(power) }
 }
 
 impl Screw {
-    pub(super) fn of(spec: &TwinSpec) -> Self {
+    pub(super) fn new(spec: &TwinSpec) -> Self {
         Self {
             law: spec.thrusters.law(),
             max_speed: spec.thrusters.max_speed(),
@@ -110,13 +112,13 @@ impl Screw {
         }
     }
 
-    /// The speed of a thrust by the square law, at most the greatest.
+    /// Returns the speed for a thrust by the square law, limited to the greatest.
     pub(super) fn speed_for(&self, thrust: f64) -> f64 {
         let coefficient = if thrust < 0.0 { self.law.reverse } else { self.law.forward };
         (thrust.abs() / coefficient).sqrt().min(self.max_speed).copysign(thrust)
     }
 
-    /// Thrust at a speed, where the propeller moves with `along` through the water, N.
+    /// Returns thrust at a speed of the propeller, advancing at `along` through the water, N.
     pub(super) fn thrust(&self, speed: f64, along: f64) -> f64 {
         let mut lost = self.inflow * speed.abs() * along;
         if speed * along > 0.0 {
@@ -128,47 +130,55 @@ impl Screw {
 }
 
 impl Motor {
-    pub(super) fn of(spec: &TwinSpec) -> Self {
+    pub(super) fn new(spec: &TwinSpec) -> Self {
         let (up_s, down_s) = spec.lags();
         let slew_s = spec.strength_of(Disturbance::Slew, spec.strength.slew_s);
         let most = if slew_s > 0.0 { spec.thrusters.max_speed() / slew_s } else { f64::INFINITY };
         Self { up_s, down_s, most }
     }
 
-    /// Whether it is at once where it is wanted.
+    /// Returns whether speed follows commands immediately.
     fn is_prompt(&self) -> bool {
         self.up_s == 0.0 && self.down_s == 0.0 && self.most.is_infinite()
     }
 
-    /// The speed after `dt` of a propeller that turns with `speed` while `wanted` is asked.
+    /// Returns the speed after `dt`, from `speed` with the command `wanted`.
     ///
-    /// `ṅ = (n_wanted − n)/T`, at most ± the fastest change; T is one while |n| grows and
-    /// another while it falls. Solved exactly, piece by piece.
+    /// `ṅ = (n_wanted − n)/T`, within ± the largest rate; T has one value while |n| grows and
+    /// another while it falls. The solution is exact, by intervals.
     pub(super) fn after(&self, dt: f64, mut speed: f64, wanted: f64) -> f64 {
         let mut left = dt;
-        // At most four pieces: slowing down and speeding up, each first at the limit.
+        // At most four intervals: slowing down and speeding up, each first at the rate limit.
         while left > 0.0 && speed != wanted {
             let slows = speed != 0.0 && (wanted - speed) * speed < 0.0;
-            // A reversing propeller stops in between.
+            // A reversing propeller passes zero speed.
             let aim = if slows && wanted * speed < 0.0 { 0.0 } else { wanted };
             let lag_s = if slows { self.down_s } else { self.up_s };
-            (speed, left) = self.piece(speed, wanted, aim, lag_s, left);
+            (speed, left) = self.solve_interval(speed, wanted, aim, lag_s, left);
         }
         speed
     }
 
-    /// One piece of [`Self::after`]: the speed after it, and the time that is left.
-    fn piece(&self, speed: f64, wanted: f64, aim: f64, lag_s: f64, left: f64) -> (f64, f64) {
+    /// Solves one interval of [`Self::after`]; returns the speed after it, and the remaining time.
+    fn solve_interval(
+        &self,
+        speed: f64,
+        wanted: f64,
+        aim: f64,
+        lag_s: f64,
+        left: f64,
+    ) -> (f64, f64) {
         let gap = wanted - speed;
-        let eases_at = self.most * lag_s;
-        // Rounding must not make the limit begin anew where it ended.
-        if self.most.is_finite() && gap.abs() > eases_at * (1.0 + 1e-12) {
-            let (to_aim, to_easing) = ((aim - speed).abs(), gap.abs() - eases_at);
-            let needs = to_aim.min(to_easing) / self.most;
+        let rate_limit_ends = self.most * lag_s;
+        // Rounding must not restart the rate limit at its own end.
+        if self.most.is_finite() && gap.abs() > rate_limit_ends * (1.0 + 1e-12) {
+            let (to_aim, to_limit_end) = ((aim - speed).abs(), gap.abs() - rate_limit_ends);
+            let needs = to_aim.min(to_limit_end) / self.most;
             if needs > left {
                 return (speed + (self.most * left).copysign(gap), 0.0);
             }
-            let reached = if to_aim <= to_easing { aim } else { wanted - eases_at.copysign(gap) };
+            let reached =
+                if to_aim <= to_limit_end { aim } else { wanted - rate_limit_ends.copysign(gap) };
             return (reached, left - needs);
         }
         if lag_s == 0.0 {
@@ -180,7 +190,7 @@ impl Motor {
 }
 
 impl Propellers {
-    pub(super) fn of(
+    pub(super) fn new(
         spec: &TwinSpec,
         vehicle: &Vehicle,
         plan: &Plan,
@@ -189,22 +199,22 @@ impl Propellers {
         let dof = plan.dof;
         let jitter = |purpose| {
             let ticks = plan.ticks();
-            ornstein_uhlenbeck(streams.of(purpose), JITTER_RAD_S, JITTER_CORRELATION_S, ticks)
+            ornstein_uhlenbeck(streams.stream(purpose), JITTER_RAD_S, JITTER_CORRELATION_S, ticks)
         };
         let sag = spec.strength_of(Disturbance::BatterySag, spec.strength.sag_part);
         let (before, after) = plan.spent;
         Self {
-            screw: Screw::of(spec),
+            screw: Screw::new(spec),
             weights: pair(dof).map(|at| vehicle.thrusters[at].unit_wrench()[dof.index()]),
             jitter: ["first jitter", "second jitter"].map(jitter),
-            motor: Motor::of(spec),
+            motor: Motor::new(spec),
             delay_s: spec.strength_of(Disturbance::Delay, spec.strength.delay_s),
             sag: (sag * before, sag * (after - before) / plan.duration_s),
-            turning: [0.0; 2],
+            current_speeds: [0.0; 2],
         }
     }
 
-    /// The speeds that share a force out, limited, with jitter, rad/s.
+    /// Returns the limited propeller speeds for a force, with jitter, rad/s.
     pub(super) fn allocate(&self, force: f64, tick: usize) -> [f64; 2] {
         let total: f64 = self.weights.iter().map(|w| w * w).sum();
         [0, 1].map(|i| {
@@ -213,30 +223,30 @@ impl Propellers {
         })
     }
 
-    /// Turns the propellers for a step after what was asked of them a delay ago.
-    pub(super) fn turn(&mut self, asked: &[Vec<f64>; 2], t_s: f64) -> StageSpeeds {
-        // A step never straddles a tick; a millionth of one forgives rounding.
+    /// Advances propeller speeds by a step, with commands from one delay ago.
+    pub(super) fn advance(&mut self, commands: &[Vec<f64>; 2], t_s: f64) -> StageSpeeds {
+        // A step lies within one tick; a millionth of one allows for rounding.
         let tick = (TICK_HZ * (t_s - self.delay_s) + 1e-6).floor();
-        let wanted = [0, 1].map(|i| if tick < 0.0 { 0.0 } else { asked[i][tick as usize] });
+        let wanted = [0, 1].map(|i| if tick < 0.0 { 0.0 } else { commands[i][tick as usize] });
         let Motor { up_s, down_s, most } = self.motor;
         let after = |part: f64| {
             if up_s == down_s && most.is_infinite() {
                 let keep = if up_s > 0.0 { (-part * STEP_S / up_s).exp() } else { 0.0 };
-                return [0, 1].map(|i| wanted[i] + keep * (self.turning[i] - wanted[i]));
+                return [0, 1].map(|i| wanted[i] + keep * (self.current_speeds[i] - wanted[i]));
             }
-            [0, 1].map(|i| self.motor.after(part * STEP_S, self.turning[i], wanted[i]))
+            [0, 1].map(|i| self.motor.after(part * STEP_S, self.current_speeds[i], wanted[i]))
         };
-        let start = if self.motor.is_prompt() { wanted } else { self.turning };
+        let start = if self.motor.is_prompt() { wanted } else { self.current_speeds };
         let stages = [start, after(0.5), after(1.0)];
-        self.turning = stages[2];
+        self.current_speeds = stages[2];
         stages
     }
 
-    /// Force or moment of the pair at a time where the vehicle moves with `v` through the water.
+    /// Returns force or moment of the pair at a time, at a velocity `v` through the water.
     pub(super) fn force(&self, speeds: [f64; 2], v: f64, t_s: f64) -> f64 {
-        let of = |(w, n): (f64, f64)| w * self.screw.thrust(n, w * v);
+        let thrust = |(w, n): (f64, f64)| w * self.screw.thrust(n, w * v);
         let (before, per_s) = self.sag;
-        (1.0 - before - per_s * t_s) * self.weights.into_iter().zip(speeds).map(of).sum::<f64>()
+        (1.0 - before - per_s * t_s) * self.weights.into_iter().zip(speeds).map(thrust).sum::<f64>()
     }
 }
 
@@ -246,7 +256,7 @@ mod tests {
     use crate::Dof;
     use crate::twin::plans;
 
-    /// Propellers of the first surge trial, the true plan's, under some disturbances.
+    /// Returns the propellers of the first surge trial under some disturbances.
     fn propellers(
         disturbances: &str,
         change: impl FnOnce(&mut TwinSpec),
@@ -260,15 +270,15 @@ mod tests {
         assert_eq!(plan.dof, Dof::Surge);
         let streams = Streams { seed: 1, trial: &plan.name };
         let vehicle = spec.true_vehicle().expect("valid");
-        let propellers = Propellers::of(&spec, &vehicle, &plan, &streams);
+        let propellers = Propellers::new(&spec, &vehicle, &plan, &streams);
         (spec, propellers)
     }
 
-    /// The speeds at the end of each step while two levels are asked for.
+    /// Returns the speeds at the end of each step under two constant commands.
     fn turned(disturbances: &str, levels: [f64; 2], steps: usize) -> Vec<[f64; 2]> {
         let (_, mut propellers) = propellers(disturbances, |_| ());
-        let asked = levels.map(|level| vec![level; steps.div_ceil(5)]);
-        (0..steps).map(|step| propellers.turn(&asked, step as f64 * STEP_S)[2]).collect()
+        let commands = levels.map(|level| vec![level; steps.div_ceil(5)]);
+        (0..steps).map(|step| propellers.advance(&commands, step as f64 * STEP_S)[2]).collect()
     }
 
     /// Rounding over some hundred steps, rad/s.
@@ -290,7 +300,8 @@ mod tests {
         assert!((speeds_up - 100.0 * (1.0 - (-2.0_f64).exp())).abs() < ROUNDING);
         let slows_down = motor.after(0.9, -100.0, -20.0);
         assert!((slows_down + 20.0 + 80.0 * (-2.0_f64).exp()).abs() < ROUNDING);
-        // It heads for −100, stops after 0.45 ln 2 s, and goes on with the other constant.
+        // It approaches −100, passes zero after 0.45 ln 2 s, and continues with the other time
+        // constant.
         let stops_s = 0.45 * 2.0_f64.ln();
         assert!(motor.after(stops_s, 100.0, -100.0).abs() < ROUNDING);
         let reverses = motor.after(stops_s + 0.15, 100.0, -100.0);
@@ -298,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_of_any_length_lead_to_the_same_speed() {
+    fn intervals_of_any_length_lead_to_the_same_speed() {
         let most = 300.0;
         for motor in [
             Motor { up_s: 0.15, down_s: 0.45, most },
@@ -324,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_limited_propeller_needs_its_time_to_full_speed() {
+    fn a_rate_limited_propeller_reaches_full_speed_in_its_slew_time() {
         let full = TwinSpec::jason2().thrusters.max_speed();
         let path = turned("slew", [full, -0.5 * full], 60);
         // 0.6 s are 30 steps; half of it for half the speed.
@@ -334,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn inflow_takes_a_quarter_of_the_greatest_thrust_at_1_m_s() {
+    fn inflow_of_1_m_s_takes_a_quarter_of_the_greatest_thrust() {
         let (spec, propellers) = propellers("inflow", |_| ());
         let full = [spec.thrusters.max_speed(); 2];
         let part = propellers.force(full, 1.0, 0.0) / propellers.force(full, 0.0, 0.0);
@@ -342,19 +353,19 @@ mod tests {
     }
 
     #[test]
-    fn one_sided_inflow_takes_thrust_of_an_advancing_propeller_alone() {
+    fn one_sided_inflow_reduces_thrust_along_the_motion_only() {
         let (spec, propellers) = propellers("inflow-one-sided", |_| ());
         let full = spec.thrusters.max_speed();
         let part =
             |n: f64, v: f64| propellers.force([n; 2], v, 0.0) / propellers.force([n; 2], 0.0, 0.0);
         assert!((part(full, 1.0) - 0.75).abs() < 1e-12);
         assert_eq!((part(full, -1.0), part(-full, 1.0)), (1.0, 1.0));
-        // A reversed propeller that backs gives 0.0328 / 0.0402 of the force, and loses as much.
+        // In reverse it gives 0.0328 / 0.0402 of the force, with the same loss.
         assert!((part(-full, -1.0) - (1.0 - 0.25 * 0.0402 / 0.0328)).abs() < 1e-12);
     }
 
     #[test]
-    fn thrust_of_another_exponent_meets_the_curve_at_full_speed() {
+    fn thrust_of_another_exponent_equals_the_curve_at_full_speed() {
         let (spec, bent) = propellers("thrust-exponent", |_| ());
         let (_, square) = propellers("none", |_| ());
         let full = spec.thrusters.max_speed();
@@ -374,7 +385,7 @@ mod tests {
         let vehicle = spec.true_vehicle().expect("valid");
         let part_at = |plan: &Plan, t_s: f64| {
             let streams = Streams { seed: 1, trial: &plan.name };
-            let propellers = Propellers::of(&spec, &vehicle, plan, &streams);
+            let propellers = Propellers::new(&spec, &vehicle, plan, &streams);
             propellers.force([100.0; 2], 0.0, t_s) / (2.0 * spec.thrusters.law().force(100.0))
         };
         let plans = plans(&spec);

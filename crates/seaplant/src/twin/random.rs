@@ -10,22 +10,22 @@ use crate::random::gauss_markov;
 
 /// The streams of one trial.
 ///
-/// A stream depends on the seed, the trial's name and what it is for, so that one more
-/// disturbance or trial leaves every other number as it was.
+/// A stream depends on the seed, the trial's name and its purpose, so that another disturbance or
+/// trial leaves all other numbers unchanged.
 pub(super) struct Streams<'a> {
     pub(super) seed: u64,
     pub(super) trial: &'a str,
 }
 
 impl Streams<'_> {
-    pub(super) fn of(&self, purpose: &str) -> ChaCha8Rng {
+    pub(super) fn stream(&self, purpose: &str) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(fnv_1a(&[self.trial, purpose]));
         rng
     }
 }
 
-/// FNV-1a, 64 bits: unlike the standard library's hash it never changes.
+/// Computes FNV-1a, 64 bits: unlike the standard library's hash it never changes.
 fn fnv_1a(parts: &[&str]) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for byte in parts.join("/").bytes() {
@@ -34,7 +34,7 @@ fn fnv_1a(parts: &[&str]) -> u64 {
     hash
 }
 
-/// An Ornstein–Uhlenbeck process, one value a tick, stationary from the start.
+/// Draws an Ornstein–Uhlenbeck process, one value a tick, stationary from the start.
 pub(super) fn ornstein_uhlenbeck(
     rng: ChaCha8Rng,
     std: f64,
@@ -44,7 +44,7 @@ pub(super) fn ornstein_uhlenbeck(
     gauss_markov(rng, std, TICK_HZ * correlation_s, ticks)
 }
 
-/// Levels, each held for a time drawn from `dwell_s`, one value a tick.
+/// Draws levels, each held for a time drawn from `dwell_s`, one value a tick.
 pub(super) fn held_levels(
     mut rng: ChaCha8Rng,
     dwell_s: Range<f64>,
@@ -60,7 +60,7 @@ pub(super) fn held_levels(
     path
 }
 
-/// A held signal behind a first-order lag, one value a tick.
+/// Applies a first-order lag to a held signal, one value a tick.
 pub(super) fn lagged(x: &[f64], time_constant_s: f64) -> Vec<f64> {
     let keep = (-1.0 / (TICK_HZ * time_constant_s)).exp();
     let follow = |y: &mut f64, x: &f64| {
@@ -76,15 +76,16 @@ mod tests {
 
     #[test]
     fn streams_differ_by_trial_and_by_purpose() {
-        let first = |trial, purpose: &str| Streams { seed: 7, trial }.of(purpose).random::<u64>();
+        let first =
+            |trial, purpose: &str| Streams { seed: 7, trial }.stream(purpose).random::<u64>();
         assert_eq!(first("surge 1", "dvl"), first("surge 1", "dvl"));
         assert_ne!(first("surge 1", "dvl"), first("surge 1", "heading"));
         assert_ne!(first("surge 1", "dvl"), first("sway 1", "dvl"));
     }
 
     #[test]
-    fn an_ornstein_uhlenbeck_process_has_its_deviation_and_correlation() {
-        let rng = Streams { seed: 1, trial: "t" }.of("tether");
+    fn an_ornstein_uhlenbeck_process_has_its_standard_deviation_and_correlation() {
+        let rng = Streams { seed: 1, trial: "t" }.stream("tether");
         let x = ornstein_uhlenbeck(rng, 75.0, 30.0, 400_000);
         let product = |lag: usize| {
             let pairs = x.iter().zip(&x[lag..]);

@@ -1,4 +1,4 @@
-//! What a user may say of the twin.
+//! The specification of the twin.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,10 +8,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::{Disturbance, DisturbanceStrength};
 use crate::{Dof, PhysicalParameters, QuadraticThrust};
 
-/// What the twin is and does; every field defaults to the Jason 2 twin.
+/// The specification of the twin; every field defaults to the Jason 2 twin.
 ///
-/// In a file, `[plants.surge]` or `[excitation.yaw]` replaces that one and leaves the
-/// other degrees of freedom as they are.
+/// In a file, `[plants.surge]` or `[excitation.yaw]` replaces that entry and keeps those of the
+/// other degrees of freedom.
 ///
 /// # Source
 /// [Jason2, tables 3–6].
@@ -25,23 +25,23 @@ use crate::{Dof, PhysicalParameters, QuadraticThrust};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwinSpec {
-    /// What the vehicle is called.
+    /// Name of the vehicle.
     pub name: String,
-    /// Where every random number starts: equal seeds give equal logs.
+    /// Seed of all random numbers: equal seeds give equal logs.
     pub seed: u64,
-    /// How noisy the instruments are.
+    /// Noise level of the instruments.
     pub noise: NoiseLevel,
-    /// What disturbs the vehicle or misleads its analyst.
+    /// Disturbances of the vehicle, and errors of its analyst.
     pub disturbances: BTreeSet<Disturbance>,
-    /// The degrees of freedom that are tried out: any of surge, sway, heave and yaw.
+    /// The degrees of freedom with trials: any of surge, sway, heave and yaw.
     pub dofs: BTreeSet<Dof>,
-    /// Length of each trial that is fitted, s.
+    /// Duration of each fitted trial, s.
     pub duration_s: f64,
-    /// Length of each held-out trial, s.
+    /// Duration of each held-out trial, s.
     pub hold_out_s: f64,
     /// Mass in air, kg.
     pub dry_mass_kg: f64,
-    /// Length, width and height of the hull, m, if they are to be known.
+    /// Length, width and height of the hull, m, if they are known to the analyst.
     #[serde(deserialize_with = "crate::exact::some_numbers")]
     pub size_m: Option<[f64; 3]>,
     /// Depth of the vehicle's origin at the start of each trial, m.
@@ -49,20 +49,20 @@ pub struct TwinSpec {
     /// The true plant of each degree of freedom.
     #[serde(deserialize_with = "over_jason2_plants")]
     pub plants: BTreeMap<Dof, TwinPlant>,
-    /// What the pilot does in each degree of freedom.
+    /// Excitation by the pilot in each degree of freedom.
     #[serde(deserialize_with = "over_jason2_excitation")]
     pub excitation: BTreeMap<Dof, Excitation>,
-    /// The runs at constant vertical thrust.
+    /// Runs at constant vertical thrust.
     pub steady: SteadyRuns,
-    /// The thrusters, all alike.
+    /// The thrusters, which are identical.
     pub thrusters: TwinThrusters,
-    /// An accelerometer in place of the DVL, if the vehicle has none.
+    /// An accelerometer instead of the DVL.
     pub accelerometer: Option<TwinAccelerometer>,
-    /// How strong each disturbance is, if it is on.
+    /// Strength of each disturbance, if it is enabled.
     pub strength: DisturbanceStrength,
 }
 
-/// `τ = m v̇ + d_Q v|v| + d_L v + b`, the truth of one degree of freedom.
+/// The true plant of one degree of freedom, `τ = m v̇ + d_Q v|v| + d_L v + b`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TwinPlant {
@@ -82,11 +82,11 @@ pub struct TwinPlant {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Excitation {
-    /// Of the sinusoid: N, N m, or in heave m of depth.
+    /// Amplitude of the sinusoid: N, N m, or in heave m of depth.
     pub amplitude: f64,
-    /// Of the sinusoid, rad/s.
+    /// Frequency of the sinusoid, rad/s.
     pub frequency_rad_s: f64,
-    /// The most that the joystick asks for: N, N m, or in heave m/s.
+    /// Largest command of the joystick: N, N m, or in heave m/s.
     pub joystick: f64,
 }
 
@@ -94,11 +94,11 @@ pub struct Excitation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SteadyRuns {
-    /// Thrusts downwards, as parts of the most that reversed thrusters give.
+    /// Downward thrusts, as fractions of the greatest thrust in reverse.
     pub down: Vec<f64>,
-    /// Thrusts upwards, as parts of the same.
+    /// Upward thrusts, as fractions of the same.
     pub up: Vec<f64>,
-    /// Length of each run, s.
+    /// Duration of each run, s.
     pub duration_s: f64,
     /// Quadratic drag in these runs, N/(m/s)².
     pub d_quadratic: f64,
@@ -106,7 +106,7 @@ pub struct SteadyRuns {
     pub bias_force: f64,
 }
 
-/// A thruster: `F = k ω|ω|` with a coefficient each way.
+/// A thruster: `F = k ω|ω|` with a coefficient for each direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwinThrusters {
@@ -114,23 +114,24 @@ pub struct TwinThrusters {
     pub forward: f64,
     /// k in reverse, N/(rad/s)².
     pub reverse: f64,
-    /// The fastest that a propeller is told to turn, rpm.
+    /// Largest propeller speed, rpm.
     pub max_rpm: f64,
 }
 
-/// An accelerometer that is logged 50 times a second.
+/// An accelerometer, logged 50 times a second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwinAccelerometer {
-    /// Where it sits, m, body frame.
+    /// Its position, m, body frame.
     pub position_m: [f64; 3],
     /// Standard deviation of vibration in each sample, m/s².
     pub noise: f64,
-    /// What each axis reads at rest beside gravity, m/s².
+    /// Offset of each axis, m/s².
     pub offset: f64,
-    /// Standard deviation of gravity that slow attitude errors leak into each axis, m/s².
+    /// Standard deviation of the component of gravity on each axis due to slow attitude errors,
+    /// m/s².
     pub leak: f64,
-    /// How long these last, s.
+    /// Correlation time of these, s.
     pub leak_s: f64,
 }
 
@@ -140,13 +141,13 @@ impl Default for TwinAccelerometer {
     }
 }
 
-/// How noisy the instruments are.
+/// Noise level of the instruments.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseLevel {
-    /// DVL 0.3 mm/s, heading 0.03°, depth nothing but its quantum.
+    /// DVL 0.3 mm/s, heading 0.03°, depth without noise but quantised.
     Low,
     /// DVL 3 mm/s, heading 0.1°, depth 2 cm.
     #[default]
@@ -178,7 +179,7 @@ impl Default for TwinSpec {
     }
 }
 
-/// [Jason2, table 5].
+/// Returns the plants of [Jason2, table 5].
 fn jason2_plants() -> BTreeMap<Dof, TwinPlant> {
     let plant =
         |mass, d_quadratic, bias_force| TwinPlant { mass, d_quadratic, d_linear: 0.0, bias_force };
@@ -190,7 +191,7 @@ fn jason2_plants() -> BTreeMap<Dof, TwinPlant> {
     ])
 }
 
-/// [Jason2, table 4]; the joystick is ours.
+/// Returns the excitation of [Jason2, table 4]; the joystick is not from the paper.
 #[expect(clippy::approx_constant, reason = "the table rounds 2π/6 so")]
 fn jason2_excitation() -> BTreeMap<Dof, Excitation> {
     let sine =
@@ -238,7 +239,7 @@ impl Default for TwinThrusters {
 }
 
 impl TwinPlant {
-    /// The same as parameters of the plant model.
+    /// Returns the parameters of the plant model.
     pub fn physical(&self) -> PhysicalParameters {
         PhysicalParameters {
             mass: self.mass,
@@ -250,12 +251,12 @@ impl TwinPlant {
 }
 
 impl TwinThrusters {
-    /// The true thrust law, in propeller speed, rad/s.
+    /// Returns the true thrust law, in propeller speed, rad/s.
     pub fn law(&self) -> QuadraticThrust {
         QuadraticThrust { forward: self.forward, reverse: self.reverse, ..Default::default() }
     }
 
-    /// The fastest that a propeller is told to turn, rad/s.
+    /// Returns the largest propeller speed, rad/s.
     pub fn max_speed(&self) -> f64 {
         self.max_rpm * super::RPM
     }

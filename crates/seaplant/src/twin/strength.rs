@@ -1,49 +1,50 @@
-//! How strong the disturbances of a twin are.
+//! Strength of the disturbances of a twin.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How strong each disturbance is; read only if it is on.
+/// Strength of each disturbance, used only if it is enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DisturbanceStrength {
-    /// Standard deviation of the tether's pull, N; in yaw it acts at the thrusters' arm.
+    /// Standard deviation of the tether's force, N; in yaw it acts at the thrusters' arm.
     pub tether_n: f64,
-    /// Correlation time of the tether's pull, s.
+    /// Correlation time of the tether's force, s.
     pub tether_correlation_s: f64,
     /// Mean current along the degree of freedom (in yaw: to the north), m/s.
     pub current_m_s: f64,
-    /// Standard deviation of what the current varies by, m/s.
+    /// Standard deviation of the current about its mean, m/s.
     pub current_std_m_s: f64,
-    /// Correlation time of that, s.
+    /// Correlation time of these variations, s.
     pub current_correlation_s: f64,
     /// Time constant of the propellers' lag, s.
     pub lag_s: f64,
-    /// The propellers' delay, s, in whole steps of 0.02 s.
+    /// Delay of the propellers, s, in whole steps of 0.02 s.
     pub delay_s: f64,
-    /// By how much the analyst has the DVL too far aft, and too far up, m.
+    /// Error of the DVL's position in the analyst's vehicle, aft and up, m.
     pub lever_m: f64,
-    /// Root mean square of the roll and pitch rates beside a wrong lever arm, rad/s.
+    /// Root mean square of the roll and pitch rates under `lever`, rad/s.
     pub lever_rate_rad_s: f64,
     /// Amplitude of the swell, N; in yaw it acts at the thrusters' arm.
     pub swell_n: f64,
-    /// Period of the swell, s; of `swell-narrow-band` that of its peak.
+    /// Period of the swell, s; for `swell-narrow-band` that of its peak.
     pub swell_period_s: f64,
-    /// Part of a thruster's greatest forward thrust that an inflow of 1 m/s takes.
+    /// Loss of thrust at an inflow of 1 m/s, as a fraction of the greatest forward thrust.
     pub inflow_loss: f64,
-    /// Time constant with which propellers speed up under `lag-two-way`, s.
+    /// Time constant of propellers that speed up under `lag-two-way`, s.
     pub lag_up_s: f64,
-    /// Time constant with which they slow down, s.
+    /// Time constant of propellers that slow down, s.
     pub lag_down_s: f64,
-    /// Time that a propeller needs from rest to its greatest speed under `slew`, s.
+    /// Time of a propeller from rest to its greatest speed under `slew`, s.
     pub slew_s: f64,
-    /// Part of a thruster's greatest forward thrust that `inflow-one-sided` takes at 1 m/s of
-    /// advance.
+    /// Loss of thrust under `inflow-one-sided` at a speed of advance of 1 m/s, as a fraction of the
+    /// greatest forward thrust.
     pub inflow_one_sided_loss: f64,
-    /// p of F ∝ |n|^p under `thrust-exponent`; the analyst's curve is right at the greatest speed.
+    /// p of F ∝ |n|^p under `thrust-exponent`; the analyst's curve is correct at the greatest
+    /// speed.
     pub thrust_exponent: f64,
-    /// Part of thrust that is lost by the end of the last trial of a degree of freedom under
-    /// `battery-sag`, linearly in time from the beginning of its first.
+    /// Fraction of thrust lost under `battery-sag` by the end of a degree of freedom's last trial,
+    /// linear in time from the start of its first.
     pub sag_part: f64,
     /// Standard deviation of the narrow-band swell, N; in yaw it acts at the thrusters' arm.
     pub swell_std_n: f64,
@@ -53,26 +54,27 @@ pub struct DisturbanceStrength {
     pub drift_std_m_s: f64,
     /// Correlation time of the drifting current, s.
     pub drift_correlation_s: f64,
-    /// Time over which `velocity-averaging` takes the mean, s.
+    /// Averaging window under `velocity-averaging`, s.
     pub averaging_s: f64,
     /// Time constant of the DVL under `velocity-lag`, s.
     pub velocity_lag_s: f64,
-    /// By what part of it the DVL reads velocity too large, or if negative too small.
+    /// Relative scale error of the DVL; positive if it reads too high.
     pub dvl_scale_error: f64,
-    /// Part of the samples that are spikes.
+    /// Fraction of samples that are outliers.
     pub spike_part: f64,
-    /// The most that a spike puts each axis of the DVL off, m/s; errors are uniform up to it.
+    /// Largest error of an outlier on each axis of the DVL, m/s; errors are uniform up to it.
     pub spike_m_s: f64,
-    /// The most that a spike puts heading off, deg.
+    /// Largest error of an outlier of heading, deg.
     pub spike_heading_deg: f64,
-    /// Mean length of a gap of `dropouts` and `heading-gaps`, s; each lasts from half to one and
-    /// a half of it.
+    /// Mean duration of a gap under `dropouts` and `heading-gaps`, s; each lasts half to one and a
+    /// half times as long.
     pub gap_s: f64,
     /// Mean time between two gaps, s.
     pub gap_interval_s: f64,
-    /// The most that a time stamp is off, s, early or late; errors are uniform up to it.
+    /// Largest error of a time stamp, s, early or late; errors are uniform up to it.
     pub stamp_jitter_s: f64,
-    /// Time between two logged propeller speeds under `slow-thrust-log`, s, in whole steps of 0.1 s.
+    /// Time between two logged propeller speeds under `slow-thrust-log`, s, in whole steps of 0.1
+    /// s.
     pub thrust_log_s: f64,
     /// Drift of heading, deg/min.
     pub heading_drift_deg_min: f64,

@@ -1,4 +1,4 @@
-//! What is true of the twin, for whoever judges an estimate.
+//! The twin's true values, for the assessment of estimates.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,33 +13,33 @@ use crate::Dof;
 pub struct Truth {
     /// The seed of every random number.
     pub seed: u64,
-    /// How noisy the instruments were.
+    /// Noise level of the instruments.
     pub noise: NoiseLevel,
-    /// What disturbed the vehicle or misled its analyst.
+    /// Disturbances of the vehicle, and errors of its analyst.
     pub disturbances: BTreeSet<Disturbance>,
     /// The plant of each degree of freedom.
     pub plants: BTreeMap<Dof, TrueParameters>,
-    /// The drag in steady runs, by degree of freedom.
+    /// Drag in steady runs, by degree of freedom.
     pub steady: BTreeMap<Dof, TrueSteady>,
-    /// What the disturbances did to an analysis that knows them.
+    /// True values of nuisance parameters.
     pub nuisances: TrueNuisances,
-    /// The mean current in each trial, m/s: along the degree of freedom, in yaw to the north.
+    /// Mean current in each trial, m/s: along the degree of freedom, in yaw to the north.
     pub mean_current_m_s: BTreeMap<String, f64>,
-    /// The whole vehicle, where several of its axes move at once.
+    /// The vehicle of several axes, if several move at once.
     #[serde(default)]
     pub vehicle: Option<TrueVehicle>,
 }
 
-/// What is true of a whole vehicle.
+/// True values of a vehicle of several axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrueVehicle {
-    /// What its plant is called.
+    /// Name of its plant.
     pub name: String,
-    /// Its coefficients, by the names that results have for them.
+    /// Its coefficients, by their names in results.
     pub coefficients: BTreeMap<String, f64>,
-    /// Standard deviation of the tether's pull on each driven axis, N or N m.
+    /// Standard deviation of the tether's force on each driven axis, N or N m.
     pub tether: BTreeMap<Dof, f64>,
-    /// The mean current in each trial, north and east, m/s.
+    /// Mean current in each trial, north and east, m/s.
     pub mean_current_m_s: BTreeMap<String, [f64; 2]>,
 }
 
@@ -56,7 +56,7 @@ pub struct TrueParameters {
     pub bias_force: f64,
 }
 
-/// The truth of steady runs.
+/// True values of steady runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrueSteady {
     /// d_Q, N/(m/s)².
@@ -65,55 +65,56 @@ pub struct TrueSteady {
     pub bias_force: f64,
 }
 
-/// True values of what an estimator may fit beside the plant; where it is off 0, of a ratio 1,
-/// of the exponent 2.
+/// True values of the nuisance parameters of an estimator. If disabled, a ratio is 1, the exponent
+/// 2, and others 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct TrueNuisances {
-    /// Time constant of the propellers, s, where it is one both ways.
+    /// Time constant of the propellers, s, if it is equal for speeding up and slowing down.
     pub lag_s: f64,
     /// Delay of the propellers, s.
     pub delay_s: f64,
-    /// Thrust in reverse over what the analyst's curve gives.
+    /// Ratio of reverse thrust to that of the analyst's curve.
     pub reverse_ratio: f64,
-    /// Mean current, m/s, of which each trial's own deviates.
+    /// Mean current, m/s, about which that of each trial varies.
     pub current_m_s: f64,
     /// k_in of `F = k n|n| − k_in |n| v`, N s²/(rad m).
     pub inflow: f64,
-    /// Standard deviation of the tether's pull, N.
+    /// Standard deviation of the tether's force, N.
     pub tether_n: f64,
-    /// Correlation time of the tether's pull, s.
+    /// Correlation time of the tether's force, s.
     pub tether_correlation_s: f64,
-    /// By how much the DVL sits ahead of, and below, where the analyst has it, m.
+    /// Distance by which the DVL is ahead of, and below, its position in the analyst's vehicle, m.
     pub lever_m: f64,
     /// Amplitude of the swell, N.
     pub swell_n: f64,
-    /// Time constant with which propellers speed up, s.
+    /// Time constant of propellers that speed up, s.
     pub lag_up_s: f64,
-    /// Time constant with which they slow down, s.
+    /// Time constant of propellers that slow down, s.
     pub lag_down_s: f64,
     /// Time of a propeller from rest to its greatest speed, s.
     pub slew_s: f64,
-    /// k_in of a propeller that advances, where only such lose thrust, N s²/(rad m).
+    /// k_in of a propeller that pushes in the direction of motion, if only such lose thrust, N
+    /// s²/(rad m).
     pub inflow_one_sided: f64,
     /// p of F ∝ |n|^p.
     pub thrust_exponent: f64,
-    /// Part of thrust that is lost by the end of a degree of freedom's last trial.
+    /// Fraction of thrust lost by the end of a degree of freedom's last trial.
     pub sag_part: f64,
     /// Standard deviation of the narrow-band swell, N.
     pub swell_std_n: f64,
     /// Standard deviation of the drifting current, m/s.
     pub drift_std_m_s: f64,
-    /// Time over which the DVL takes the mean, s.
+    /// Averaging window of the DVL, s.
     pub averaging_s: f64,
     /// Time constant of the DVL, s.
     pub velocity_lag_s: f64,
-    /// What the DVL reads over what is true.
+    /// Scale factor of the DVL.
     pub dvl_scale: f64,
 }
 
 impl Truth {
-    pub(super) fn of(spec: &TwinSpec, mean_current_m_s: BTreeMap<String, f64>) -> Self {
+    pub(super) fn new(spec: &TwinSpec, mean_current_m_s: BTreeMap<String, f64>) -> Self {
         let of_dof = |dof: &Dof| {
             let plant = spec.plants[dof];
             let parameters = TrueParameters {
@@ -135,7 +136,7 @@ impl Truth {
             disturbances: spec.disturbances.clone(),
             plants: spec.dofs.iter().map(of_dof).collect(),
             steady: heave.into_iter().map(|dof| (dof, steady)).collect(),
-            nuisances: TrueNuisances::of(spec),
+            nuisances: TrueNuisances::new(spec),
             mean_current_m_s,
             vehicle: None,
         }
@@ -143,7 +144,7 @@ impl Truth {
 }
 
 impl TrueNuisances {
-    fn of(spec: &TwinSpec) -> Self {
+    fn new(spec: &TwinSpec) -> Self {
         use Disturbance as D;
         let strength = &spec.strength;
         let misled = spec.has(D::Thrcoef);
@@ -178,8 +179,8 @@ impl TrueNuisances {
 }
 
 impl Default for TrueNuisances {
-    /// Of a twin that nothing disturbs.
+    /// Returns the values of a twin without disturbances.
     fn default() -> Self {
-        Self::of(&TwinSpec::jason2())
+        Self::new(&TwinSpec::jason2())
     }
 }

@@ -1,4 +1,4 @@
-//! Which twins cannot be made, and why.
+//! Validation of the twin's specification.
 
 use std::collections::BTreeSet;
 
@@ -6,27 +6,27 @@ use super::vehicle::DRIVEN;
 use super::{TwinSpec, percent};
 use crate::Error;
 
-/// The shortest trial that is worth a log, s.
+/// Shortest duration of a trial, s.
 const SHORTEST_S: f64 = 20.0;
-/// The longest that fits in memory with ease: a day, s.
+/// Longest duration of a trial, limited by memory: a day, s.
 const LONGEST_S: f64 = 86_400.0;
 
-/// More than this is no depth, mass or force of a vehicle.
+/// Largest plausible depth, mass or force of a vehicle.
 const LARGEST: f64 = 1e9;
 
-/// Stamps of a 10 Hz instrument that are off by no more than this stay in order, s.
+/// Largest jitter at which time stamps of a 10 Hz instrument stay in order, s.
 const MOST_JITTER_S: f64 = 0.045;
 
 impl TwinSpec {
-    /// The twin of Jason 2: Tables 4 and 5 of the paper.
+    /// Returns the twin of Jason 2: tables 4 and 5 of the paper.
     pub fn jason2() -> Self {
         Self::default()
     }
 
-    /// Checks that the twin can be made.
+    /// Checks the specification.
     ///
     /// # Errors
-    /// [`Error::TwinSpec`] with the setting, what it is and what it must be.
+    /// [`Error::TwinSpec`] with the setting, its value and its valid values.
     pub fn validate(&self) -> Result<(), Error> {
         self.check_dofs()?;
         self.check_durations()?;
@@ -107,7 +107,7 @@ impl TwinSpec {
                 let expected = "above 0 and at most 1, a part of the greatest thrust";
                 return Err(refused(&name, &part.to_string(), expected));
             }
-            // Runs are named, and their noise is drawn, by the percentage.
+            // Percentages name the runs and seed their noise.
             let named: BTreeSet<String> = parts.iter().map(|&part| percent(part)).collect();
             if named.len() < parts.len() {
                 return Err(refused(&name, "given twice", "different in each run, by 0.1 %"));
@@ -158,7 +158,7 @@ impl TwinSpec {
         self.check_bounded_strength()
     }
 
-    /// Strengths that mean nothing beyond their bounds.
+    /// Checks strengths with bounds.
     fn check_bounded_strength(&self) -> Result<(), Error> {
         let s = &self.strength;
         let bounded = [
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn takes_jason_2() {
+    fn accepts_jason_2() {
         assert_eq!(TwinSpec::jason2().validate(), Ok(()));
     }
 
@@ -245,12 +245,12 @@ mod tests {
     }
 
     #[test]
-    fn refuses_a_number_that_is_none() {
+    fn refuses_a_value_that_is_not_a_number() {
         assert!(message(|spec| spec.strength.tether_n = f64::NAN).contains("tether_n is NaN"));
     }
 
     #[test]
-    fn refuses_strengths_that_mean_nothing() {
+    fn refuses_strengths_out_of_bounds() {
         let said = |change: fn(&mut crate::twin::DisturbanceStrength)| {
             message(|spec| change(&mut spec.strength))
         };

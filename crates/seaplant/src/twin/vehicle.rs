@@ -1,4 +1,4 @@
-//! The twin's thrusters and instruments: as they are, and as the analyst has them.
+//! The twin's thrusters and instruments: the true ones, and those of the analyst.
 
 use std::f64::consts::TAU;
 
@@ -15,8 +15,8 @@ pub(super) const DRIVEN: [Dof; 4] = [Dof::Surge, Dof::Sway, Dof::Heave, Dof::Yaw
 /// Arm of the lateral thrusters in yaw, m.
 pub(super) const YAW_ARM_M: f64 = 1.1;
 
-/// Name, position (m) and direction of each thruster. The fore-aft pair is abreast, so
-/// that equal thrusts make no moment.
+/// Name, position (m) and direction of each thruster. The fore-aft pair is abreast, so that equal
+/// thrusts have no moment.
 type Mount = (&'static str, [f64; 3], [f64; 3]);
 const THRUSTERS: [Mount; 6] = [
     ("fore-aft port", [-1.0, -0.6, 0.0], [1.0, 0.0, 0.0]),
@@ -40,20 +40,20 @@ const TILT_STD_RAD: f64 = 0.1 * TAU / 360.0;
 /// Standard deviations of one sample of each instrument.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct InstrumentNoise {
-    /// Of each axis of the DVL, m/s.
+    /// Each axis of the DVL, m/s.
     pub(super) dvl: f64,
-    /// Of heading, rad.
+    /// Heading, rad.
     pub(super) heading: f64,
-    /// Of roll and pitch, rad.
+    /// Roll and pitch, rad.
     pub(super) tilt: f64,
-    /// Of depth before it is rounded, m.
+    /// Depth before rounding, m.
     pub(super) depth: f64,
-    /// Of rates of turn, rad/s, if there is a gyroscope.
+    /// Angular velocity, rad/s, if there is a gyroscope.
     pub(super) gyro: Option<f64>,
 }
 
 impl InstrumentNoise {
-    pub(super) fn of(level: NoiseLevel) -> Self {
+    pub(super) fn from_level(level: NoiseLevel) -> Self {
         let (dvl, heading_deg, depth) = match level {
             NoiseLevel::Low => (0.3e-3, 0.03_f64, 0.0),
             NoiseLevel::Middle => (3e-3, 0.1, 0.02),
@@ -62,23 +62,23 @@ impl InstrumentNoise {
         Self { dvl, heading: heading_deg.to_radians(), tilt: TILT_STD_RAD, depth, gyro: None }
     }
 
-    /// Of roll, pitch and heading, rad.
+    /// Returns those of roll, pitch and heading, rad.
     pub(super) fn of_angles(&self) -> [f64; 3] {
         [self.tilt, self.tilt, self.heading]
     }
 }
 
 impl TwinSpec {
-    /// The vehicle as it is.
+    /// Returns the true vehicle.
     pub(super) fn true_vehicle(&self) -> Result<Vehicle, Error> {
         self.vehicle(self.thrusters.law(), 0.0)
     }
 
-    /// The vehicle as its analyst has it.
+    /// Returns the vehicle of the analyst.
     ///
-    /// With `thrcoef` on, thrust in reverse is taken for what it is forward; with `lever`
-    /// on, the DVL is taken to sit further aft and up by `strength.lever_m` each, so that
-    /// surge, sway and heave all lack that arm.
+    /// Under `thrcoef`, reverse thrust has the forward coefficient; under `lever`, the DVL is
+    /// further aft and up by `strength.lever_m` each, so that the lever arm is wrong for surge,
+    /// sway and heave.
     pub(super) fn believed_vehicle(&self) -> Result<Vehicle, Error> {
         let mut law = self.thrusters.law();
         if self.has(Disturbance::Thrcoef) {
@@ -92,8 +92,8 @@ impl TwinSpec {
         let mount = |(name, position_m, direction): Mount| {
             Thruster::new(name, position_m, direction, curve.clone())
         };
-        let noise = InstrumentNoise::of(self.noise);
-        // A quantum is uniform noise of that width.
+        let noise = InstrumentNoise::from_level(self.noise);
+        // Rounding to a quantum is uniform noise of that width.
         let depth_std = noise.depth.hypot(DEPTH_QUANTUM_M / 12_f64.sqrt());
         let sensor = |position_m: [f64; 3], std| Sensor {
             position_body: position_m.into(),
@@ -129,30 +129,29 @@ impl TwinSpec {
         self.disturbances.contains(&disturbance)
     }
 
-    /// A disturbance's strength, or zero where it is off.
+    /// Returns a disturbance's strength, or zero if it is disabled.
     pub(super) fn strength_of(&self, disturbance: Disturbance, strength: f64) -> f64 {
         if self.has(disturbance) { strength } else { 0.0 }
     }
 
-    /// What a force at the thrusters' place does in a degree of freedom: 1, or in yaw the
-    /// arm, m.
+    /// Returns the lever arm of a force at the thrusters' position: 1, or in yaw the arm, m.
     pub(super) fn arm(dof: Dof) -> f64 {
         if dof.is_rotation() { YAW_ARM_M } else { 1.0 }
     }
 
-    /// The most that a pair gives with its propellers reversed, N or N m.
+    /// Returns the greatest force of a pair with its propellers in reverse, N or N m.
     pub(super) fn reverse_limit(&self, dof: Dof) -> f64 {
         -2.0 * self.thrusters.law().force(-self.thrusters.max_speed()) * Self::arm(dof)
     }
 }
 
-/// The two thrusters that drive a degree of freedom, as places in the vehicle's list.
+/// Returns the indices of the two thrusters that drive a degree of freedom.
 pub(super) fn pair(dof: Dof) -> [usize; 2] {
     match dof {
         Dof::Surge => [0, 1],
         Dof::Heave => [4, 5],
-        // The lateral pair turns the vehicle by pushing opposite ways; roll and pitch
-        // are refused before a twin is made.
+        // The lateral pair turns the vehicle by opposite thrusts; validation refuses roll and
+        // pitch.
         Dof::Sway | Dof::Yaw | Dof::Roll | Dof::Pitch => [2, 3],
     }
 }
@@ -176,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn the_misled_analyst_lacks_the_arm_in_all_linear_degrees_of_freedom() {
+    fn the_analysts_lever_arm_is_wrong_in_all_translations() {
         let mut spec = TwinSpec::jason2();
         spec.disturbances = Disturbance::parse_list("lever,thrcoef").expect("both are known");
         let believed = spec.believed_vehicle().expect("valid");

@@ -1,4 +1,4 @@
-//! What the water, the cable and the waves do to the vehicle.
+//! Forces of current, tether and waves on the vehicle.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,16 +12,16 @@ use super::{Disturbance, DisturbanceStrength, STEPS_PER_TICK, TwinSpec};
 use crate::Dof;
 use crate::random::normal;
 
-/// Everything that acts on the vehicle beside its thrusters, in one trial.
+/// All forces on the vehicle other than thrust, in one trial.
 pub(super) struct Water {
-    /// Current of each tick, m/s; along the degree of freedom, in yaw to the north.
+    /// Current at each tick, m/s; along the degree of freedom, in yaw to the north.
     pub(super) current: Vec<f64>,
-    /// The tether's pull at each tick, N or N m.
+    /// The tether's force at each tick, N or N m.
     tether: Vec<f64>,
     swell: Sine,
-    /// Narrow-band swell at every half step, N or N m; empty if it is off.
+    /// Narrow-band swell at every half step, N or N m; empty if it is disabled.
     waves: Vec<f64>,
-    /// `(A22 − A11)` of the Munk moment, kg; zero but in yaw.
+    /// `A22 − A11` of the Munk moment, kg; zero except in yaw.
     munk: f64,
     /// Roll and pitch.
     wobble: [Vec<Sine>; 2],
@@ -37,19 +37,19 @@ pub(super) struct Sine {
     pub(super) phase: f64,
 }
 
-/// Roll, pitch and heading, rad, and their slopes, rad/s.
+/// Roll, pitch and heading, rad, and their rates, rad/s.
 pub(super) struct Attitude {
     pub(super) angles: [f64; 3],
     pub(super) slopes: [f64; 3],
 }
 
-/// The band of frequencies in which the vehicle rolls and pitches, Hz.
+/// Band of the frequencies of roll and pitch, Hz.
 const WOBBLE_BAND_HZ: std::ops::Range<f64> = 0.05..0.3;
-/// Sinusoids in it: enough to look random.
+/// Number of sinusoids in it: enough to look random.
 const WOBBLE_LINES: usize = 20;
 
 impl Water {
-    pub(super) fn of(spec: &TwinSpec, dof: Dof, streams: &Streams<'_>, ticks: usize) -> Self {
+    pub(super) fn new(spec: &TwinSpec, dof: Dof, streams: &Streams<'_>, ticks: usize) -> Self {
         let strength = &spec.strength;
         let on = |disturbance, value| spec.strength_of(disturbance, value);
         let tether_std = on(Disturbance::Tether, strength.tether_n) * TwinSpec::arm(dof);
@@ -57,7 +57,7 @@ impl Water {
         Self {
             current: current(spec, streams, ticks),
             tether: ornstein_uhlenbeck(
-                streams.of("tether"),
+                streams.stream("tether"),
                 tether_std,
                 strength.tether_correlation_s,
                 ticks,
@@ -65,11 +65,11 @@ impl Water {
             swell: Sine {
                 amplitude: on(Disturbance::Swell, strength.swell_n) * TwinSpec::arm(dof),
                 omega: TAU / strength.swell_period_s,
-                phase: streams.of("swell").random_range(0.0..TAU),
+                phase: streams.stream("swell").random_range(0.0..TAU),
             },
             waves: if spec.has(Disturbance::SwellNarrowBand) {
                 let std = strength.swell_std_n * TwinSpec::arm(dof);
-                waves(streams.of("narrow-band swell"), strength, std, ticks)
+                waves(streams.stream("narrow-band swell"), strength, std, ticks)
             } else {
                 Vec::new()
             },
@@ -79,44 +79,44 @@ impl Water {
                 0.0
             },
             wobble: ["roll wobble", "pitch wobble"].map(|axis| {
-                // Turning about one axis while rolling about another is no single degree
-                // of freedom, and heading needs no DVL.
+                // A trial of yaw has no roll and pitch, which would couple with it, and its heading
+                // needs no DVL.
                 let rate =
                     if yawing { 0.0 } else { on(Disturbance::Lever, strength.lever_rate_rad_s) };
-                wobble(streams.of(axis), rate)
+                wobble(streams.stream(axis), rate)
             }),
             yawing,
-            heading: streams.of("start heading").random_range(0.0..TAU),
+            heading: streams.stream("start heading").random_range(0.0..TAU),
         }
     }
 
-    /// The current that drag feels along the degree of freedom, m/s.
+    /// Returns the current along the degree of freedom, m/s.
     pub(super) fn along(&self, tick: usize) -> f64 {
         if self.yawing { 0.0 } else { self.current[tick] }
     }
 
-    /// Tether, both swells and Munk moment, N or N m.
+    /// Returns the sum of tether, both swells and Munk moment, N or N m.
     ///
-    /// The Munk moment is `−(A22 − A11) u_r v_r`, where the vehicle that turns on the spot
-    /// moves with `u_r = −c cos ψ`, `v_r = c sin ψ` through a current c to the north. The
-    /// difference of added masses is that of the plants' masses, sway less surge.
+    /// The Munk moment is `−(A22 − A11) u_r v_r`: a vehicle that turns on the spot moves at `u_r =
+    /// −c cos ψ`, `v_r = c sin ψ` through a current c to the north. The difference of added masses
+    /// is that of the plants' masses, sway less surge.
     ///
     /// # Source
     /// [Fossen2021, ch. 6]: row 6 of C_A(ν) ν.
-    pub(super) fn push(&self, tick: usize, t_s: f64, turned: f64) -> f64 {
+    pub(super) fn force(&self, tick: usize, t_s: f64, turned: f64) -> f64 {
         let c = self.current[tick];
         let heading = self.heading + turned;
         let munk = self.munk * c * c * heading.sin() * heading.cos();
         self.tether[tick] + self.swell.at(t_s) + munk + self.wave(t_s)
     }
 
-    /// The narrow-band swell at the start, middle or end of a step, N or N m.
+    /// Returns the narrow-band swell at the start, middle or end of a step, N or N m.
     fn wave(&self, t_s: f64) -> f64 {
         self.waves.get((2.0 * t_s / STEP_S).round() as usize).copied().unwrap_or(0.0)
     }
 
-    /// The attitude at a time, where the vehicle has turned by `position` with `velocity`
-    /// if it yaws.
+    /// Returns the attitude at a time; a vehicle in yaw has turned by `position` and turns at
+    /// `velocity`.
     pub(super) fn attitude(&self, t_s: f64, position: f64, velocity: f64) -> Attitude {
         let (turned, turning) = if self.yawing { (position, velocity) } else { (0.0, 0.0) };
         let [roll, pitch] =
@@ -131,7 +131,7 @@ impl Water {
 }
 
 impl Attitude {
-    /// Body to world.
+    /// Returns the rotation from body to world.
     pub(super) fn rotation(&self) -> Rotation3<f64> {
         let [roll, pitch, heading] = self.angles;
         Rotation3::from_euler_angles(roll, pitch, heading)
@@ -148,16 +148,16 @@ impl Sine {
     }
 }
 
-/// The current of each tick, m/s: what is steady, what varies about it, and what drifts.
+/// Returns the current at each tick, m/s: its mean, variation and drift.
 pub(super) fn current(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Vec<f64> {
     let strength = &spec.strength;
     let mean = spec.strength_of(Disturbance::Current, strength.current_m_s);
     let std = spec.strength_of(Disturbance::Current, strength.current_std_m_s);
     let varying =
-        ornstein_uhlenbeck(streams.of("current"), std, strength.current_correlation_s, ticks);
+        ornstein_uhlenbeck(streams.stream("current"), std, strength.current_correlation_s, ticks);
     let drift_std = spec.strength_of(Disturbance::CurrentDrift, strength.drift_std_m_s);
     let drift = ornstein_uhlenbeck(
-        streams.of("current drift"),
+        streams.stream("current drift"),
         drift_std,
         strength.drift_correlation_s,
         ticks,
@@ -165,10 +165,10 @@ pub(super) fn current(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> V
     varying.into_iter().zip(drift).map(|(varying, drift)| mean + varying + drift).collect()
 }
 
-/// Narrow-band swell of a standard deviation, one value every half step, stationary from the
+/// Draws narrow-band swell of a standard deviation, one value every half step, stationary from the
 /// start.
 ///
-/// `F̈ + 2 ζ ω Ḟ + ω² F = ẇ` with white w: exact over each half step.
+/// `F̈ + 2 ζ ω Ḟ + ω² F = ẇ` with white noise ẇ: exact over each half step.
 ///
 /// # Source
 /// [Fossen2021, ch. 10]: the second-order wave model.
@@ -188,7 +188,7 @@ pub(super) fn waves(
     let slip = decay / ringing * sin;
     let step = Matrix2::new(keep * (cos + slip), across, -across, keep * (cos - slip));
     let renewed = Matrix2::identity() - step * step.transpose();
-    // Of a positive definite matrix, from the entry that is not nearly zero.
+    // Cholesky factor of a positive definite matrix, from the entry that is not nearly zero.
     let from_both = renewed[(0, 1)] / renewed[(1, 1)].sqrt();
     let from_first = (renewed[(0, 0)] - from_both * from_both).max(0.0).sqrt();
     let mut state = Vector2::from_fn(|_, _| normal(&mut rng));
@@ -227,30 +227,30 @@ mod tests {
         let mut spec = TwinSpec::jason2();
         spec.disturbances.insert(Disturbance::Current);
         let streams = Streams { seed: 1, trial: "yaw 1" };
-        let water = Water { heading: 0.0, ..Water::of(&spec, Dof::Yaw, &streams, 10) };
-        let moment = |heading: f64| water.push(0, 0.0, heading);
-        // Off the stream to starboard the bow goes on to starboard, until 90°.
+        let water = Water { heading: 0.0, ..Water::new(&spec, Dof::Yaw, &streams, 10) };
+        let moment = |heading: f64| water.force(0, 0.0, heading);
+        // Headed to starboard of the stream, the bow turns further to starboard, until 90°.
         assert!(moment(0.1) > 0.0 && moment(-0.1) < 0.0);
         assert!(moment(FRAC_PI_2 - 0.1) > 0.0 && moment(FRAC_PI_2 + 0.1) < 0.0);
-        // Drag in yaw sees turning only.
+        // Drag in yaw depends on angular velocity only.
         assert_eq!(water.along(0), 0.0);
     }
 
     #[test]
-    fn rolls_and_pitches_at_the_rate_that_was_asked_for() {
+    fn rolls_and_pitches_at_the_specified_rate() {
         let mut spec = TwinSpec::jason2();
         spec.disturbances.insert(Disturbance::Lever);
-        let water = Water::of(&spec, Dof::Surge, &Streams { seed: 1, trial: "surge 1" }, 10);
+        let water = Water::new(&spec, Dof::Surge, &Streams { seed: 1, trial: "surge 1" }, 10);
         let square = |tick: i32| water.attitude(0.1 * f64::from(tick), 0.0, 0.0).slopes[1].powi(2);
         let rms = ((0..40_000).map(square).sum::<f64>() / 40_000.0).sqrt();
-        // Over an hour, twenty sinusoids beat out.
+        // Over an hour the beats of twenty sinusoids average out.
         assert!((rms / 0.03 - 1.0).abs() < 0.05, "{rms}");
     }
 
-    /// Ten hours of narrow-band swell of 10 s, one value every half step.
+    /// Returns ten hours of narrow-band swell of 10 s, one value every half step.
     fn long_swell() -> Vec<f64> {
         let strength = DisturbanceStrength::default();
-        waves(Streams { seed: 1, trial: "t" }.of("w"), &strength, strength.swell_std_n, 360_000)
+        waves(Streams { seed: 1, trial: "t" }.stream("w"), &strength, strength.swell_std_n, 360_000)
     }
 
     fn correlation(x: &[f64], lag: usize) -> f64 {
@@ -259,10 +259,10 @@ mod tests {
     }
 
     #[test]
-    fn narrow_band_swell_has_its_deviation_period_and_bandwidth() {
+    fn narrow_band_swell_has_its_standard_deviation_period_and_bandwidth() {
         let swell = long_swell();
         let variance = correlation(&swell, 0);
-        // It forgets in 1/(ζ ω) = 32 s: 1100 times in ten hours, so 3 % of variance.
+        // Its correlation time is 1/(ζ ω) = 32 s: 1100 times in ten hours, so 3 % of variance.
         assert!((variance.sqrt() / 70.0 - 1.0).abs() < 0.05, "{}", variance.sqrt());
         // ρ(t) = e^(−ζωt) (cos ω_d t − ζ/√(1 − ζ²) sin ω_d t).
         let omega = TAU / 10.0;
@@ -280,13 +280,14 @@ mod tests {
         let water = {
             let mut spec = TwinSpec::jason2();
             spec.disturbances.insert(Disturbance::SwellNarrowBand);
-            Water::of(&spec, Dof::Surge, &Streams { seed: 1, trial: "surge 1" }, 100)
+            Water::new(&spec, Dof::Surge, &Streams { seed: 1, trial: "surge 1" }, 100)
         };
         assert_eq!(water.waves.len(), 1001);
         for step in 0..499 {
             let t = f64::from(step) * STEP_S;
             let middle = 0.5 * (water.wave(t) + water.wave(t + STEP_S));
-            // Noise makes σ √(4 ζ ω · 0.01 s) a half step, and of that 1/√2 here; five deviations.
+            // White noise adds σ √(4 ζ ω · 0.01 s) a half step, and 1/√2 of that here; five
+            // deviations.
             let off = water.wave(t + 0.5 * STEP_S) - middle;
             assert!(off.abs() < 5.0 * 70.0 * 0.0251, "{step}: {off}");
         }
@@ -297,14 +298,14 @@ mod tests {
         let mut spec = TwinSpec::jason2();
         spec.disturbances.insert(Disturbance::CurrentDrift);
         let streams = Streams { seed: 1, trial: "surge 1" };
-        let current = Water::of(&spec, Dof::Surge, &streams, 600_000).current;
+        let current = Water::new(&spec, Dof::Surge, &streams, 600_000).current;
         // 400 correlation times.
         let std = correlation(&current, 0).sqrt();
         assert!((std / 0.05 - 1.0).abs() < 0.1, "{std}");
         let after_150_s = correlation(&current, 1500) / (std * std);
         assert!((after_150_s - (-1.0_f64).exp()).abs() < 0.1, "{after_150_s}");
         spec.disturbances.insert(Disturbance::Current);
-        let both = Water::of(&spec, Dof::Surge, &streams, 600_000).current;
+        let both = Water::new(&spec, Dof::Surge, &streams, 600_000).current;
         let mean = both.iter().sum::<f64>() / both.len() as f64;
         assert!((mean - 0.1).abs() < 0.02, "it comes on top: {mean}");
     }

@@ -1,4 +1,4 @@
-//! A twin of a whole vehicle: a plant of several axes, driven freely or one axis at a time.
+//! A twin of a vehicle of several axes, driven freely or one axis at a time.
 
 mod motion;
 mod pilot;
@@ -9,27 +9,27 @@ use std::collections::BTreeMap;
 
 pub use spec::{Driving, TwinWeight, WholeTwinSpec};
 
-use super::instruments::{Misreading, Observer, record};
+use super::instruments::{MeasurementErrors, Observer, record};
 use super::random::Streams;
 use super::vehicle::InstrumentNoise;
 use super::{TICK_HZ, TrueVehicle, Truth, TwinCampaign, TwinTrial};
 use crate::exchange::PlantModel;
 use crate::plant::{Basis, Symmetry};
 use crate::{CoupledPlan, Dof, Error, Role};
-use motion::{Currents, Disturbed, Whole};
+use motion::{Currents, DisturbanceForces, SimulatedTrial};
 use pilot::WholePilot;
 use rig::Rig;
 
-/// Makes the logs of a vehicle whose plant of several axes is known.
+/// Simulates the logs of a vehicle with a known plant of several axes.
 ///
-/// The truth is `model.plant`, simulated as [`crate::motion::simulate`] does, under the thrusters
-/// of `model`: logged inputs are in force from their time stamp, and are those asked for; lag,
-/// delay and rate limit come after. Fitted trials are driven as `spec.driving` says, the held-out
+/// The true plant is `model.plant`, simulated as by [`crate::motion::simulate`], under the
+/// thrusters of `model`. Logged inputs are commands, valid from their time stamp: lag, delay and
+/// rate limit act after them. Fitted trials are driven as `spec.driving` specifies, the held-out
 /// one freely, by steps.
 ///
 /// # Errors
-/// [`Error::TwinSpec`] for a twin that cannot be, for thrusters that cannot drive an axis that is
-/// asked for, or if the vehicle surfaces; [`Error::Diverged`] if it diverges.
+/// [`Error::TwinSpec`] for an invalid specification, for thrusters that cannot drive a requested
+/// axis, or if the vehicle surfaces; [`Error::Diverged`] if the motion diverges.
 ///
 /// # Example
 /// ```
@@ -53,19 +53,19 @@ use rig::Rig;
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub fn make_whole(spec: &WholeTwinSpec, model: &PlantModel) -> Result<TwinCampaign, Error> {
-    let rig = Rig::of(spec, model)?;
+    let rig = Rig::new(spec, model)?;
     let total_s: f64 = plans(spec, &rig).iter().map(|plan| plan.duration_s).sum();
     let (mut trials, mut mean_current) = (Vec::new(), BTreeMap::new());
     let mut elapsed_s = 0.0;
     for plan in plans(spec, &rig) {
         let spent = (elapsed_s / total_s, (elapsed_s + plan.duration_s) / total_s);
         elapsed_s += plan.duration_s;
-        let (trial, current) = plan.carry_out(&rig, spent)?;
+        let (trial, current) = plan.simulate(&rig, spent)?;
         mean_current.insert(trial.name.clone(), current);
         trials.push(trial);
     }
-    let mut truth = Truth::of(&rig.shared, BTreeMap::new());
-    // The plants of the twin of one axis are not this vehicle's.
+    let mut truth = Truth::new(&rig.shared, BTreeMap::new());
+    // The plants of the twin of one axis do not apply to this vehicle.
     truth.plants.clear();
     truth.steady.clear();
     truth.nuisances.reverse_ratio = rig.reverse_ratio();
@@ -84,13 +84,13 @@ pub fn make_whole(spec: &WholeTwinSpec, model: &PlantModel) -> Result<TwinCampai
     })
 }
 
-/// The coefficients of a plant by name.
+/// Returns the coefficients of a plant by name.
 fn coefficients(model: &PlantModel) -> BTreeMap<String, f64> {
     let names = model.plant.structure().names().into_iter();
     names.zip(model.plant.coefficients().iter().copied()).collect()
 }
 
-/// The plant that an analyst asks for, who knows how the hull is symmetric.
+/// Returns the plan of an analyst who knows the symmetry of the hull.
 fn plan_of(model: &PlantModel) -> CoupledPlan {
     let structure = model.plant.structure();
     let couples = |symmetry: Symmetry| {
@@ -111,12 +111,12 @@ fn plan_of(model: &PlantModel) -> CoupledPlan {
     }
 }
 
-/// What moves in a trial.
+/// The excitation of a trial.
 #[derive(Clone, Copy)]
 enum Moves {
     /// Every driven axis, by joystick and sinusoids.
     Freely,
-    /// One, by a sinusoid whose frequency rises, and joystick.
+    /// One axis, by a sinusoid of rising frequency, and joystick.
     Alone(Dof),
     /// Every driven axis, by steps.
     Steps,
@@ -129,7 +129,7 @@ struct WholePlan {
     duration_s: f64,
 }
 
-/// Trials of free driving in a twin that is driven freely alone.
+/// Number of freely driven trials in a twin without others.
 const FREE_TRIALS: usize = 2;
 
 fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
@@ -156,22 +156,23 @@ fn plans(spec: &WholeTwinSpec, rig: &Rig<'_>) -> Vec<WholePlan> {
 }
 
 impl WholePlan {
-    /// Makes the trial; with it comes the mean current in it, north and east, m/s.
-    fn carry_out(self, rig: &Rig<'_>, spent: (f64, f64)) -> Result<(TwinTrial, [f64; 2]), Error> {
+    /// Simulates the trial; returns it with its mean current, north and east, m/s.
+    fn simulate(self, rig: &Rig<'_>, spent: (f64, f64)) -> Result<(TwinTrial, [f64; 2]), Error> {
         let streams = Streams { seed: rig.shared.seed, trial: &self.name };
         let ticks = (self.duration_s * TICK_HZ).round() as usize;
-        let pilot = WholePilot::of(rig, self.moves, &streams, ticks);
-        let currents = Currents::of(&rig.shared, &streams, ticks);
-        let disturbed = Disturbed::of(rig, &streams, ticks);
+        let pilot = WholePilot::new(rig, self.moves, &streams, ticks);
+        let currents = Currents::new(&rig.shared, &streams, ticks);
+        let disturbed = DisturbanceForces::new(rig, &streams, ticks);
         let thrusters = rig.thrusters(&streams, ticks, (spent, self.duration_s));
         let vehicle = rig.true_vehicle()?;
-        let noise = InstrumentNoise::of(rig.shared.noise).with_gyro(rig.shared.noise);
-        let driver = (pilot, thrusters, Misreading::of(&streams, noise, &vehicle.sensors));
+        let noise = InstrumentNoise::from_level(rig.shared.noise).with_gyro(rig.shared.noise);
+        let driver = (pilot, thrusters, MeasurementErrors::new(&streams, noise, &vehicle.sensors));
         let known = rig.spec.known_forces(self.role, self.duration_s);
-        let whole = Whole::moved(rig, driver, (&disturbed, &known), &currents, &streams)?;
-        whole.check_submerged(&rig.shared, &self.name)?;
+        let simulated =
+            SimulatedTrial::simulate(rig, driver, (&disturbed, &known), &currents, &streams)?;
+        simulated.check_submerged(&rig.shared, &self.name)?;
         let observer = Observer { spec: &rig.shared, vehicle: &vehicle, streams: &streams, noise };
-        let recording = record(&observer, &whole)?;
+        let recording = record(&observer, &simulated)?;
         let Self { name, role, .. } = self;
         let dofs = Vec::new();
         Ok((TwinTrial { name, role, dofs, recording, known }, currents.mean()))
@@ -179,7 +180,7 @@ impl WholePlan {
 }
 
 impl InstrumentNoise {
-    /// With a gyroscope of a noise level.
+    /// Adds a gyroscope of a noise level.
     fn with_gyro(self, level: super::NoiseLevel) -> Self {
         let std = match level {
             super::NoiseLevel::Low => 0.5e-3,

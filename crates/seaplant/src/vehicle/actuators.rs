@@ -1,5 +1,5 @@
-//! Rudders, fins, propellers of unknown strength and wind: what pushes a vehicle beside thrusters
-//! whose curve is known.
+//! Actuators other than thrusters with known curves: rudders, fins, propellers of unknown strength;
+//! and wind.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -13,49 +13,48 @@ use crate::{Dof, Error, ThrusterInput};
 /// A rudder or fin, in the body frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fin {
-    /// What it is.
+    /// The type of surface.
     pub kind: Surface,
-    /// How channels and messages call it.
+    /// Name in channels and messages.
     pub name: String,
-    /// Where its force acts, m.
+    /// Point of application of its force, m.
     pub position_body: Vector3<f64>,
-    /// Unit vector of the axis that it turns about; a positive angle turns its leading edge
-    /// about this by the right hand.
+    /// Unit vector of the axis of rotation; a positive angle rotates by the right-hand rule.
     pub axis_body: Vector3<f64>,
     /// Its area, m².
     pub area_m2: Option<f64>,
-    /// `∂C_L/∂α`, 1/rad, where it is known; to be estimated otherwise.
+    /// `∂C_L/∂α`, 1/rad, if known; otherwise the force coefficient is estimated.
     pub lift_slope: Option<f64>,
-    /// Beyond this angle of attack lift grows no more, rad.
+    /// Stall angle of attack, rad, beyond which lift is constant.
     pub stall_rad: Option<f64>,
-    /// The greatest angle that it turns to, rad.
+    /// Largest angle of rotation, rad.
     pub limit_rad: Option<f64>,
-    /// The thruster in whose race it stands.
+    /// The thruster in whose slipstream it is.
     pub slipstream: Option<String>,
-    /// What hull and race do to its flow, behind a thruster with an open-water curve.
+    /// Changes of its inflow by hull and propeller, behind a thruster with an open-water curve.
     pub flow: Option<RudderFlow>,
 }
 
-/// An open-water curve as a vehicle has it.
+/// The open-water curve of a propeller, as in a vehicle file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PropellerCurve {
     /// Diameter, m.
     pub diameter_m: f64,
     /// K_T = k₀ + k₁ J + k₂ J².
     pub k_t: [f64; 3],
-    /// Wake fraction straight ahead, 0 to below 1.
+    /// Wake fraction in straight motion, 0 to below 1.
     pub wake: f64,
-    /// How the wake changes with drift, if it does.
+    /// Variation of the wake with drift angle, if any.
     pub wake_by_drift: Option<WakeByDrift>,
-    /// Thrust deduction fraction; to be estimated if it is not known.
+    /// Thrust deduction fraction; estimated if unknown.
     pub thrust_deduction: Option<f64>,
 }
 
 impl PropellerCurve {
-    /// The curve, after a check.
+    /// Checks the curve.
     ///
     /// # Errors
-    /// [`Error::Thruster`] with the key that cannot be, for a thruster of this name.
+    /// [`Error::Thruster`] with the invalid key, for a thruster of this name.
     pub fn checked(self, name: &str) -> Result<Self, Error> {
         let refuse = |reason: &str| {
             Err(Error::Thruster { name: name.to_owned(), reason: reason.to_owned() })
@@ -87,10 +86,10 @@ impl PropellerCurve {
 }
 
 impl Fin {
-    /// Checks and keeps a fin; `axis` may have any length but zero.
+    /// Checks and creates a fin; `axis` may have any length but zero.
     ///
     /// # Errors
-    /// [`Error::Fin`] if a number is not finite or not possible, or if the axis is zero or points
+    /// [`Error::Fin`] if a number is not finite or is impossible, or if the axis is zero or points
     /// ahead.
     ///
     /// # Example
@@ -140,10 +139,10 @@ impl Fin {
         })
     }
 
-    /// The same, after a check of what is optional.
+    /// Checks the optional fields.
     ///
     /// # Errors
-    /// [`Error::Fin`] for an area, slope or angle that cannot be.
+    /// [`Error::Fin`] for an impossible area, slope or angle.
     pub fn checked(self) -> Result<Self, Error> {
         let refuse = |reason: String| {
             Err(Error::Fin { what: self.kind.name(), name: self.name.clone(), reason })
@@ -201,15 +200,15 @@ impl Fin {
     }
 }
 
-/// An axis that points ahead by more than this has no chord to turn.
+/// Largest forward component of an axis: beyond it the fin has no chord.
 const MOST_AHEAD: f64 = 0.95;
 
-/// What the wind meets.
+/// Areas exposed to wind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Windage {
-    /// Area above the water from ahead, m².
+    /// Frontal area above the water, m².
     pub frontal_area_m2: Option<f64>,
-    /// Area above the water from the side, m².
+    /// Lateral area above the water, m².
     pub lateral_area_m2: Option<f64>,
     /// Length over all, m.
     pub length_m: Option<f64>,
@@ -219,7 +218,8 @@ pub struct Windage {
 const AIR_KG_M3: f64 = 1.225;
 
 impl Windage {
-    /// Wind forces in surge, sway and yaw, with dimensionless coefficients where areas are known.
+    /// Returns wind forces in surge, sway and yaw, with dimensionless coefficients if areas are
+    /// known.
     ///
     /// # Source
     /// [Fossen2021, ch. 10].
@@ -253,7 +253,7 @@ impl Thruster {
     }
 }
 
-/// A thruster pushes along an axis if its lever there is above this part of the greatest.
+/// A thruster acts on an axis if its wrench there is above this fraction of the greatest.
 const SHARED_PART: f64 = 0.2;
 
 /// An effect of a vehicle on its plants.
@@ -261,14 +261,15 @@ const SHARED_PART: f64 = 0.2;
 pub struct VehicleEffect {
     /// The effect.
     pub effect: Effect,
-    /// Whether a plant has it from the start; else it is tried.
+    /// True if a plant includes it initially; otherwise a search tries it.
     pub is_usual: bool,
-    /// Its coefficient, where the vehicle file makes it known.
+    /// Its coefficient, if stated in the vehicle file.
     pub known: Option<f64>,
 }
 
 impl Vehicle {
-    /// What rudders, fins, propellers of unknown strength and wind do, each with one coefficient.
+    /// Returns the effects of rudders, fins, propellers of unknown strength and wind, each with one
+    /// coefficient.
     pub fn effects(&self) -> Vec<VehicleEffect> {
         let mut all = Vec::new();
         let mut push = |name: String, force: EffectForce, is_usual: bool, known: Option<f64>| {
@@ -338,7 +339,7 @@ impl Vehicle {
                 push(name.to_owned(), EffectForce::Inflow { thrusters, ahead }, false, None);
             }
         }
-        for thruster in self.thrusters_beside_others() {
+        for thruster in self.thrusters_with_shared_axes() {
             for (what, reverse) in [("excess-thrust", false), ("excess-reverse-thrust", true)] {
                 let force = EffectForce::Gain { thruster: thruster.clone(), reverse };
                 push(format!("{}.{what}", thruster.name), force, false, None);
@@ -349,9 +350,9 @@ impl Vehicle {
         all
     }
 
-    /// Thrusters with a known curve that share an axis with another: of one that pushes alone, motion
-    /// shows no gain beside mass and drag.
-    fn thrusters_beside_others(&self) -> Vec<Pusher> {
+    /// Returns thrusters with known curves that share an axis with another: motion cannot
+    /// distinguish the gain of a single one from mass and drag.
+    fn thrusters_with_shared_axes(&self) -> Vec<Pusher> {
         let fixed = self.thrusters.iter().filter(|own| own.azimuth_axis.is_none());
         let all: Vec<Pusher> = fixed.map(Thruster::pusher).collect();
         let ways: Vec<_> = all.iter().map(|own| own.way().abs()).collect();
@@ -381,7 +382,7 @@ impl Vehicle {
         })
     }
 
-    /// The channel that drives a propeller of unknown strength.
+    /// Returns the input channel of a propeller of unknown strength.
     pub fn propeller_input(thruster: &Thruster) -> ThrusterInput {
         thruster.curve.input()
     }

@@ -1,13 +1,13 @@
-//! What a velocity sensor shows of a velocity.
+//! The dynamics of a velocity sensor.
 
-/// What a velocity sensor makes of velocity before it is logged; by default nothing.
+/// The dynamics of a velocity sensor; none by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocitySensor {
     /// First-order lag, s.
     pub lag_s: f64,
-    /// It averages over so long a time, s.
+    /// Averaging window, s.
     pub window_s: f64,
-    /// It reads so many times the velocity.
+    /// Scale factor.
     pub scale: f64,
 }
 
@@ -18,11 +18,11 @@ impl Default for VelocitySensor {
 }
 
 impl VelocitySensor {
-    /// What it shows of a velocity: a lag `T ẏ = v − y`, an average of v over `[t − w, t]`, times
-    /// its scale.
+    /// Returns the sensor's output for a velocity: a lag `T ẏ = v − y`, an average of v over `[t −
+    /// w, t]`, and the scale factor.
     ///
-    /// `time_s` increases, `velocity` has as many values, in m/s or rad/s; between them velocity
-    /// is linear, and before them constant.
+    /// `time_s` increases, `velocity` has as many values, in m/s or rad/s, linear between instants
+    /// and constant before the first.
     ///
     /// ```
     /// use seaplant::VelocitySensor;
@@ -30,54 +30,54 @@ impl VelocitySensor {
     /// assert_eq!(averages.shows(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]), [0.0, 0.5, 1.5]);
     /// ```
     pub fn shows(&self, time_s: &[f64], velocity: &[f64]) -> Vec<f64> {
-        let mut shown = velocity.to_vec();
+        let mut output = velocity.to_vec();
         if self.lag_s > 0.0 {
-            lag(time_s, &mut shown, self.lag_s);
+            lag(time_s, &mut output, self.lag_s);
         }
         if self.window_s > 0.0 {
-            shown = average(time_s, &shown, self.window_s);
+            output = average(time_s, &output, self.window_s);
         }
         if self.scale != 1.0 {
-            shown.iter_mut().for_each(|v| *v *= self.scale);
+            output.iter_mut().for_each(|v| *v *= self.scale);
         }
-        shown
+        output
     }
 }
 
-/// A first-order lag of what is linear between samples, exactly.
+/// Applies a first-order lag exactly to a signal that is linear between samples.
 fn lag(time_s: &[f64], values: &mut [f64], lag_s: f64) {
     let mut before = values.first().copied().unwrap_or(0.0);
-    let mut shown = before;
+    let mut output = before;
     for k in 1..values.len() {
         let step = (time_s[k] - time_s[k - 1]) / lag_s;
-        let (now, kept) = (values[k], (-step).exp());
+        let (now, decay) = (values[k], (-step).exp());
         let slope = (now - before) / step;
-        // y = v − slope of the lag times, once its start is forgotten.
-        shown = now - slope + (shown - before + slope) * kept;
-        (before, values[k]) = (now, shown);
+        // The steady response to a ramp is y = v − slope × lag.
+        output = now - slope + (output - before + slope) * decay;
+        (before, values[k]) = (now, output);
     }
 }
 
-/// The average over the time before each sample of what is linear between samples.
+/// Averages a signal that is linear between samples over the time before each.
 fn average(time_s: &[f64], values: &[f64], window_s: f64) -> Vec<f64> {
-    let mut passed = vec![0.0; values.len()];
+    let mut integral = vec![0.0; values.len()];
     for k in 1..values.len() {
         let step_s = time_s[k] - time_s[k - 1];
-        passed[k] = passed[k - 1] + 0.5 * step_s * (values[k] + values[k - 1]);
+        integral[k] = integral[k - 1] + 0.5 * step_s * (values[k] + values[k - 1]);
     }
     let mut from = 0;
-    let of = |k: usize| {
+    let window_mean = |k: usize| {
         let start_s = time_s[k] - window_s;
         if start_s <= time_s[0] {
-            return (passed[k] + values[0] * (time_s[0] - start_s)) / window_s;
+            return (integral[k] + values[0] * (time_s[0] - start_s)) / window_s;
         }
         while time_s[from + 1] < start_s {
             from += 1;
         }
         let (step_s, part_s) = (time_s[from + 1] - time_s[from], start_s - time_s[from]);
         let at_start = values[from] + (values[from + 1] - values[from]) * part_s / step_s;
-        let before = passed[from] + 0.5 * part_s * (values[from] + at_start);
-        (passed[k] - before) / window_s
+        let before = integral[from] + 0.5 * part_s * (values[from] + at_start);
+        (integral[k] - before) / window_s
     };
-    (0..values.len()).map(of).collect()
+    (0..values.len()).map(window_mean).collect()
 }

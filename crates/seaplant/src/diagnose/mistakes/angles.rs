@@ -1,65 +1,71 @@
-//! Mistakes of angles and rates of turn, by how rates turn angles.
+//! Mistakes of angles and angular velocities, by kinematics.
 
 use super::Mistake;
 use crate::trial::Logged;
 use crate::{Dof, Quantity};
 
-/// Roll, pitch, heading; and the rates about the body's axes.
+/// Channels of roll, pitch and heading; and the axes of angular velocities.
 const ANGLES: [&str; 3] = ["attitude.roll", "attitude.pitch", "attitude.heading"];
 const TURNS: [Dof; 3] = [Dof::Roll, Dof::Pitch, Dof::Yaw];
 
-/// A mistake: by what the logged angles and rates are to be multiplied to be right.
-struct Try {
+/// A candidate mistake: the factors that correct the logged angles and rates.
+struct Candidate {
     angles: [f64; 3],
     rates: [f64; 3],
-    /// What it is, of channels named.
+    /// Its description, for named channels.
     what: &'static str,
 }
 
 const DEG: f64 = 57.295_779_513;
 
 const SIGNS: &str = "reversed";
-const TRIES: [Try; 15] = [
-    Try { angles: [1.0, 1.0, -1.0], rates: [1.0; 3], what: SIGNS },
-    Try { angles: [1.0; 3], rates: [1.0, 1.0, -1.0], what: SIGNS },
-    Try { angles: [1.0, -1.0, 1.0], rates: [1.0; 3], what: SIGNS },
-    Try { angles: [1.0; 3], rates: [1.0, -1.0, 1.0], what: SIGNS },
-    Try { angles: [-1.0, 1.0, 1.0], rates: [1.0; 3], what: SIGNS },
-    Try { angles: [1.0; 3], rates: [-1.0, 1.0, 1.0], what: SIGNS },
+const CANDIDATES: [Candidate; 15] = [
+    Candidate { angles: [1.0, 1.0, -1.0], rates: [1.0; 3], what: SIGNS },
+    Candidate { angles: [1.0; 3], rates: [1.0, 1.0, -1.0], what: SIGNS },
+    Candidate { angles: [1.0, -1.0, 1.0], rates: [1.0; 3], what: SIGNS },
+    Candidate { angles: [1.0; 3], rates: [1.0, -1.0, 1.0], what: SIGNS },
+    Candidate { angles: [-1.0, 1.0, 1.0], rates: [1.0; 3], what: SIGNS },
+    Candidate { angles: [1.0; 3], rates: [-1.0, 1.0, 1.0], what: SIGNS },
     // Forward, port, up.
-    Try { angles: [1.0, -1.0, -1.0], rates: [1.0; 3], what: SIGNS },
-    Try { angles: [1.0; 3], rates: [1.0, -1.0, -1.0], what: SIGNS },
-    Try { angles: [1.0 / DEG, 1.0 / DEG, 1.0], rates: [1.0; 3], what: "in deg and read as rad" },
-    Try { angles: [1.0, 1.0, 1.0 / DEG], rates: [1.0; 3], what: "in deg and read as rad" },
-    Try { angles: [1.0 / DEG; 3], rates: [1.0; 3], what: "in deg and read as rad" },
-    Try { angles: [DEG, DEG, 1.0], rates: [1.0; 3], what: "in rad and read as deg" },
-    Try { angles: [DEG; 3], rates: [1.0; 3], what: "in rad and read as deg" },
-    Try { angles: [1.0; 3], rates: [1.0 / DEG; 3], what: "in deg/s and read as rad/s" },
-    Try { angles: [1.0; 3], rates: [DEG; 3], what: "in rad/s and read as deg/s" },
+    Candidate { angles: [1.0, -1.0, -1.0], rates: [1.0; 3], what: SIGNS },
+    Candidate { angles: [1.0; 3], rates: [1.0, -1.0, -1.0], what: SIGNS },
+    Candidate {
+        angles: [1.0 / DEG, 1.0 / DEG, 1.0],
+        rates: [1.0; 3],
+        what: "in deg and read as rad",
+    },
+    Candidate { angles: [1.0, 1.0, 1.0 / DEG], rates: [1.0; 3], what: "in deg and read as rad" },
+    Candidate { angles: [1.0 / DEG; 3], rates: [1.0; 3], what: "in deg and read as rad" },
+    Candidate { angles: [DEG, DEG, 1.0], rates: [1.0; 3], what: "in rad and read as deg" },
+    Candidate { angles: [DEG; 3], rates: [1.0; 3], what: "in rad and read as deg" },
+    Candidate { angles: [1.0; 3], rates: [1.0 / DEG; 3], what: "in deg/s and read as rad/s" },
+    Candidate { angles: [1.0; 3], rates: [DEG; 3], what: "in rad/s and read as deg/s" },
 ];
 
-const AS_IS: Try = Try { angles: [1.0; 3], rates: [1.0; 3], what: "" };
+const AS_IS: Candidate = Candidate { angles: [1.0; 3], rates: [1.0; 3], what: "" };
 
-/// Spans over which turns are compared, s, and how many are needed.
+/// Interval over which changes of angles are compared, s, and the least number of intervals.
 const SPAN_S: f64 = 5.0;
 const LEAST_SPANS: usize = 12;
 
-/// Rates that are right explain this part of how angles change, all of them averaged: sensors that
-/// are off by a tenth and lag explain 0.95 …
+/// Share of the changes of angles, averaged, that correct rates explain at least: sensors with
+/// errors of a tenth and lags explain 0.95 …
 const RIGHT: f64 = 0.8;
-/// … and more than the log as it is by this: one of three angles is a third.
+/// … and least increase over the log as it is: one of three angles is a third.
 const MORE: f64 = 0.25;
 
-/// Tries within this part of the best are named with it.
+/// Candidates within this share of the best are reported with it.
 const AS_GOOD: f64 = 0.02;
 
-/// The mistake under which rates explain angles far better; `right` are axes whose rate forces explain.
+/// Finds the mistake without which rates explain angles far better; `right` are axes with rates
+/// that forces explain.
 pub(super) fn mistake(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
     let as_is = explained(logs, &AS_IS)?;
-    let mut tried: Vec<(f64, &Try)> = Vec::new();
-    for one in &TRIES {
+    let mut tried: Vec<(f64, &Candidate)> = Vec::new();
+    for one in &CANDIDATES {
         let channels = changes(one, logs);
-        let is_same = |other: &Try| other.what == one.what && changes(other, logs) == channels;
+        let is_same =
+            |other: &Candidate| other.what == one.what && changes(other, logs) == channels;
         if !channels.is_empty() && !tried.iter().any(|(_, other)| is_same(other)) {
             tried.extend(explained(logs, one).map(|part| (part, one)));
         }
@@ -69,10 +75,10 @@ pub(super) fn mistake(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
     if best < RIGHT || best < as_is + MORE {
         return None;
     }
-    let mut alike: Vec<&Try> =
+    let mut alike: Vec<&Candidate> =
         tried.iter().filter(|(x, _)| *x > best - AS_GOOD).map(|(_, one)| *one).collect();
-    // The sign of a rate that thrust explains is right, and that of its angle is not.
-    let is_of_right = |one: &&Try| {
+    // A rate that thrust explains has the correct sign, so that its angle has the wrong one.
+    let is_of_right = |one: &&Candidate| {
         let is_right = |axis: usize| one.rates[axis] != 1.0 && right.contains(&TURNS[axis]);
         one.what == SIGNS && (0..3).any(is_right)
     };
@@ -80,7 +86,7 @@ pub(super) fn mistake(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
         alike.retain(|one| !is_of_right(one));
     }
     alike.truncate(2);
-    let said = |one: &&Try| {
+    let said = |one: &&Candidate| {
         let channels = changes(one, logs);
         let verb = if channels.len() > 1 { "look" } else { "looks" };
         let line = match one.what {
@@ -99,8 +105,8 @@ pub(super) fn mistake(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
     Some(Mistake { axes: TURNS.to_vec(), message })
 }
 
-/// The channels that a try changes, of those that are logged.
-fn changes(one: &Try, logs: &[&Logged]) -> Vec<String> {
+/// Returns the logged channels that a candidate changes.
+fn changes(one: &Candidate, logs: &[&Logged]) -> Vec<String> {
     let mut channels = Vec::new();
     for axis in 0..3 {
         if one.angles[axis] != 1.0 && logs.iter().any(|log| log.angles[axis].is_some()) {
@@ -115,12 +121,12 @@ fn changes(one: &Try, logs: &[&Logged]) -> Vec<String> {
     channels
 }
 
-/// The part of the changes of angles over spans that rates explain, averaged over the angles that have
-/// a rate; none explains less than nothing.
+/// Returns the share of the changes of angles over intervals that rates explain, averaged over the
+/// angles with a rate, each at least zero.
 ///
 /// `φ̇ = p + (q sin φ + r cos φ) tan θ`, `θ̇ = q cos φ − r sin φ`, `ψ̇ = (q sin φ + r cos φ) / cos θ`
 /// [Fossen2021, eq. 2.38].
-fn explained(logs: &[&Logged], one: &Try) -> Option<f64> {
+fn explained(logs: &[&Logged], one: &Candidate) -> Option<f64> {
     let (mut missed, mut moved, mut spans) = ([0.0; 3], [0.0; 3], 0);
     let has_rate = |axis: usize| {
         let is_rate = |log: &&Logged| {

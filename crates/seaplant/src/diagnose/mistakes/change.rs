@@ -1,4 +1,4 @@
-//! What a user may have got wrong, as a change of what was logged.
+//! Possible mistakes, as changes of a log.
 
 use std::collections::BTreeSet;
 
@@ -7,31 +7,31 @@ use crate::axes::listed;
 use crate::trial::Logged;
 use crate::{Dof, Quantity, Sensors};
 
-/// One change of a log.
+/// A change of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Change {
-    /// The velocity of some axes has the other sign.
+    /// The velocities of some axes have the opposite sign.
     Reversed(Vec<Dof>),
-    /// The logged wrench of an axis has the other sign.
+    /// The logged wrench of an axis has the opposite sign.
     ReversedWrench(Dof),
-    /// A thruster pushes the other way.
+    /// The thrust of a thruster has the opposite sign.
     ReversedThruster(String),
-    /// All thrusters that act on an axis push the other way.
+    /// All thrusters that act on an axis have the opposite sign.
     ReversedThrusters(Dof),
     /// The velocities of two axes are exchanged.
     Exchanged(Dof, Dof),
     /// The wrenches of two axes are exchanged.
     ExchangedWrenches(Dof, Dof),
-    /// The readings of two thrusters are exchanged.
+    /// The inputs of two thrusters are exchanged.
     ExchangedThrusters(String, String),
-    /// The sensor of velocity is turned about the vertical by so many degrees, to starboard.
+    /// The velocity sensor is rotated about the vertical by this angle, deg, to starboard.
     Turned(f64),
 }
 
-/// Angles by which a velocity sensor is mounted by mistake, or without being stated, deg.
+/// Angles at which velocity sensors are commonly mounted, by mistake or undocumented, deg.
 const TURNS_DEG: [f64; 7] = [45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0];
 
-/// Velocities of forward-port-up axes that are read as forward-starboard-down: of all sensors, of the
+/// Axes reversed if forward-port-up data are read as forward-starboard-down: of all sensors, of the
 /// velocity sensor, of the gyroscope.
 const OTHER_FRAMES: [&[Dof]; 3] = [
     &[Dof::Sway, Dof::Heave, Dof::Pitch, Dof::Yaw],
@@ -40,7 +40,7 @@ const OTHER_FRAMES: [&[Dof]; 3] = [
 ];
 
 impl Change {
-    /// Every change that trials allow, the simplest first.
+    /// Returns every change that trials allow, the simplest first.
     pub(super) fn all(trials: &[&Logged]) -> Vec<Self> {
         let moves = |dof: &Dof| trials.iter().any(|trial| trial.velocity[dof.index()].is_some());
         let is_wrench = |dof: &Dof| trials.iter().any(|trial| trial.wrench[dof.index()].is_some());
@@ -77,7 +77,7 @@ impl Change {
         all
     }
 
-    /// In how many channels it changes the log.
+    /// Returns the number of channels that it changes.
     pub(super) fn channels(&self) -> usize {
         match self {
             Self::Reversed(axes) => axes.len(),
@@ -86,7 +86,7 @@ impl Change {
         }
     }
 
-    /// Makes the change.
+    /// Applies the change to a log.
     pub(super) fn apply(&self, log: &mut Logged) {
         let reverse = |series: &mut Option<Vec<f64>>| {
             series.iter_mut().flatten().for_each(|x| *x = -*x);
@@ -124,7 +124,7 @@ impl Change {
         }
     }
 
-    /// What it is, in words.
+    /// Formats the change.
     pub(super) fn words(&self) -> String {
         match self {
             Self::Reversed(axes) if axes.len() > 1 => format!(
@@ -146,7 +146,7 @@ impl Change {
         }
     }
 
-    /// The line of a file to change.
+    /// Formats the advice on the line of a file to change.
     pub(super) fn advice(&self, trials: &[&Logged], sensors: &Sensors) -> String {
         let source = |dof: Dof| trials.iter().find_map(|trial| trial.source[dof.index()].clone());
         let channel = |dof: Dof| channel(dof, source(dof).as_ref());
@@ -188,7 +188,7 @@ impl Change {
     }
 }
 
-/// Axes on which several thrusters act, one for each group of thrusters: one to identify, if there is.
+/// Returns an axis for each group of thrusters that act together, an identified one if possible.
 fn groups(trials: &[&Logged]) -> Vec<Dof> {
     let acting = |dof: Dof| {
         let thrusters = trials.iter().flat_map(|trial| &trial.thrusters);
@@ -212,7 +212,7 @@ fn pairs<T>(of: &[T], make: &dyn Fn(&T, &T) -> Change) -> Vec<Change> {
     of.iter().enumerate().flat_map(with_later).collect()
 }
 
-/// The channel that gives the velocity of an axis.
+/// Returns the channel of an axis's velocity.
 fn channel(dof: Dof, source: Option<&Quantity>) -> String {
     source.map_or_else(|| format!("velocity.{dof}"), ToString::to_string)
 }
@@ -229,7 +229,7 @@ fn exchange(a: &str, b: &str) -> String {
     format!("in campaign.toml exchange the columns of \"{a}\" and \"{b}\" under [channels]")
 }
 
-/// What a log says with changes.
+/// Returns the view of a log with changes.
 pub(super) fn view(log: &Logged, changes: &[Change]) -> View {
     let mut log = log.clone();
     changes.iter().for_each(|change| change.apply(&mut log));

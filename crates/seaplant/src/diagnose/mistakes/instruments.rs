@@ -1,5 +1,5 @@
-//! Mistakes that two instruments show without any force: angles beside rates, depth beside velocity,
-//! and a velocity sensor at an angle on a vehicle that nothing pushes sideways.
+//! Mistakes that pairs of instruments show without forces: angles and rates, depth and velocity;
+//! and a rotated velocity sensor on a vehicle without lateral force.
 
 use super::Mistake;
 use super::angles;
@@ -8,23 +8,24 @@ use super::units::{self, What};
 use crate::trial::Logged;
 use crate::{Dof, Quantity, Sensors};
 
-/// Two measures of one motion are compared over spans of this length, s.
+/// Interval over which two measurements of one motion are compared, s.
 const SPAN_S: f64 = 5.0;
 
-/// One measure explains this part of the other, or they are not of one motion.
+/// Least squared correlation of two measurements of one motion.
 const ALIKE: f64 = 0.8;
 
-/// Fewer spans show nothing.
+/// Least number of intervals.
 const LEAST_SPANS: usize = 12;
 
-/// The mistakes that instruments show by themselves; `right` are axes whose velocity forces explain.
+/// Finds the mistakes that instruments show without forces; `right` are axes with velocities that
+/// forces explain.
 pub(super) fn mistakes(logs: &[&Logged], sensors: &Sensors, right: &[Dof]) -> Vec<Mistake> {
     let of_angles = angles::mistake(logs, right);
     let of_depth = depth_beside_velocity(logs, right);
     of_angles.into_iter().chain(of_depth).chain(turned(logs, sensors)).collect()
 }
 
-/// How many times as far the second moves as the first says, if they are of one motion.
+/// Returns the ratio of the second motion to the first, if they are correlated.
 fn ratio(pairs: &[(f64, f64)]) -> Option<f64> {
     if pairs.len() < LEAST_SPANS {
         return None;
@@ -38,7 +39,8 @@ fn ratio(pairs: &[(f64, f64)]) -> Option<f64> {
     (xy * xy > ALIKE * xx * yy && xx > 0.0).then_some(xy.signum() * (yy / xx).sqrt())
 }
 
-/// For each span of all trials, how far a velocity leads and how far a position moves.
+/// Returns, for each interval of all trials, the integral of a velocity and the change of a
+/// position.
 fn moved(
     logs: &[&Logged],
     of: impl Fn(&Logged) -> Option<(Vec<f64>, &Vec<f64>)>,
@@ -59,7 +61,7 @@ fn moved(
     pairs
 }
 
-/// Depth that moves another way, or so many times as far, as vertical velocity says.
+/// Finds depth that moves in another direction, or by another factor, than vertical velocity.
 fn depth_beside_velocity(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
     let source = logs.iter().find_map(|log| log.source[Dof::Heave.index()].clone())?;
     if matches!(source, Quantity::Depth) {
@@ -72,19 +74,19 @@ fn depth_beside_velocity(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
     Some(Mistake { axes: vec![Dof::Heave], message })
 }
 
-/// Velocity downward in the world: `−u sin θ + (v sin φ + w cos φ) cos θ`.
+/// Returns downward velocity in the world's frame: `−u sin θ + (v sin φ + w cos φ) cos θ`.
 fn down(log: &Logged) -> Option<Vec<f64>> {
     let heave = log.velocity[Dof::Heave.index()].as_ref()?;
     let at = |series: &Option<Vec<f64>>, k: usize| series.as_ref().map_or(0.0, |x| x[k]);
-    let of = |(k, w): (usize, &f64)| {
+    let downward = |(k, w): (usize, &f64)| {
         let [roll, pitch] = [0, 1].map(|which| at(&log.angles[which], k));
         let [u, v] = [Dof::Surge, Dof::Sway].map(|dof| at(&log.velocity[dof.index()], k));
         (v * roll.sin() + w * roll.cos()) * pitch.cos() - u * pitch.sin()
     };
-    Some(heave.iter().enumerate().map(of).collect())
+    Some(heave.iter().enumerate().map(downward).collect())
 }
 
-/// What is wrong where depth moves `times` as far as a velocity says, which may be known as right.
+/// Formats the mistake if depth moves `times` as far as a velocity, which may be known to be right.
 fn contradiction(times: f64, is_right: bool, velocity: &str) -> Option<String> {
     let head = format!("depth moves {times:.3} times as far as {velocity} says");
     if (-1.0 - units::NEAR..-1.0 + units::NEAR).contains(&times) {
@@ -114,14 +116,14 @@ fn contradiction(times: f64, is_right: bool, velocity: &str) -> Option<String> {
     })
 }
 
-/// The angle at which sensors are mounted that surge by itself does not show, deg: it scales it.
+/// Mounting angle that surge alone cannot reveal, as it only scales it, deg.
 const MOUNT_DEG: f64 = 45.0;
 const NEAR_MOUNT_DEG: f64 = 8.0;
 
-/// Across the way of the vehicle there is less than this part of the variance of its velocity.
+/// Largest share of the variance of velocity across its principal direction.
 const ACROSS: f64 = 0.02;
 
-/// A velocity that lies along a line at an angle to the bow, though nothing pushes sideways.
+/// Finds a velocity along a line at an angle to the bow, without lateral force.
 fn turned(logs: &[&Logged], sensors: &Sensors) -> Option<Mistake> {
     let is_pushed = |log: &&Logged| {
         let side = Dof::Sway.index();
@@ -139,7 +141,7 @@ fn turned(logs: &[&Logged], sensors: &Sensors) -> Option<Mistake> {
     for log in logs {
         let (Some(u), Some(v)) = (&log.velocity[0], &log.velocity[1]) else { continue };
         let step = (SPAN_S / log.grid.period_s) as usize;
-        // Changes, which a current does not have.
+        // Changes of velocity exclude a constant current.
         for k in (step..log.grid.len).filter(|k| log.is_whole[k - step] && log.is_whole[*k]) {
             let (du, dv) = (u[k] - u[k - step], v[k] - v[k - step]);
             (uu, uv, vv) = (uu + du * du, uv + du * dv, vv + dv * dv);

@@ -1,4 +1,4 @@
-//! Units that are taken for others, and what they do to masses.
+//! Confused units, and their effect on masses.
 
 use super::Mistake;
 use super::weak::Explained;
@@ -8,18 +8,18 @@ use crate::plant::RigidBody;
 use crate::trial::Logged;
 use crate::{Dof, Vehicle};
 
-/// What a unit is of.
+/// The quantity of a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum What {
     Length,
     Velocity,
 }
 
-/// Ratios this near to that of two units are theirs.
+/// Relative tolerance of a ratio of units.
 pub(super) const NEAR: f64 = 0.1;
 
 impl What {
-    /// The unit whose numbers are so many times as large as those in m or m/s.
+    /// Returns the unit whose numbers are `times` those in m or m/s.
     pub(super) fn unit_of(self, times: f64) -> Option<&'static str> {
         let all: &[(f64, &'static str)] = match self {
             Self::Length => &[(1000.0, "mm"), (100.0, "cm"), (3.28084, "ft")],
@@ -33,39 +33,38 @@ impl What {
 const SPEEDS: [(f64, &str); 5] =
     [(1.943_844, "kn"), (3.280_84, "ft/s"), (3.6, "km/h"), (100.0, "cm/s"), (1000.0, "mm/s")];
 
-/// Newtons in units of force.
+/// Newtons per unit of force.
 const FORCES: [(f64, &str); 2] = [(9.806_65, "kgf"), (4.448_222, "lbf")];
 
-/// (rad/s)² in rpm².
+/// One (rad/s)², in rpm².
 const SQUARE_OF_RPM: f64 = 91.189;
 
-/// A mass below this part of that in air is none of a vehicle, as curves are known to a tenth …
+/// Least ratio of effective mass to mass in air, as curves are accurate to a tenth …
 const LEAST_TIMES: f64 = 0.8;
-/// … and one above so many times as much is not, either [Jason2, table 5].
+/// … and greatest ratio [Jason2, table 5].
 const MOST_TIMES: f64 = 8.0;
 
-/// Between these is the mass of a vehicle in water to that in air, with what curves are off; and what
-/// most have.
+/// Usual range of that ratio, with the error of curves; and its typical value.
 const USUAL_TIMES: (f64, f64) = (0.9, 6.5);
 const MIDDLE_TIMES: f64 = 1.6;
 
-/// No more readings than this are named.
+/// Largest number of readings to report.
 const MOST_READINGS: usize = 4;
 
-/// A mass estimate counts if least squares leaves less than this part of the change of velocity.
+/// Largest unexplained share of the change of velocity for a usable mass estimate.
 const MOST_LEFT: f64 = 0.5;
 
-/// Units of force or speed that would make possible masses of impossible ones.
+/// Finds units of force or speed with which impossible masses become possible.
 pub(super) fn mistakes(
     vehicle: &Vehicle,
     logs: &[&Logged],
     axes: &[(Dof, Explained)],
 ) -> Vec<Mistake> {
-    let of_places = places(vehicle);
+    let distant = far_thruster(vehicle);
     let rigid = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
-    let Some(dry) = rigid.or(vehicle.dry_mass_kg) else { return of_places.into_iter().collect() };
+    let Some(dry) = rigid.or(vehicle.dry_mass_kg) else { return distant.into_iter().collect() };
     let is_known = |(dof, found): &&(Dof, Explained)| {
-        !dof.is_rotation() && found.alpha > 0.0 && found.left < MOST_LEFT
+        !dof.is_rotation() && found.alpha > 0.0 && found.unexplained < MOST_LEFT
     };
     let times: Vec<(Dof, f64)> = axes
         .iter()
@@ -76,30 +75,31 @@ pub(super) fn mistakes(
     let is_off = |times: f64| !(LEAST_TIMES..MOST_TIMES).contains(&times);
     let off: Vec<(Dof, f64)> = times.iter().copied().filter(|(_, times)| is_off(*times)).collect();
     if off.is_empty() {
-        return of_places.into_iter().collect();
+        return distant.into_iter().collect();
     }
-    // Thrusters have one scale in all axes, as the velocity sensor has; wrenches have their own.
+    // The scale of thrusters and of the velocity sensor is common to all axes; wrenches have their
+    // own.
     let suspect = if is_wrench { off } else { times };
     let readings = readings(&suspect, is_wrench);
     let Some(message) = message(&suspect, &readings, logs, dry) else {
-        return of_places.into_iter().collect();
+        return distant.into_iter().collect();
     };
     let axes = match is_wrench {
         true => suspect.iter().map(|(dof, _)| *dof).collect(),
-        // Thrusters that push along these axes turn the vehicle about the others.
+        // Thrusters along these axes also turn the vehicle about the others.
         false => axes.iter().map(|(dof, _)| *dof).collect(),
     };
-    of_places.into_iter().chain([Mistake { axes, message }]).collect()
+    distant.into_iter().chain([Mistake { axes, message }]).collect()
 }
 
-/// A unit that may be wrong, and by what masses are to be multiplied then.
+/// A possibly wrong unit, and the factor of masses that corrects it.
 struct Reading {
     times: f64,
     what: String,
     advice: String,
 }
 
-/// All readings under which masses are those of a vehicle, the likeliest first.
+/// Returns all readings with possible masses, the likeliest first.
 fn readings(off: &[(Dof, f64)], is_wrench: bool) -> Vec<Reading> {
     let mut all = Vec::new();
     let of_force = |unit: &str, is_small: bool| match (is_wrench, is_small) {
@@ -165,14 +165,14 @@ fn message(off: &[(Dof, f64)], readings: &[Reading], logs: &[&Logged], dry: f64)
     })
 }
 
-/// A place further from the origin than so many times a hull's length is none of its own.
+/// Largest distance of a thruster from the origin, in lengths of the hull.
 const FAR_TIMES: f64 = 3.0;
 
-/// A vehicle of a mass in air has a length below so many times that of a cube of as much water.
+/// Largest length of a vehicle, relative to a cube of water of its mass.
 const LONGEST_TIMES: f64 = 20.0;
 
-/// A thruster that sits far outside of the vehicle.
-fn places(vehicle: &Vehicle) -> Option<Mistake> {
+/// Finds a thruster far outside the vehicle.
+fn far_thruster(vehicle: &Vehicle) -> Option<Mistake> {
     let by_mass = vehicle.dry_mass_kg.map(|mass| LONGEST_TIMES * (mass / 1000.0).cbrt());
     let by_size = vehicle.size_m.map(|size| FAR_TIMES * size.into_iter().fold(0.0, f64::max));
     let most_m = by_size.or(by_mass)?;

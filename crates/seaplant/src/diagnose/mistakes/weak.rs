@@ -1,68 +1,69 @@
-//! How much of the change of velocity forces explain, by least squares without derivatives.
+//! Share of the change of velocity that forces explain, by least squares without derivatives.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::Dof;
 
-/// What one trial says of all axes, at the same instants.
+/// The data of one trial for all axes, at the same instants.
 pub(super) struct View {
-    /// Between instants, s.
+    /// Sampling period, s.
     pub(super) period_s: f64,
-    /// Whether everything was logged at an instant.
+    /// True if all data are present at an instant.
     pub(super) is_whole: Vec<bool>,
-    /// In SNAME order, m/s and rad/s.
+    /// Velocity in SNAME order, m/s and rad/s.
     pub(super) velocity: [Option<Vec<f64>>; 6],
-    /// Likewise, N and N m; of axes that are pushed.
+    /// Force in SNAME order, N and N m; of axes with a force.
     pub(super) force: [Option<Vec<f64>>; 6],
-    /// The forces that `force` is made of, one by one.
+    /// The separate forces that sum to `force`.
     pub(super) forces: Vec<Vec<f64>>,
     /// Roll and pitch, rad.
     pub(super) tilt: [Option<Vec<f64>>; 2],
 }
 
-/// How an axis is looked at: the length of test functions and the delay of force, in instants.
+/// Settings of the regression of an axis: the length of test functions and the delay of force, in
+/// instants.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct Settings {
     length: usize,
     delay: usize,
 }
 
-/// What least squares makes of one axis.
+/// The regression of one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Explained {
-    /// The part of the variance of the change of velocity that is left, in blocks of the trials that
-    /// were not fitted; within [`LEAST_LEFT`] and 1.
-    pub(super) left: f64,
-    /// Velocity gained per force and time, 1/kg or 1/(kg m²); not below zero.
+    /// The unexplained share of the variance of the change of velocity, by cross-validation; within
+    /// [`LEAST_UNEXPLAINED`] and 1.
+    pub(super) unexplained: f64,
+    /// Velocity per force and time, 1/kg or 1/(kg m²); not negative.
     pub(super) alpha: f64,
-    /// How many test functions without overlap there are.
+    /// Number of test functions without overlap.
     pub(super) windows: usize,
 }
 
-/// Below this part a model that is better by far is no better: noise of sensors leaves as much.
-const LEAST_LEFT: f64 = 0.003;
+/// Least unexplained share: that of sensor noise, below which models do not differ.
+const LEAST_UNEXPLAINED: f64 = 0.003;
 
-/// Lengths of test functions that are tried, s: from small vehicles to ships.
+/// Candidate lengths of test functions, s: from small vehicles to ships.
 const LENGTHS_S: [f64; 5] = [2.4, 5.0, 10.0, 20.0, 40.0];
 
-/// Delays of force that are tried, in instants of 0.2 s: what a propeller needs.
+/// Candidate delays of force, in instants of 0.2 s: those of propellers.
 const DELAYS: [usize; 4] = [0, 1, 2, 4];
 
 /// Test functions overlap by half, as they are zero at both ends.
 const OVERLAP: usize = 2;
 
-/// Blocks that are left out in turn, each made of pieces from all over a trial.
+/// Number of folds of the cross-validation, each of pieces from all parts of a trial.
 const FOLDS: usize = 4;
 const PIECES: usize = 8;
 
-/// Fewer test functions for each number fitted show nothing.
+/// Least number of test functions for each coefficient.
 const LEAST_WINDOWS: usize = 2;
 
 /// The terms of the equation of motion of one axis as `v̇ = Σ c x`.
 ///
-/// Of a vehicle the coefficients of `signed` are not below zero: `τ`, `−v|v|`, `−v`, and products of
-/// other speeds by turning, `u̇ = v r − w q` times ratios of masses [Fossen2021, § 3.3, 6.3]. The
-/// others may have any sign.
+/// For a vehicle the coefficients of `signed` are not negative: those of `τ`, `−v|v|`, `−v`, and of
+/// products of other velocities, `u̇ = v r − w q` times ratios of masses [Fossen2021, § 3.3, 6.3].
+/// The others may have any sign.
 struct Terms {
     signed: Vec<Vec<f64>>,
     free: Vec<Vec<f64>>,
@@ -72,14 +73,15 @@ fn product(a: &[f64], b: &[f64], sign: f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| sign * a * b).collect()
 }
 
-/// Products that a rigid body in water has along an axis: sign and the two velocities.
+/// Returns the products of velocities for a rigid body in water on an axis: sign and the two
+/// velocities.
 fn turning(dof: Dof) -> [(f64, Dof, Dof); 2] {
     use Dof::{Heave, Pitch, Roll, Surge, Sway, Yaw};
     match dof {
         Surge => [(1.0, Sway, Yaw), (-1.0, Heave, Pitch)],
         Sway => [(-1.0, Surge, Yaw), (1.0, Heave, Roll)],
         Heave => [(1.0, Surge, Pitch), (-1.0, Sway, Roll)],
-        // Whether these add or take depends on the vehicle.
+        // Their signs depend on the vehicle.
         Roll => [(1.0, Pitch, Yaw), (1.0, Sway, Heave)],
         Pitch => [(1.0, Roll, Yaw), (1.0, Surge, Heave)],
         Yaw => [(1.0, Surge, Sway), (1.0, Surge, Yaw)],
@@ -87,16 +89,16 @@ fn turning(dof: Dof) -> [(f64, Dof, Dof); 2] {
 }
 
 impl View {
-    fn delayed(&self, force: &[f64], look: Look) -> Vec<f64> {
-        let at = |k: usize| force[k.saturating_sub(look.delay)];
+    fn delayed(&self, force: &[f64], settings: Settings) -> Vec<f64> {
+        let at = |k: usize| force[k.saturating_sub(settings.delay)];
         (0..force.len()).map(at).collect()
     }
 
-    fn terms(&self, dof: Dof, look: Look) -> Option<Terms> {
+    fn terms(&self, dof: Dof, settings: Settings) -> Option<Terms> {
         let v = self.velocity[dof.index()].as_ref()?;
         let force = self.force[dof.index()].as_ref()?;
         let mut signed = vec![
-            self.delayed(force, look),
+            self.delayed(force, settings),
             v.iter().map(|v| -v * v.abs()).collect(),
             v.iter().map(|v| -v).collect(),
         ];
@@ -116,19 +118,19 @@ impl View {
         Some(Terms { signed, free })
     }
 
-    /// The terms of an axis, and every force and velocity, each of any sign: what no mistake of sign
-    /// or place changes.
-    fn all_terms(&self, dof: Dof, look: Look) -> Option<Terms> {
-        let Terms { signed, free } = self.terms(dof, look)?;
+    /// Returns the terms of an axis, and every force and velocity, each of any sign: an upper bound
+    /// that no mistake of sign or channel changes.
+    fn all_terms(&self, dof: Dof, settings: Settings) -> Option<Terms> {
+        let Terms { signed, free } = self.terms(dof, settings)?;
         let others = Dof::ALL.iter().filter(|other| **other != dof);
         let others = others.filter_map(|other| self.velocity[other.index()].clone());
-        let forces = self.forces.iter().map(|force| self.delayed(force, look));
+        let forces = self.forces.iter().map(|force| self.delayed(force, settings));
         let all = signed.into_iter().skip(1).chain(free).chain(others).chain(forces);
         Some(Terms { signed: Vec::new(), free: all.collect() })
     }
 }
 
-/// Sums over test functions of `[x, y]` of one trial, by fold.
+/// Sums over test functions of products of `[x, y]` of one trial, by fold.
 struct Sums {
     gram: Vec<DMatrix<f64>>,
     sum: Vec<DVector<f64>>,
@@ -144,7 +146,7 @@ impl Sums {
         }
     }
 
-    /// The sums of deviations from the trial's mean, by fold: a trial has its own bias.
+    /// Returns the sums of deviations from the trial's mean, by fold: each trial has its own bias.
     fn centred(self) -> Option<Vec<DMatrix<f64>>> {
         let count: f64 = self.count.iter().sum();
         if count == 0.0 {
@@ -152,21 +154,26 @@ impl Sums {
         }
         let sum = self.sum.iter().fold(DVector::zeros(self.sum[0].len()), |all, own| all + own);
         let mean = sum / count;
-        let of = |((gram, sum), n): ((DMatrix<f64>, DVector<f64>), f64)| {
+        let centre = |((gram, sum), n): ((DMatrix<f64>, DVector<f64>), f64)| {
             let cross = &sum * mean.transpose();
             gram - &cross - cross.transpose() + n * &mean * mean.transpose()
         };
-        Some(self.gram.into_iter().zip(self.sum).zip(self.count).map(of).collect())
+        Some(self.gram.into_iter().zip(self.sum).zip(self.count).map(centre).collect())
     }
 }
 
-/// Adds what one trial says under test functions `φ = sin⁴`: `∫φ x dt` of the terms, and
-/// `∫φ v̇ dt = −∫φ̇ v dt`.
-fn sums(view: &View, dof: Dof, terms: &Terms, look: Look) -> Option<(Vec<DMatrix<f64>>, usize)> {
+/// Sums one trial over test functions `φ = sin⁴`: `∫φ x dt` of the terms, and `∫φ v̇ dt = −∫φ̇ v
+/// dt`.
+fn sums(
+    view: &View,
+    dof: Dof,
+    terms: &Terms,
+    settings: Settings,
+) -> Option<(Vec<DMatrix<f64>>, usize)> {
     let v = view.velocity[dof.index()].as_ref()?;
     let columns: Vec<&Vec<f64>> = terms.signed.iter().chain(&terms.free).collect();
     let p = columns.len();
-    let (length, width) = (look.length, look.length as f64);
+    let (length, width) = (settings.length, settings.length as f64);
     let test = |k: usize| {
         let (sin, cos) = (std::f64::consts::PI * k as f64 / width).sin_cos();
         let slope = 4.0 * sin.powi(3) * cos * std::f64::consts::PI / (width * view.period_s);
@@ -193,11 +200,11 @@ fn sums(view: &View, dof: Dof, terms: &Terms, look: Look) -> Option<(Vec<DMatrix
     Some((sums.centred()?, starts.len()))
 }
 
-/// Sweeps of coordinate descent: beyond these the residual of a dozen terms does not change.
+/// Iterations of coordinate descent, after which the residual of a dozen terms is constant.
 const SWEEPS: usize = 400;
 
-/// Least squares with the first `signed` coefficients not below zero, by coordinate descent on the
-/// normal equations; the last row and column are those of y.
+/// Solves least squares with the first `signed` coefficients not negative, by coordinate descent on
+/// the normal equations; the last row and column are those of y.
 fn solve(gram: &DMatrix<f64>, signed: usize) -> DVector<f64> {
     let p = gram.nrows() - 1;
     let mut x: DVector<f64> = DVector::zeros(p);
@@ -221,7 +228,7 @@ fn solve(gram: &DMatrix<f64>, signed: usize) -> DVector<f64> {
     x
 }
 
-/// `Σ (y − c x)²` of sums.
+/// Returns `Σ (y − c x)²`.
 fn misfit(gram: &DMatrix<f64>, c: &DVector<f64>) -> f64 {
     let p = c.len();
     let (xx, xy) = (gram.view((0, 0), (p, p)), gram.view((0, p), (p, 1)));
@@ -232,14 +239,14 @@ fn misfit(gram: &DMatrix<f64>, c: &DVector<f64>) -> f64 {
 fn fit(
     views: &[&View],
     dof: Dof,
-    look: Look,
+    settings: Settings,
     terms: impl Fn(&View) -> Option<Terms>,
 ) -> Option<Explained> {
     let mut folds: Option<(Vec<DMatrix<f64>>, usize)> = None;
     let mut windows = 0;
     for view in views {
         let Some(terms) = terms(view) else { continue };
-        let Some((own, count)) = sums(view, dof, &terms, look) else { continue };
+        let Some((own, count)) = sums(view, dof, &terms, settings) else { continue };
         windows += count;
         let (all, signed) = folds.get_or_insert_with(|| {
             (own.iter().map(|x| DMatrix::zeros(x.nrows(), x.ncols())).collect(), terms.signed.len())
@@ -257,23 +264,25 @@ fn fit(
         return None;
     }
     let missed: f64 = folds.iter().map(|own| misfit(own, &solve(&(&total - own), signed))).sum();
-    let left = (missed / variation).clamp(LEAST_LEFT, 1.0);
+    let unexplained = (missed / variation).clamp(LEAST_UNEXPLAINED, 1.0);
     let alpha = if signed > 0 { solve(&total, signed)[0] } else { 0.0 };
-    Some(Explained { left, alpha, windows: windows / OVERLAP })
+    Some(Explained { unexplained, alpha, windows: windows / OVERLAP })
 }
 
-/// How to look at an axis, and what is left at best if signs and places are anything.
-pub(super) fn look(views: &[&View], dof: Dof) -> Option<(Look, Explained)> {
+/// Returns the settings for an axis, and the least unexplained share for any signs and channels.
+pub(super) fn choose_settings(views: &[&View], dof: Dof) -> Option<(Settings, Explained)> {
     let period_s = views.first()?.period_s;
-    let looks = LENGTHS_S.iter().flat_map(|length_s| {
+    let settings = LENGTHS_S.iter().flat_map(|length_s| {
         let length = (length_s / period_s).round() as usize;
-        DELAYS.map(|delay| Look { length, delay })
+        DELAYS.map(|delay| Settings { length, delay })
     });
-    let of = |look: Look| Some((look, fit(views, dof, look, |view| view.all_terms(dof, look))?));
-    looks.filter_map(of).min_by(|a, b| a.1.left.total_cmp(&b.1.left))
+    let fit_with = |settings: Settings| {
+        Some((settings, fit(views, dof, settings, |view| view.all_terms(dof, settings))?))
+    };
+    settings.filter_map(fit_with).min_by(|a, b| a.1.unexplained.total_cmp(&b.1.unexplained))
 }
 
-/// What the equation of motion of an axis leaves, with coefficients that a vehicle can have.
-pub(super) fn explained(views: &[&View], dof: Dof, look: Look) -> Option<Explained> {
-    fit(views, dof, look, |view| view.terms(dof, look))
+/// Returns the regression of an axis on the equation of motion with possible coefficients.
+pub(super) fn explained(views: &[&View], dof: Dof, settings: Settings) -> Option<Explained> {
+    fit(views, dof, settings, |view| view.terms(dof, settings))
 }

@@ -1,14 +1,14 @@
-//! A whole vehicle in motion, and what pushes it beside its thrusters.
+//! Motion of a vehicle of several axes, and its disturbances.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Rotation3, Vector3, Vector6};
 use rand::RngExt;
 
-use super::pilot::{Seen, WholePilot};
+use super::pilot::{PilotInput, WholePilot};
 use super::rig::{Rig, Thrusters};
 use crate::motion::{Inputs, KnownForce, Moving};
-use crate::twin::instruments::{Misreading, Path};
+use crate::twin::instruments::{MeasurementErrors, Path};
 use crate::twin::motion::STEP_S;
 use crate::twin::random::{Streams, ornstein_uhlenbeck};
 use crate::twin::water::{Attitude, Sine, current, waves};
@@ -19,10 +19,10 @@ use crate::{Dof, Error, Timed};
 pub(super) struct Currents(Vec<[f64; 2]>);
 
 impl Currents {
-    pub(super) fn of(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Self {
-        // The stream sets one way in all trials.
+    pub(super) fn new(spec: &TwinSpec, streams: &Streams<'_>, ticks: usize) -> Self {
+        // The direction of the current is the same in all trials.
         let heading = Streams { seed: spec.seed, trial: "campaign" }
-            .of("set of the current")
+            .stream("set of the current")
             .random_range(0.0..TAU);
         let (east, north) = heading.sin_cos();
         let strength = current(spec, streams, ticks).into_iter();
@@ -35,22 +35,22 @@ impl Currents {
     }
 }
 
-/// Tether and swells on each axis.
-pub(super) struct Disturbed {
+/// Forces of tether and swells on each axis.
+pub(super) struct DisturbanceForces {
     /// At each tick, N or N m.
     tether: [Vec<f64>; 6],
     swell: [Sine; 6],
-    /// At every half step; empty if it is off.
+    /// At each half step; empty if disabled.
     waves: [Vec<f64>; 6],
 }
 
-impl Disturbed {
-    pub(super) fn of(rig: &Rig<'_>, streams: &Streams<'_>, ticks: usize) -> Self {
+impl DisturbanceForces {
+    pub(super) fn new(rig: &Rig<'_>, streams: &Streams<'_>, ticks: usize) -> Self {
         let (spec, strength) = (&rig.shared, &rig.shared.strength);
         let on = |disturbance, dof: Dof, part: f64| {
             spec.strength_of(disturbance, part) * rig.force[dof.index()]
         };
-        let stream = |dof: Dof, purpose: &str| streams.of(&format!("{dof} {purpose}"));
+        let stream = |dof: Dof, purpose: &str| streams.stream(&format!("{dof} {purpose}"));
         Self {
             tether: Dof::ALL.map(|dof| {
                 let std = on(Disturbance::Tether, dof, rig.spec.tether_part);
@@ -70,8 +70,8 @@ impl Disturbed {
         }
     }
 
-    /// In the middle of a step, N and N m.
-    fn push(&self, tick: usize, middle_s: f64) -> Vector6<f64> {
+    /// Returns the force in the middle of a step, N and N m.
+    fn force(&self, tick: usize, middle_s: f64) -> Vector6<f64> {
         let wave_at = (2.0 * middle_s / STEP_S).round() as usize;
         Vector6::from_fn(|k, _| {
             let wave = self.waves[k].get(wave_at).copied().unwrap_or(0.0);
@@ -80,57 +80,57 @@ impl Disturbed {
     }
 }
 
-/// What happened in one trial: states at every step, inputs at every tick.
-pub(super) struct Whole {
+/// The motion of one trial: states at every step, inputs at every tick.
+pub(super) struct SimulatedTrial {
     velocity: Vec<Vector6<f64>>,
     attitude: Vec<[f64; 3]>,
     /// Depth below the start, m.
     sunk: Vec<f64>,
-    asked: Vec<Vec<f64>>,
+    commands: Vec<Vec<f64>>,
 }
 
-impl Whole {
-    /// Lets the vehicle move for a trial, from rest and level.
+impl SimulatedTrial {
+    /// Simulates a trial, from rest and level.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if it diverges.
-    pub(super) fn moved(
+    /// [`Error::Diverged`] if the motion diverges.
+    pub(super) fn simulate(
         rig: &Rig<'_>,
-        (pilot, mut thrusters, mut misreading): (WholePilot<'_>, Thrusters<'_>, Misreading),
-        (disturbed, known): (&Disturbed, &[KnownForce]),
+        (pilot, mut thrusters, mut errors): (WholePilot<'_>, Thrusters<'_>, MeasurementErrors),
+        (disturbed, known): (&DisturbanceForces, &[KnownForce]),
         currents: &Currents,
         streams: &Streams<'_>,
     ) -> Result<Self, Error> {
-        let heading = streams.of("start heading").random_range(0.0..TAU);
+        let heading = streams.stream("start heading").random_range(0.0..TAU);
         let known = known.to_vec();
         let mut inputs = Inputs { current: currents.0[0], known, ..Inputs::default() };
         inputs.attitude[2] = Some(Timed::new("heading", vec![0.0], vec![heading])?);
         let mut moving = Moving::at_rest(&rig.plant, &inputs)?;
-        let mut whole = Self {
+        let mut simulated = Self {
             velocity: Vec::new(),
             attitude: Vec::new(),
             sunk: Vec::new(),
-            asked: Vec::new(),
+            commands: Vec::new(),
         };
-        whole.push(&moving, 0.0);
+        simulated.push(&moving, 0.0);
         for (tick, current) in currents.0.iter().enumerate() {
             moving.set_current(*current);
-            thrusters.ask(&pilot.wrench(tick, &whole.seen(misreading.next())));
+            thrusters.allocate(&pilot.wrench(tick, &simulated.pilot_input(errors.next())));
             for step in 0..STEPS_PER_TICK {
                 let t = tick_time(tick) + step as f64 * STEP_S;
-                let force = thrusters.turn(t, STEP_S, moving.through_water())
+                let force = thrusters.advance(t, STEP_S, moving.through_water())
                     * rig.spec.thrust_scale
-                    + disturbed.push(tick, t + 0.5 * STEP_S);
-                let sinking = whole.sinking(whole.velocity.len() - 1);
+                    + disturbed.force(tick, t + 0.5 * STEP_S);
+                let sinking = simulated.sinking(simulated.velocity.len() - 1);
                 moving.advance(&force, STEP_S)?;
-                whole.push(&moving, sinking);
+                simulated.push(&moving, sinking);
             }
         }
-        whole.asked = std::mem::take(&mut thrusters.asked);
-        Ok(whole)
+        simulated.commands = std::mem::take(&mut thrusters.commands);
+        Ok(simulated)
     }
 
-    /// Adds a state; depth is the integral of what it sinks by the trapezoid rule.
+    /// Adds a state; depth is integrated by the trapezoidal rule.
     fn push(&mut self, moving: &Moving<'_>, sinking_before: f64) {
         self.velocity.push(moving.velocity());
         self.attitude.push(moving.attitude());
@@ -145,10 +145,10 @@ impl Whole {
         (Rotation3::from_euler_angles(roll, pitch, heading) * self.velocity(step)).z
     }
 
-    /// What instruments show of the last state that read so much too much.
-    fn seen(&self, (angles, velocity): ([f64; 3], Vector6<f64>)) -> Seen {
+    /// Returns the pilot's measurement of the last state, with these errors.
+    fn pilot_input(&self, (angles, velocity): ([f64; 3], Vector6<f64>)) -> PilotInput {
         let at = self.velocity.len() - 1;
-        Seen {
+        PilotInput {
             attitude: std::array::from_fn(|k| self.attitude[at][k] + angles[k]),
             velocity: self.velocity[at] + velocity,
             sunk: self.sunk[at],
@@ -161,7 +161,7 @@ impl Whole {
     }
 }
 
-impl Path for Whole {
+impl Path for SimulatedTrial {
     fn steps(&self) -> usize {
         self.velocity.len() - 1
     }
@@ -183,7 +183,7 @@ impl Path for Whole {
         (self.sunk[step], self.sinking(step))
     }
 
-    fn asked(&self, thruster: usize, tick: usize) -> f64 {
-        self.asked[thruster][tick]
+    fn command(&self, thruster: usize, tick: usize) -> f64 {
+        self.commands[thruster][tick]
     }
 }

@@ -1,4 +1,4 @@
-//! What the pilot of a whole vehicle asks of its thrusters.
+//! Forces commanded by the pilot of a vehicle of several axes.
 
 use std::f64::consts::TAU;
 
@@ -13,32 +13,33 @@ use crate::motion::down_body;
 use crate::twin::random::{Streams, held_levels, lagged};
 use crate::twin::tick_time;
 
-/// How long the joystick is held, s, and the lag behind the hand.
+/// Time for which the joystick is held, s, and the lag of the command behind it.
 const JOYSTICK_DWELL_S: std::ops::Range<f64> = 3.0..15.0;
 const JOYSTICK_LAG_S: f64 = 0.5;
-/// How often it is held at zero.
+/// Probability that it is held at zero.
 const JOYSTICK_REST: f64 = 0.2;
-/// Steps of a held-out trial.
+/// Time for which each step of a held-out trial is held, s.
 const STEP_DWELL_S: std::ops::Range<f64> = 8.0..25.0;
-/// The part of the joystick in free driving and in sweeps; the rest are sinusoids.
+/// Share of the joystick in free driving, and of the sinusoid in sweeps; sinusoids or the joystick
+/// are the rest.
 const JOYSTICK_PART: f64 = 0.6;
-/// Sinusoids of free driving: how many, and their frequencies, Hz.
+/// Number of sinusoids in free driving, and their frequencies, Hz.
 const LINES: usize = 2;
 const LINE_HZ: std::ops::Range<f64> = 0.02..0.2;
-/// From where to where the frequency of a sweep rises, Hz.
+/// First and last frequency of a sweep, Hz.
 const SWEEP_HZ: (f64, f64) = (0.02, 0.25);
-/// How fast the depth of the start is sought, rad/s: slower than what is fitted.
+/// Bandwidth of the depth controller, rad/s: below the fitted dynamics.
 const DEPTH_RAD_S: f64 = 0.05;
 
-/// Who decides on the wrench at each tick.
+/// The wrench at each tick.
 pub(super) struct WholePilot<'a> {
     rig: &'a Rig<'a>,
-    /// Force of each tick on each axis; of roll and pitch the angle that is asked for, rad.
-    push: [Vec<f64>; 6],
+    /// Force at each tick on each axis; for roll and pitch the requested angle, rad.
+    commands: [Vec<f64>; 6],
 }
 
-/// What the pilot sees.
-pub(super) struct Seen {
+/// The measurements of the pilot.
+pub(super) struct PilotInput {
     pub(super) attitude: [f64; 3],
     pub(super) velocity: Vector6<f64>,
     pub(super) sunk: f64,
@@ -46,8 +47,8 @@ pub(super) struct Seen {
 }
 
 impl<'a> WholePilot<'a> {
-    pub(super) fn of(rig: &'a Rig<'a>, moves: Moves, streams: &Streams<'_>, ticks: usize) -> Self {
-        let push = Dof::ALL.map(|dof| {
+    pub(super) fn new(rig: &'a Rig<'a>, moves: Moves, streams: &Streams<'_>, ticks: usize) -> Self {
+        let commands = Dof::ALL.map(|dof| {
             let most = rig.amplitude(dof);
             let moved = match moves {
                 Moves::Alone(swept) if swept != dof => return vec![0.0; ticks],
@@ -58,25 +59,25 @@ impl<'a> WholePilot<'a> {
             };
             moved.into_iter().map(|part| most * part).collect()
         });
-        Self { rig, push }
+        Self { rig, commands }
     }
 
-    /// The wrench asked for at a tick, N and N m: as planned, with weight held and the vehicle
-    /// brought to the attitude that is wanted.
-    pub(super) fn wrench(&self, tick: usize, seen: &Seen) -> Vector6<f64> {
-        let [roll, pitch, _] = seen.attitude;
+    /// Returns the requested wrench at a tick, N and N m: the planned one, with weight compensated
+    /// and roll and pitch controlled.
+    pub(super) fn wrench(&self, tick: usize, measured: &PilotInput) -> Vector6<f64> {
+        let [roll, pitch, _] = measured.attitude;
         let down = down_body(roll, pitch);
-        let mut wrench = Vector6::from_fn(|k, _| self.push[k][tick]);
-        let resistance = self.rig.plant.resistance(&seen.velocity, &down);
+        let mut wrench = Vector6::from_fn(|k, _| self.commands[k][tick]);
+        let resistance = self.rig.plant.resistance(&measured.velocity, &down);
         for (k, angle) in [(3, roll), (4, pitch)] {
             let (stiffness, damping) = self.rig.hold[k - 3];
-            let levelling = stiffness * (wrench[k] - angle) - damping * seen.velocity[k];
-            // Munk's moments would roll a weakly righted vehicle over.
+            let levelling = stiffness * (wrench[k] - angle) - damping * measured.velocity[k];
+            // Munk moments would capsize a vehicle with a weak righting moment.
             wrench[k] = if self.rig.force[k] > 0.0 { resistance[k] + levelling } else { 0.0 };
         }
         let mass = self.rig.plant.mass_matrix_of_six()[(2, 2)];
         let up = self.rig.weight_excess()
-            + mass * DEPTH_RAD_S * (DEPTH_RAD_S * seen.sunk + 2.0 * seen.sinking);
+            + mass * DEPTH_RAD_S * (DEPTH_RAD_S * measured.sunk + 2.0 * measured.sinking);
         for k in 0..3 {
             if self.rig.force[k] > 0.0 {
                 wrench[k] -= up * down[k];
@@ -87,7 +88,7 @@ impl<'a> WholePilot<'a> {
 }
 
 impl Rig<'_> {
-    /// What the pilot asks of an axis at most: N or N m, of roll and pitch rad.
+    /// Returns the greatest command on an axis: N or N m, for roll and pitch rad.
     fn amplitude(&self, dof: Dof) -> f64 {
         let force = self.force[dof.index()];
         match dof {
@@ -101,7 +102,7 @@ impl Rig<'_> {
 }
 
 fn stream(streams: &Streams<'_>, dof: Dof, purpose: &str) -> ChaCha8Rng {
-    streams.of(&format!("{dof} {purpose}"))
+    streams.stream(&format!("{dof} {purpose}"))
 }
 
 fn joystick(rng: ChaCha8Rng, ticks: usize) -> Vec<f64> {
@@ -129,7 +130,7 @@ fn free(dof: Dof, streams: &Streams<'_>, ticks: usize) -> Vec<f64> {
 fn sweep(streams: &Streams<'_>, ticks: usize) -> Vec<f64> {
     let (from, to) = SWEEP_HZ;
     let total_s = tick_time(ticks);
-    let joystick = joystick(streams.of("joystick"), ticks);
+    let joystick = joystick(streams.stream("joystick"), ticks);
     let at = |(tick, joystick): (usize, f64)| {
         let t = tick_time(tick);
         let turned = TAU * (from * t + 0.5 * (to - from) * t * t / total_s);

@@ -1,4 +1,4 @@
-//! The vehicle with what drives it: which axes, how strongly, by which thrusters.
+//! The vehicle with its actuation: driven axes, forces and thrusters.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3, Vector6};
 use super::WholeTwinSpec;
 use crate::exchange::PlantModel;
 use crate::plant::Plant;
-use crate::twin::instruments::sent;
+use crate::twin::instruments::quantised;
 use crate::twin::propellers::{JITTER_CORRELATION_S, Motor, Screw};
 use crate::twin::random::{Streams, ornstein_uhlenbeck};
 use crate::twin::validate::{above_zero, refused};
@@ -15,48 +15,48 @@ use crate::twin::vehicle::YAW_ARM_M;
 use crate::twin::{Disturbance, RPM, TICK_HZ, TwinSpec, TwinThrusters};
 use crate::{Dof, Error, QuadraticThrust, ThrustCurve, Thruster, ThrusterInput, Vehicle};
 
-/// A vehicle whose truth is known, ready to be driven.
+/// A vehicle with known true values, prepared for driving.
 pub(super) struct Rig<'a> {
     pub(super) spec: &'a WholeTwinSpec,
-    /// What the twin of one axis knows as well.
+    /// The settings in common with the twin of one axis.
     pub(super) shared: TwinSpec,
     pub(super) plant: Plant,
     model: &'a PlantModel,
-    /// The law by which its analyst has the thrusters.
+    /// The thrust law in the analyst's vehicle.
     law: QuadraticThrust,
-    /// The wrench of one newton of each thruster, and the thrusts of one of each axis.
+    /// Wrench per newton of each thruster, and thrusts per unit of force on each axis.
     wrenches: DMatrix<f64>,
     allocation: DMatrix<f64>,
-    /// What drives each axis, N or N m; zero of one that is not driven.
+    /// Amplitude of the force on each axis, N or N m; zero on one that is not driven.
     pub(super) force: [f64; 6],
-    /// Righting moment per angle, N m, and the moments per angle and per rate by which the pilot
+    /// Righting moment per angle, N m, and the gains per angle and per rate by which the pilot
     /// levels roll and pitch, N m and N m s.
     pub(super) righting: f64,
     pub(super) hold: [(f64, f64); 2],
-    /// Lengths beside those of Jason 2.
+    /// Length scale relative to Jason 2.
     scale: f64,
 }
 
-/// What a thruster in reverse truly gives of what its analyst believes, with `thrcoef`: as of
+/// Returns the ratio of true reverse thrust to that of the analyst's curve under `thrcoef`, as for
 /// Jason 2.
 fn weaker_in_reverse() -> f64 {
     let TwinThrusters { forward, reverse, .. } = TwinThrusters::default();
     reverse / forward
 }
 
-/// The most that drives an axis, as a part of what the thrusters give on it alone.
+/// Largest force on an axis, as a fraction of that of the thrusters on it alone.
 const FORCE_PART: f64 = 0.4;
-/// How fast a pilot brings the vehicle level, rad/s, and with what damping.
+/// Natural frequency of the pilot's levelling, rad/s, and its damping ratio.
 const LEVELLING: (f64, f64) = (2.0, 0.7);
-/// Singular values below this part of the greatest are no way to push.
+/// Singular values below this fraction of the greatest count as zero.
 const RANK: f64 = 1e-6;
-/// A wrench is pushed if this part of it comes out.
+/// Largest relative error of an allocated wrench.
 const PUSHED: f64 = 1e-3;
-/// Jitter of an input, as a part of the greatest: 5 rpm of Jason 2's 1650.
+/// Jitter of an input, as a fraction of the greatest: 5 rpm of Jason 2's 1650.
 const JITTER_PART: f64 = 5.0 / 1650.0;
 
 impl<'a> Rig<'a> {
-    pub(super) fn of(spec: &'a WholeTwinSpec, model: &'a PlantModel) -> Result<Self, Error> {
+    pub(super) fn new(spec: &'a WholeTwinSpec, model: &'a PlantModel) -> Result<Self, Error> {
         let mut shared = spec.shared()?;
         if !model.plant.structure().signals().is_empty() {
             let expected = "driven by thrusters of known strength alone";
@@ -93,13 +93,12 @@ impl<'a> Rig<'a> {
         Ok(rig)
     }
 
-    /// What drives each axis: what keeps it at the speed that is asked for, if the thrusters give
-    /// as much.
+    /// Computes the force on each axis: that for the specified speed, limited by the thrusters.
     fn find_forces(&mut self) -> Result<(), Error> {
         let own = self.plant.axes().to_vec();
-        let asked = if self.spec.axes.is_empty() { &own } else { &self.spec.axes };
+        let requested = if self.spec.axes.is_empty() { &own } else { &self.spec.axes };
         let mass = self.plant.mass_matrix_of_six();
-        for &dof in asked {
+        for &dof in requested {
             let greatest = self.greatest(dof);
             let can = greatest > 0.0 && own.contains(&dof);
             if !can && !self.spec.axes.is_empty() {
@@ -128,7 +127,7 @@ impl<'a> Rig<'a> {
         Ok(())
     }
 
-    /// The force that keeps an axis at the speed that is asked for.
+    /// Returns the force on an axis at the specified speed.
     fn drag_at_speed(&self, dof: Dof) -> f64 {
         let mut velocity = Vector6::zeros();
         let speed = if dof.is_rotation() { self.spec.rate_rad_s } else { self.spec.speed_m_s };
@@ -136,7 +135,8 @@ impl<'a> Rig<'a> {
         self.plant.damping_power(&velocity).abs() / speed
     }
 
-    /// The most that the thrusters give on an axis and no other, N or N m; zero if they cannot.
+    /// Returns the greatest force of the thrusters on an axis and no other, N or N m; zero if they
+    /// cannot produce it.
     fn greatest(&self, dof: Dof) -> f64 {
         let thrusts = self.allocation.column(dof.index());
         let made = &self.wrenches * thrusts;
@@ -148,41 +148,41 @@ impl<'a> Rig<'a> {
         weakest / thrusts.amax()
     }
 
-    /// The axes that are driven.
+    /// Returns the driven axes.
     pub(super) fn driven(&self) -> impl Iterator<Item = Dof> + '_ {
         Dof::ALL.into_iter().filter(|dof| self.force[dof.index()] > 0.0)
     }
 
-    /// W − B, N.
+    /// Returns W − B, N.
     pub(super) fn weight_excess(&self) -> f64 {
         self.model.weight_excess()
     }
 
-    /// Thrust in reverse over what its analyst believes.
+    /// Returns the ratio of reverse thrust to that of the analyst's curve.
     pub(super) fn reverse_ratio(&self) -> f64 {
         self.shared.thrusters.reverse / self.law.reverse
     }
 
-    /// Standard deviation of the tether's pull on each driven axis, N or N m.
+    /// Returns the standard deviation of the tether's force on each driven axis, N or N m.
     pub(super) fn tether(&self) -> BTreeMap<Dof, f64> {
         let part = self.shared.strength_of(Disturbance::Tether, self.spec.tether_part);
         self.driven().map(|dof| (dof, part * self.force[dof.index()])).collect()
     }
 
-    /// The vehicle as it is.
+    /// Returns the true vehicle.
     pub(super) fn true_vehicle(&self) -> Result<Vehicle, Error> {
         self.vehicle(Vector3::zeros())
     }
 
-    /// The vehicle as its analyst has it.
+    /// Returns the vehicle of the analyst.
     pub(super) fn believed_vehicle(&self, model: &PlantModel) -> Result<Vehicle, Error> {
         let off = self.shared.strength_of(Disturbance::Lever, self.shared.strength.lever_m);
         let vehicle = self.vehicle(Vector3::new(off, 0.0, off))?;
         Ok(Vehicle { rigid_body: model.rigid_body, ..vehicle })
     }
 
-    /// Its own thrusters, and the instruments of Jason 2 at places that suit its size; the DVL is
-    /// taken to sit `dvl_off` aft and up of where it is.
+    /// Returns a vehicle with its own thrusters, and the instruments of Jason 2 at positions scaled
+    /// to its size, the DVL shifted by `dvl_off` aft and up.
     fn vehicle(&self, dvl_off: Vector3<f64>) -> Result<Vehicle, Error> {
         let mut vehicle = self.shared.true_vehicle()?;
         vehicle.name = self.model.name.clone();
@@ -195,7 +195,8 @@ impl<'a> Rig<'a> {
         Ok(vehicle)
     }
 
-    /// The thrusters of one trial, which takes a part of the time of all, and so many seconds.
+    /// Creates the thrusters of one trial, between two fractions of the running time of all, which
+    /// lasts `duration_s`.
     pub(super) fn thrusters(
         &self,
         streams: &Streams<'_>,
@@ -204,24 +205,24 @@ impl<'a> Rig<'a> {
     ) -> Thrusters<'_> {
         let most = self.shared.thrusters.max_speed();
         let jitter = |thruster: &Thruster| {
-            let stream = streams.of(&format!("{} jitter", thruster.name));
+            let stream = streams.stream(&format!("{} jitter", thruster.name));
             ornstein_uhlenbeck(stream, JITTER_PART * most, JITTER_CORRELATION_S, ticks)
         };
         let sag = self.shared.strength_of(Disturbance::BatterySag, self.shared.strength.sag_part);
         Thrusters {
             rig: self,
-            screw: Screw::of(&self.shared),
-            motor: Motor::of(&self.shared),
+            screw: Screw::new(&self.shared),
+            motor: Motor::new(&self.shared),
             delay_s: self.shared.strength_of(Disturbance::Delay, self.shared.strength.delay_s),
             jitter: self.model.thrusters.iter().map(jitter).collect(),
             sag: (sag * before, sag * (after - before) / duration_s),
-            asked: vec![Vec::with_capacity(ticks); self.model.thrusters.len()],
-            turning: vec![0.0; self.model.thrusters.len()],
+            commands: vec![Vec::with_capacity(ticks); self.model.thrusters.len()],
+            speeds: vec![0.0; self.model.thrusters.len()],
         }
     }
 }
 
-/// The law that all thrusters share.
+/// Returns the law that all thrusters share.
 fn law_of(thrusters: &[Thruster]) -> Result<(ThrusterInput, QuadraticThrust), Error> {
     let expected = "a plant with thrusters, all by one quadratic curve in command or speed; add `[[thruster]]` to its file";
     let Some(first) = thrusters.first() else {
@@ -244,14 +245,15 @@ fn law_of(thrusters: &[Thruster]) -> Result<(ThrusterInput, QuadraticThrust), Er
     }
 }
 
-/// The thrusters as the twin drives them, no faster than asked for, or else than their table has.
+/// Returns the thrusters of the twin, limited to the requested speed, or otherwise that of their
+/// table.
 fn thrusters_of(
-    asked: Option<f64>,
+    requested: Option<f64>,
     stated: Option<f64>,
     (input, law): (ThrusterInput, QuadraticThrust),
 ) -> Result<TwinThrusters, Error> {
-    let max_rpm = match (input, asked) {
-        (ThrusterInput::Speed, _) => asked.or(stated).ok_or_else(|| {
+    let max_rpm = match (input, requested) {
+        (ThrusterInput::Speed, _) => requested.or(stated).ok_or_else(|| {
             let expected = "stated, here or by the thrusters of the vehicle's file: its thrust is by propeller speed";
             refused("max_rpm", "missing", expected)
         })?,
@@ -270,7 +272,7 @@ fn wrenches_of(thrusters: &[Thruster]) -> DMatrix<f64> {
     DMatrix::from_fn(6, columns.len(), |axis, at| columns[at][axis])
 }
 
-/// The thrusters while they turn.
+/// The thrusters during a simulation.
 pub(super) struct Thrusters<'a> {
     rig: &'a Rig<'a>,
     screw: Screw,
@@ -278,33 +280,38 @@ pub(super) struct Thrusters<'a> {
     delay_s: f64,
     jitter: Vec<Vec<f64>>,
     sag: (f64, f64),
-    /// What was asked of each at every tick so far.
-    pub(super) asked: Vec<Vec<f64>>,
-    turning: Vec<f64>,
+    /// The commands of each at every tick so far.
+    pub(super) commands: Vec<Vec<f64>>,
+    speeds: Vec<f64>,
 }
 
 impl Thrusters<'_> {
-    /// Shares a wrench out, N and N m.
-    pub(super) fn ask(&mut self, wrench: &Vector6<f64>) {
+    /// Allocates a wrench, N and N m, to commands.
+    pub(super) fn allocate(&mut self, wrench: &Vector6<f64>) {
         let thrusts = &self.rig.allocation * wrench;
-        for (at, asked) in self.asked.iter_mut().enumerate() {
-            let jitter = self.jitter[at][asked.len()];
+        for (at, commands) in self.commands.iter_mut().enumerate() {
+            let jitter = self.jitter[at][commands.len()];
             let wanted = self.screw.speed_for(thrusts[at]) + jitter;
             let is_command = self.rig.model.thrusters[at].curve.input() == ThrusterInput::Command;
-            asked.push(if is_command { sent(wanted) } else { wanted });
+            commands.push(if is_command { quantised(wanted) } else { wanted });
         }
     }
 
-    /// Turns them for a step from `t_s`, and gives the wrench in its middle, where the vehicle
-    /// moves with `through_water`.
-    pub(super) fn turn(&mut self, t_s: f64, h: f64, through_water: &Vector6<f64>) -> Vector6<f64> {
-        // A step never straddles a tick; a millionth of one forgives rounding.
+    /// Advances the thrusters by a step from `t_s`; returns the wrench in its middle, at a velocity
+    /// `through_water`.
+    pub(super) fn advance(
+        &mut self,
+        t_s: f64,
+        h: f64,
+        through_water: &Vector6<f64>,
+    ) -> Vector6<f64> {
+        // A step lies within one tick; a millionth of one allows for rounding.
         let tick = (TICK_HZ * (t_s - self.delay_s) + 1e-6).floor();
         let mut wrench = Vector6::zeros();
-        for (at, turning) in self.turning.iter_mut().enumerate() {
-            let wanted = if tick < 0.0 { 0.0 } else { self.asked[at][tick as usize] };
-            let middle = self.motor.after(0.5 * h, *turning, wanted);
-            *turning = self.motor.after(h, *turning, wanted);
+        for (at, speed) in self.speeds.iter_mut().enumerate() {
+            let wanted = if tick < 0.0 { 0.0 } else { self.commands[at][tick as usize] };
+            let middle = self.motor.after(0.5 * h, *speed, wanted);
+            *speed = self.motor.after(h, *speed, wanted);
             let unit = self.rig.wrenches.fixed_view::<6, 1>(0, at);
             wrench += unit * self.screw.thrust(middle, unit.dot(through_water));
         }

@@ -1,4 +1,4 @@
-//! What a user may say of the twin of a whole vehicle.
+//! The specification of the twin of a vehicle of several axes.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use crate::twin::validate::{above_zero, not_negative, refused};
 use crate::twin::{Disturbance, DisturbanceStrength, NoiseLevel, TwinSpec};
 use crate::{Dof, Error, Role, axes_by_name, schema_of_axes};
 
-/// What the twin of a whole vehicle is and does; every field but the vehicle has a default.
+/// The specification of the twin of a vehicle of several axes; every field has a default.
 ///
 /// ```
 /// use seaplant::Dof;
@@ -23,45 +23,45 @@ use crate::{Dof, Error, Role, axes_by_name, schema_of_axes};
 pub struct WholeTwinSpec {
     /// Its plant and thrusters: `published:NAME`, or a plant file.
     pub vehicle: String,
-    /// Where every random number starts: equal seeds give equal logs.
+    /// Seed of all random numbers: equal seeds give equal logs.
     pub seed: u64,
-    /// How noisy the instruments are.
+    /// Noise level of the instruments.
     pub noise: NoiseLevel,
-    /// What disturbs the vehicle or misleads its analyst.
+    /// Disturbances of the vehicle, and errors of its analyst.
     pub disturbances: BTreeSet<Disturbance>,
-    /// The axes that are driven, or `six`, `planar` or `vertical`; all that the thrusters push if
+    /// The driven axes, or `six`, `planar` or `vertical`; all axes on which the thrusters act if
     /// left out.
     #[serde(deserialize_with = "axes_by_name")]
     #[schemars(schema_with = "schema_of_axes")]
     pub axes: Vec<Dof>,
-    /// What moves in the trials that are fitted.
+    /// Excitation in the fitted trials.
     pub driving: Driving,
-    /// Length of each trial that is fitted, s.
+    /// Duration of each fitted trial, s.
     pub duration_s: f64,
-    /// Length of the held-out trial, s.
+    /// Duration of the held-out trial, s.
     pub hold_out_s: f64,
     /// Depth of the vehicle's origin at the start of each trial, m.
     pub start_depth_m: f64,
-    /// How fast it is driven along an axis where the thrusters allow it, m/s.
+    /// Speed along a driven axis, as far as the thrusters allow, m/s.
     pub speed_m_s: f64,
-    /// How fast it is turned, rad/s.
+    /// Angular velocity in yaw, rad/s.
     pub rate_rad_s: f64,
-    /// How far it is rolled and pitched, rad.
+    /// Amplitude of roll and pitch, rad.
     pub tilt_rad: f64,
-    /// The fastest that a propeller is told to turn, rpm, where thrust is by
-    /// propeller speed; that of the vehicle's thrusters if left out.
+    /// Largest propeller speed, rpm, for thrust as a function of propeller speed; that of the
+    /// vehicle's thrusters if left out.
     pub max_rpm: Option<f64>,
-    /// Standard deviation of the tether's pull on each axis, as a part of the force that drives
-    /// the axis; in place of `strength.tether_n`.
+    /// Standard deviation of the tether's force on each axis, as a fraction of the amplitude of the
+    /// force on it; instead of `strength.tether_n`.
     pub tether_part: f64,
-    /// Amplitude of the swell, and standard deviation of the narrow-band swell, likewise; in place
-    /// of `strength.swell_n` and `strength.swell_std_n`.
+    /// Amplitude of the swell, and standard deviation of the narrow-band swell, as fractions of the
+    /// same; instead of `strength.swell_n` and `strength.swell_std_n`.
     pub swell_part: f64,
-    /// What thrusters give over what the vehicle file says of them.
+    /// Ratio of true thrust to that of the vehicle file.
     pub thrust_scale: f64,
-    /// A weight that is hung on and taken off in the trials that are fitted.
+    /// A weight that is hung on and taken off in the fitted trials.
     pub weight: Option<TwinWeight>,
-    /// How strong each disturbance is, if it is on.
+    /// Strength of each disturbance, if it is enabled.
     pub strength: DisturbanceStrength,
 }
 
@@ -73,10 +73,10 @@ pub struct TwinWeight {
     pub weight_n: f64,
     /// Its mass, kg.
     pub mass_kg: f64,
-    /// Where it hangs, from the origin: forward, starboard, down, m.
+    /// Its position, from the origin: forward, starboard, down, m.
     #[serde(default)]
     pub position_m: [f64; 3],
-    /// How many times it is hung on in each trial: for the second half of as many equal parts.
+    /// Number of times it is hung on in each trial: for the second half of as many equal intervals.
     #[serde(default = "once")]
     pub times: u32,
 }
@@ -85,7 +85,7 @@ const fn once() -> u32 {
     1
 }
 
-/// What moves in the trials that are fitted.
+/// Excitation in the fitted trials.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
@@ -125,11 +125,11 @@ impl Default for WholeTwinSpec {
     }
 }
 
-/// Beyond this attitude is no longer told by roll and pitch, rad.
+/// Largest roll and pitch, rad, well within the range of Euler angles.
 const MOST_TILT: f64 = 0.6;
 
 impl WholeTwinSpec {
-    /// The part that the twin of one axis understands, and thrusters of a law.
+    /// Returns the settings in common with the twin of one axis.
     pub(super) fn shared(&self) -> Result<TwinSpec, Error> {
         self.refuse_forces()?;
         if let Some(weight) = &self.weight {
@@ -162,22 +162,22 @@ impl WholeTwinSpec {
         Ok(spec)
     }
 
-    /// The weight of a trial, as often as it hangs.
+    /// Returns the weight of a trial, each time it is hung on.
     pub(super) fn known_forces(&self, role: Role, duration_s: f64) -> Vec<KnownForce> {
         let Some(weight) = self.weight.filter(|_| role == Role::Fit) else { return Vec::new() };
         let TwinWeight { weight_n, mass_kg, position_m, times } = weight;
         let part_s = duration_s / f64::from(times);
-        let of = |k: u32| KnownForce {
+        let weight_at = |k: u32| KnownForce {
             kind: KnownKind::Weight { weight_n, mass_kg },
             position_m,
             std_n: 0.0,
             from_s: (f64::from(k) + 0.5) * part_s,
             to_s: (f64::from(k) + 1.0) * part_s,
         };
-        (0..times).map(of).collect()
+        (0..times).map(weight_at).collect()
     }
 
-    /// Newtons that suit Jason 2 do not suit every vehicle.
+    /// Refuses forces in newtons, which suit Jason 2 only.
     fn refuse_forces(&self) -> Result<(), Error> {
         let usual = DisturbanceStrength::default();
         let forces = [
