@@ -10,8 +10,8 @@ use crate::{Error, Grid, Timed};
 /// Form of the steering model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NomotoOrder {
-    /// Second order, `T₁T₂ r̈ + (T₁ + T₂) ṙ + r = K (δ + T₃ δ̇)`, if true; else first order, `T ṙ +
-    /// r = K δ`.
+    /// Second order, `T₁T₂ r̈ + (T₁ + T₂) ṙ + r = K (δ + T₃ δ̇)`, if true; else first order,
+    /// `T ṙ + r = K δ`.
     pub is_second: bool,
     /// True if the model includes `α r³`, for ships without course stability.
     pub is_cubic: bool,

@@ -23,10 +23,10 @@ impl WeightedLeastSquares {
     /// variance through v|v|, and a wrong drag or a current act likewise – and an autocorrelation:
     /// u is an autoregression over instants `1 / 2f_c` apart, f_c being the cut-off frequency of
     /// the filter, since nearer ones carry no new information. Each row is divided by σ_k, the
-    /// prediction from earlier rows is subtracted, and least squares minimises `Σ (u_k − Σᵢ φᵢ
-    /// u_{k−iD})²`. a and c follow from a regression of e² on v², φ from the autocorrelation of u
-    /// with its order, at most eight, selected by BIC; fit and weights are iterated until they
-    /// converge.
+    /// prediction from earlier rows is subtracted, and least squares minimises
+    /// `Σ (u_k − Σᵢ φᵢ u_{k−iD})²`. a and c follow from a regression of e² on v², φ from the
+    /// autocorrelation of u with its order, at most eight, selected by BIC; fit and weights are
+    /// iterated until they converge.
     ///
     /// With a slowly varying force (a tether), equation error attributes to drag whatever
     /// correlates with v|v|; the weights reduce the slow components. The first rows of every

@@ -365,8 +365,8 @@ impl Problem {
     }
 
     /// Computes the score statistic of a number of the actuator that is not fitted: the gain in
-    /// twice the log-likelihood, to second order, in addition to all that is fitted, `g² / (I_kk −
-    /// I_kr I_rr⁻¹ I_rk)`. Takes one pass of the filter; `None` where it diverges.
+    /// twice the log-likelihood, to second order, in addition to all that is fitted,
+    /// `g² / (I_kk − I_kr I_rr⁻¹ I_rk)`. Takes one pass of the filter; `None` where it diverges.
     ///
     /// # Source
     /// \[Rao1948\].

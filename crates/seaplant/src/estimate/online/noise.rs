@@ -54,8 +54,8 @@ pub(super) struct MotionStatistics<'a> {
 }
 
 impl JointNoise {
-    /// Estimates the noise from the residuals: white noise on velocity, and a force f with `ḟ =
-    /// −f/T + w` on each axis.
+    /// Estimates the noise from the residuals: white noise on velocity, and a force f with
+    /// `ḟ = −f/T + w` on each axis.
     pub(super) fn estimate(
         axes: &[Option<usize>; 6],
         residual_statistics: impl Iterator<Item = ResidualStatistics>,

@@ -58,8 +58,8 @@ struct Axis {
 /// only in the direction that a sample determines, so that nothing is forgotten at rest.
 ///
 /// Contributions of noise to the products of regressors are removed: with z the regressors of the
-/// simulated motion, θ solves `Σ z φᵀ θ = Σ z y`, by one iteration of `Σ φ φᵀ θ ← Σ z y + Σ (φ − z)
-/// φᵀ θ` per sample.
+/// simulated motion, θ solves `Σ z φᵀ θ = Σ z y`, by one iteration of
+/// `Σ φ φᵀ θ ← Σ z y + Σ (φ − z) φᵀ θ` per sample.
 ///
 /// # Source
 /// [Cao2000]: directional forgetting of the information matrix; [Young2011]: instruments.

@@ -152,9 +152,9 @@ impl Influences {
     /// quantiles.
     ///
     /// Degrees of freedom are those of the term with the greatest autocorrelation, so that
-    /// intervals of other terms are conservative. The influences of each term are modelled as `ψ_b
-    /// = r ψ_(b−1) + w_b`; the covariance of w is multiplied by the variance gain of a sum with
-    /// such an autocorrelation.
+    /// intervals of other terms are conservative. The influences of each term are modelled as
+    /// `ψ_b = r ψ_(b−1) + w_b`; the covariance of w is multiplied by the variance gain of a sum
+    /// with such an autocorrelation.
     pub(super) fn covariance(&self) -> (Matrix4<f64>, f64) {
         let autocorrelation = self.autocorrelation();
         let n = self.batches() as f64;

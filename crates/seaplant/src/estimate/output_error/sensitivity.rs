@@ -296,10 +296,10 @@ impl From<State> for SimulatedMotion {
 impl SimulatedMotion {
     /// Advances motion and derivatives by one classical Runge–Kutta step.
     ///
-    /// Stage i, at velocity `vᵢ`, adds `κᵢ = h v̇(vᵢ)`. One step takes velocity v to `v + (κ₁ + 2κ₂
-    /// + 2κ₃ + κ₄)/6`, so that a change of `κᵢ`, whatever its cause, changes the result by the
-    /// weight `wᵢ` below. The derivative of a step by a parameter is therefore `Σ wᵢ ∂κᵢ`, equal to
-    /// RK4 of `ṡ = (2β|v| + μ) s + f`.
+    /// Stage i, at velocity `vᵢ`, adds `κᵢ = h v̇(vᵢ)`. One step takes velocity v to
+    /// `v + (κ₁ + 2κ₂ + 2κ₃ + κ₄)/6`, so that a change of `κᵢ`, whatever its cause, changes the
+    /// result by the weight `wᵢ` below. The derivative of a step by a parameter is therefore
+    /// `Σ wᵢ ∂κᵢ`, equal to RK4 of `ṡ = (2β|v| + μ) s + f`.
     #[expect(clippy::needless_range_loop, reason = "a tenth quicker than iterators")]
     #[inline(always)]
     fn advance<const POSITION: bool>(&mut self, plant: &LumpedParameters, step: &Step) {

@@ -2,7 +2,7 @@
 //! velocity integrated by an accelerometer.
 //!
 //! ```text
-//! ċ = −c/T_c + w_c            the current beside its mean, north and east
+//! ċ = −c/T_c + w_c            deviation of the current from its mean, north and east
 //! ṗ = R(η) ν_r + u_c + c      position, north and east
 //! ż = k · ν_r                 depth; k is the world's down in body axes
 //! ψ̇ = (q k_y + r k_z) / (k_y² + k_z²)
@@ -148,8 +148,8 @@ const FIRST_OF_DEPTH: f64 = 1.0;
 /// Initial variance of heading, rad².
 const FIRST_OF_HEADING: f64 = 0.1;
 
-/// Linear map of a step of the navigation states: `oᵢ⁺ = fadeᵢ oᵢ + weight o_from + before x +
-/// after x⁺`.
+/// Linear map of a step of the navigation states:
+/// `oᵢ⁺ = fadeᵢ oᵢ + weight o_from + before x + after x⁺`.
 #[derive(Clone, Debug)]
 pub(super) struct Rows<const M: usize> {
     fades: [f64; MOST],

@@ -151,8 +151,8 @@ pub(super) struct Impulse {
 
 impl Impulse {
     /// Computes the process noise over `h` seconds of a force of standard deviation σ and
-    /// correlation time T, with x = h/T: `σ²T² (2x − 3 + 4e⁻ˣ − e⁻²ˣ)`, `σ²T (1 − e⁻ˣ)²`, `σ² (1 −
-    /// e⁻²ˣ)`.
+    /// correlation time T, with x = h/T: `σ²T² (2x − 3 + 4e⁻ˣ − e⁻²ˣ)`, `σ²T (1 − e⁻ˣ)²`,
+    /// `σ² (1 − e⁻²ˣ)`.
     pub(super) fn over(h: f64, sigma: f64, t: f64) -> Self {
         let (x, power) = (h / t, sigma * sigma);
         Self {
@@ -225,8 +225,8 @@ mod tests {
         }
     }
 
-    /// For a correlation time much longer than the step the force is a random walk: `q h³/3`, `q
-    /// h²/2`, `q h`.
+    /// For a correlation time much longer than the step the force is a random walk: `q h³/3`,
+    /// `q h²/2`, `q h`.
     #[test]
     fn slow_force_has_the_process_noise_of_a_random_walk() {
         let (h, sigma, t) = (0.02, 2.0, 1e5);
