@@ -1,6 +1,6 @@
-//! Judges fitted plants: which one to recommend, what it is compared with, what speaks against it.
+//! Judgement of fitted plants: recommendation, comparison with simpler models, and caveats.
 
-mod asked;
+mod change;
 mod choose;
 mod colour;
 mod coupling;
@@ -15,8 +15,8 @@ mod thrust;
 mod verdict;
 mod working;
 
-pub(crate) use asked::{Drift, NOT_WHITE, another_plant, beyond, confirms, widened};
-pub use asked::{Part, PlantChange};
+pub(crate) use change::{Drift, NOT_WHITE, another_plant, beyond, confirms, widened};
+pub use change::{Part, PlantChange};
 pub(crate) use choose::{Contender, choose, impossible, is_better};
 pub(crate) use colour::LAGS;
 pub use colour::box_pierce;

@@ -1,20 +1,20 @@
-//! Steps of Gauss and Newton, damped and within limits: what fits by likelihood descend by.
+//! Damped Gauss–Newton steps within limits, for fits by maximum likelihood.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// A cost near a point, by its gradient and information there.
+/// Quadratic model of a cost near a point, by its gradient and information.
 pub(super) struct Parabola<'a> {
     gradient: &'a DVector<f64>,
     information: &'a DMatrix<f64>,
-    /// How far down and up each number may go.
+    /// Distances of each number from its lower and upper limit.
     room: Vec<(f64, f64)>,
-    /// Which numbers may move.
+    /// True for numbers that may move.
     free: Vec<bool>,
 }
 
 impl<'a> Parabola<'a> {
-    /// Numbers move but those that are held, and those at a limit that the cost pushes them
-    /// against.
+    /// Creates the model. Held numbers do not move, nor do those at a limit towards which the
+    /// gradient points.
     pub(super) fn new(
         (gradient, information): (&'a DVector<f64>, &'a DMatrix<f64>),
         (at, limits): (&DVector<f64>, &[(f64, f64)]),
@@ -30,8 +30,8 @@ impl<'a> Parabola<'a> {
         Self { gradient, information, room: room.collect(), free }
     }
 
-    /// The step `−(H + λ diag H)⁻¹ g`. A number that would leave its limits goes to the limit, and
-    /// the others to where they suit it best.
+    /// Computes the step `−(H + λ diag H)⁻¹ g`. A number that would leave its limits stops at the
+    /// limit, and the others are recomputed.
     pub(super) fn step(&self, damping: f64) -> Option<DVector<f64>> {
         let n = self.gradient.len();
         let mut free = self.free.clone();
@@ -47,7 +47,7 @@ impl<'a> Parabola<'a> {
         None
     }
 
-    /// The step of the free numbers beside given steps of the others.
+    /// Computes the step of the free numbers for given steps of the others.
     fn partial_step(
         &self,
         free: &[bool],
@@ -69,18 +69,18 @@ impl<'a> Parabola<'a> {
         step.iter().all(|x| x.is_finite()).then_some(step)
     }
 
-    /// Twice what a step would lower the cost by, if it were a parabola.
+    /// Returns twice the reduction of the quadratic model's cost by a step.
     pub(super) fn promise(&self, step: &DVector<f64>) -> f64 {
         -2.0 * self.gradient.dot(step) - step.dot(&(self.information * step))
     }
 }
 
-/// Brings a matrix to a unit diagonal: α and ln T differ by many magnitudes.
+/// Scales a matrix to a unit diagonal: α and ln T differ by many orders of magnitude.
 pub(super) fn unit_diagonal(information: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_diagonal(&information.diagonal().map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt()))
 }
 
-/// The covariance that an information matrix leaves; `None` if some number is not seen.
+/// Inverts an information matrix; `None` if some number is not determined.
 pub(super) fn scaled_inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let scale = unit_diagonal(information);
     let inverse = (&scale * information * &scale).cholesky()?.inverse();

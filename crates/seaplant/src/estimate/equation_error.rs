@@ -11,18 +11,18 @@ use crate::regression::{BlockBootstrap, Intervals, Regression, Resampled};
 use crate::signal::LowPass;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error};
 
-/// The equation-error method with its choices; its filters are those of the other
-/// regressions that filter every term alike, too.
+/// Options of the equation error method; other regressions with equally filtered terms use its
+/// filters as well.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EquationError {
-    /// A light filter on velocity, before it is squared: it keeps noise out of v|v|.
+    /// Light filter on velocity before it is squared, which keeps noise out of v|v|.
     pub velocity_filter: LowPass,
-    /// The filter on every term alike, v̇ and force included.
+    /// Filter on all terms, including v̇ and force.
     pub term_filter: LowPass,
-    /// Where intervals come from.
+    /// Source of the intervals.
     pub intervals: Intervals,
-    /// How blocks are drawn, if intervals come from them.
+    /// Settings of the block bootstrap, if intervals come from it.
     pub bootstrap: BlockBootstrap,
 }
 
@@ -41,26 +41,26 @@ impl EquationError {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a filter that cannot be made, and a bootstrap that says nothing.
+    /// [`Error::Setting`] for an invalid filter or bootstrap.
     pub fn check(&self) -> Result<(), Error> {
         self.velocity_filter.check().map_err(|error| error.within("velocity_filter"))?;
         self.term_filter.check().map_err(|error| error.within("term_filter"))?;
         self.bootstrap.check().map_err(|error| error.within("bootstrap"))
     }
 
-    /// Fits the plant by least squares on the equation of motion, every term filtered alike.
+    /// Fits the plant by least squares on the equation of motion, with equally filtered terms.
     ///
-    /// v is smoothed lightly, squared and differentiated; then v̇, τ, v|v| and v pass the
-    /// same filter H, which leaves the equation true: `H v̇ = α H τ + β H v|v| + μ H v + bias`.
-    /// Force is the mean over each sample interval.
+    /// v is smoothed lightly, squared and differentiated; then v̇, τ, v|v| and v pass the same
+    /// filter H, which leaves the equation valid: `H v̇ = α H τ + β H v|v| + μ H v + bias`. Force
+    /// is the mean over each sample interval.
     ///
-    /// Where motion was sampled too slowly for the filters, their cut-offs are lowered, or
-    /// the light one is left out, and a caveat says so.
+    /// Where motion was sampled too slowly for the filters, their cut-off frequencies are lowered,
+    /// or the light one is omitted, with a caveat.
     ///
-    /// Intervals, from batch means or from a block bootstrap, tell how far chance moves the
-    /// estimate, residuals being correlated or not. They know nothing of bias: a force that
-    /// the equation lacks and that stays for a while (tether, current) moves the vehicle, and
-    /// so goes together with v|v|; no resampling of the same record shows by how much.
+    /// Intervals, from batch means or a block bootstrap, include random error with correlated
+    /// residuals. They do not include bias: a persistent force that is missing in the equation
+    /// (tether, current) moves the vehicle and is correlated with v|v|, and no resampling of the
+    /// same record shows its effect.
     ///
     /// # Errors
     /// As [`Records::dof`]; [`Error::TooShort`] for records shorter than the filter,
@@ -88,11 +88,11 @@ impl EquationError {
         Ok(Fit::of_regression(dof, Method::EquationError, terms, found, filters, caveats))
     }
 
-    /// Fits the plant with thrust moved by each of some delays, and keeps the one with the
-    /// least residual: a first look at lag, delay and clocks that differ.
+    /// Fits the plant with thrust shifted by each of several delays, and keeps the fit with the
+    /// smallest residual: a first test for lag, delay and clock offsets.
     ///
-    /// Where only acceleration was measured, the plant is that of a grid whose simulation from rest
-    /// accelerates most alike.
+    /// Where only acceleration was measured, the plant is selected from a grid, by the agreement of
+    /// the acceleration simulated from rest.
     ///
     /// # Errors
     /// As [`EquationError::fit`], if no delay can be fitted; [`Error::Setting`] without delays.
@@ -106,7 +106,7 @@ impl EquationError {
         if records.fit.iter().any(|axis| !axis.knows_velocity()) {
             return super::first_look(records, delays_s);
         }
-        // Only values and residuals are looked at.
+        // Only estimates and residuals are used.
         let plain = Self { intervals: Intervals::BatchMeans, ..*self };
         let mut best: Option<DelayedFit> = None;
         let mut refused = Error::setting("delays_s", "empty", "one delay or more");
@@ -145,10 +145,10 @@ fn doubts(dof: Dof, resampled: &Resampled, bootstrap: &BlockBootstrap) -> Vec<Ca
     narrow.into_iter().chain(biased).collect()
 }
 
-/// A fit with thrust moved in time.
+/// A fit with thrust shifted in time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DelayedFit {
-    /// By how much thrust was moved to later, s.
+    /// Delay of the thrust, s.
     pub delay_s: f64,
     /// The fit.
     pub fit: Fit,

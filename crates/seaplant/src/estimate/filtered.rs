@@ -1,4 +1,4 @@
-//! The equation of motion with every term filtered alike, row by row.
+//! Rows of the equation of motion with equally filtered terms.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::signal::{LowPass, differentiate};
 use crate::trial::ReadyStretch;
 use crate::{Caveat, CaveatCode, Dof, Error, Grid, Terms, UniformStretch};
 
-/// The stretches of some trials, and the filters that suit all of them.
+/// Continuous sections of some trials, and filters suitable for all of them.
 pub(super) struct Filtered<'a> {
     pub(super) dof: Dof,
     pub(super) terms: Terms,
@@ -18,10 +18,10 @@ pub(super) struct Filtered<'a> {
     pub(super) caveats: Vec<Caveat>,
 }
 
-/// A cut-off above this part of the sampling rate is no filter any more.
+/// Maximum cut-off frequency as a fraction of the sampling rate.
 const HIGHEST_CUTOFF_PART: f64 = 0.4;
 
-/// Rows that are filtered at a time: with all their columns they stay in the cache.
+/// Number of rows filtered at a time: with all columns they fit into the cache.
 const TILE_ROWS: usize = 4096;
 
 impl<'a> Filtered<'a> {
@@ -40,7 +40,7 @@ impl<'a> Filtered<'a> {
         self.stretches.iter().map(Stretch::duration_s).sum()
     }
 
-    /// All rows, tile by tile.
+    /// Adds all rows to a regression, tile by tile.
     ///
     /// # Errors
     /// [`Error::Cutoff`].
@@ -52,7 +52,7 @@ impl<'a> Filtered<'a> {
         Ok(regression)
     }
 
-    /// The rows of each stretch.
+    /// Returns the rows of each section.
     ///
     /// # Errors
     /// [`Error::Cutoff`].
@@ -76,9 +76,9 @@ impl<'a> Filtered<'a> {
     }
 }
 
-/// Filters some rows of a stretch, brought to a grid, tile by tile, each with so much of its
-/// neighbours that the filters have forgotten its edges, to rounding; `take` is told the
-/// number of the first row of each.
+/// Filters rows of a section on a uniform grid, tile by tile, each with a margin after which the
+/// filters have forgotten its edges, within rounding; `take` gets the index of the first row of
+/// each tile.
 pub(super) fn for_each_tile(
     stretch: &ReadyStretch,
     grid: Grid,
@@ -105,7 +105,7 @@ pub(super) fn margin_rows(filters: &Filters, sample_hz: f64) -> Result<usize, Er
     used.map(|filter| filter.settling_rows(sample_hz)).sum()
 }
 
-/// The rows of a tile, in room that is used again and again.
+/// Filters the rows of one tile into a reused buffer.
 pub(super) fn filter_rows(
     UniformStretch { grid, tau, mut v }: UniformStretch,
     sample_hz: f64,

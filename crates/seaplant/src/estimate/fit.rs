@@ -14,59 +14,58 @@ use crate::{
     Caveat, Dof, LumpedParameters, Model, PhysicalParameters, Terms, ThrustModel, VelocitySensor,
 };
 
-/// A fitted plant and how sure it is.
+/// A fitted plant with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// Which degree of freedom.
+    /// Degree of freedom.
     pub dof: Dof,
-    /// How it was found.
+    /// Estimation method.
     pub method: Method,
-    /// Which terms were fitted.
+    /// Fitted terms.
     pub terms: Terms,
     /// The parameters.
     pub lumped: LumpedParameters,
-    /// Covariance of `[α, β, μ, bias]`; zero where not fitted.
+    /// Covariance of `[α, β, μ, bias]`; zero for terms that were not fitted.
     pub covariance: Matrix4<f64>,
-    /// The part of it that uncertain thrust curves make.
+    /// The part of it due to uncertain thrust curves.
     pub thrust_covariance: Matrix4<f64>,
-    /// Degrees of freedom for the t quantiles of its intervals.
+    /// Degrees of freedom of the intervals' t quantiles.
     pub t_freedom: f64,
     /// Condition number of the scaled columns.
     pub condition: f64,
-    /// Variance inflation of each fitted term but the bias.
+    /// Variance inflation factor of each fitted term except the bias.
     pub inflation: Vec<(Term, f64)>,
-    /// Rows of the regression.
+    /// Number of rows of the regression.
     pub samples: usize,
-    /// Rows that would say as much if they were independent.
+    /// Effective number of independent rows.
     pub effective_samples: f64,
-    /// Root mean square of what was minimised: of equation errors, m/s² or rad/s², or
-    /// m/s or rad/s if a filter integrates them; of output errors, in the unit of what was
-    /// measured.
+    /// Root mean square of the minimised residual: of equation errors, m/s² or rad/s², or m/s or
+    /// rad/s if a filter integrates them; of output errors, in the unit of the measurement.
     pub residual_rms: f64,
-    /// The filters that were in fact used.
+    /// Filters that were actually used.
     pub filters: Filters,
-    /// What was fitted beside the plant.
+    /// Nuisances fitted in addition to the plant.
     pub nuisances: Nuisances,
-    /// Why the model has the parts that it has.
+    /// Decisions on the structure of the model.
     pub structure: Vec<Decision>,
-    /// Whether steady runs agree with it, where there were any to fit.
+    /// Test of agreement with steady runs, if there were any.
     pub steady_test: Option<SteadyTest>,
-    /// What the filter of the filter error method could not predict, by trial; empty of others.
+    /// Innovations of the filter error method, by trial; empty for other methods.
     pub innovations: Vec<Innovations>,
-    /// How the coefficients went there, of methods that work sample by sample.
+    /// History of the coefficients, for methods that work sample by sample.
     pub history: Option<OnlineHistory>,
-    /// Doubts that the estimator itself has.
+    /// Caveats of the estimator.
     pub caveats: Vec<Caveat>,
-    /// Where the filter error method ended: fits of other terms begin there.
+    /// Optimum of the filter error method, from which fits of other terms start.
     pub(crate) optimum: Option<Values>,
 }
 
 /// A number with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The number.
+    /// Value.
     pub value: f64,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub std: f64,
     /// Lower end of its 95 % interval.
     pub low95: f64,
@@ -75,37 +74,37 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// A number with the symmetric 95 % interval of Student's t.
+    /// Creates an estimate with the symmetric 95 % interval of Student's t.
     pub fn new(value: f64, std: f64, t_freedom: f64) -> Self {
         let half = t_quantile_975(t_freedom) * std;
         Self { value, std, low95: value - half, high95: value + half }
     }
 
-    /// The same with a number added.
+    /// Returns the estimate with a number added.
     pub(crate) fn moved(self, by: f64) -> Self {
         let Self { value, std, low95, high95 } = self;
         Self { value: value + by, std, low95: low95 + by, high95: high95 + by }
     }
 
-    /// Whether the interval holds a number.
+    /// Returns true if the interval includes a number.
     pub fn covers(&self, truth: f64) -> bool {
         (self.low95..=self.high95).contains(&truth)
     }
 }
 
 impl Fit {
-    /// Mass, drag and bias force.
+    /// Returns mass, drag and bias force.
     pub fn physical(&self) -> PhysicalParameters {
         self.lumped.to_physical()
     }
 
-    /// Mass, drag and bias force with their uncertainty, carried over to first order.
+    /// Returns mass, drag and bias force with first-order uncertainty.
     pub fn estimates(&self) -> PhysicalEstimates {
         PhysicalEstimates::of(&self.lumped, &self.covariance, self.terms, self.t_freedom)
     }
 
-    /// Adds what uncertain thrust curves do: each of `others` is the plant that the same
-    /// logs give if one curve is off by a standard deviation.
+    /// Adds the uncertainty of thrust curves: each of `others` is the plant estimated with one
+    /// curve changed by a standard deviation.
     pub(crate) fn with_thrust_off(mut self, others: &[LumpedParameters]) -> Self {
         for other in others {
             let shift = other.to_vector() - self.lumped.to_vector();
@@ -115,7 +114,7 @@ impl Fit {
         self
     }
 
-    /// The plant, ready to be driven.
+    /// Returns the plant in a form for simulation.
     pub fn model(&self) -> Model {
         let value = |estimate: &Option<Estimate>| estimate.map(|estimate| estimate.value);
         let nuisances = &self.nuisances;
@@ -144,7 +143,7 @@ impl Fit {
         }
     }
 
-    /// Correlations of `[m, d_Q, d_L, b]`; zero where a term was not fitted.
+    /// Returns the correlations of `[m, d_Q, d_L, b]`; zero where a term was not fitted.
     pub fn correlation(&self) -> Matrix4<f64> {
         let covariance = self.lumped.physical_covariance(&self.covariance);
         covariance.map_with_location(|i, j, c| {

@@ -1,29 +1,30 @@
-//! Candidates that the propeller speeds of the trials can show.
+//! Candidate terms that the propeller speeds of the trials can determine.
 
 use crate::ThrusterTrack;
 
-/// Speeds are counted in this many bins up to full speed.
+/// Number of bins of speed up to full speed.
 const BINS: usize = 100;
 
-/// Speeds within this many bins, a tenth of full speed, are one level.
+/// Speeds within this many bins, a tenth of full speed, form one level.
 const LEVEL: usize = 10;
 
-/// Levels that hold this part of the time with thrust are counted.
+/// Fraction of the time with thrust that the counted levels cover.
 const MOST_OF_THE_TIME: f64 = 0.95;
 
-/// An exponent of thrust, mass and two coefficients of drag need this many levels of speed.
+/// Minimum number of speed levels that separate an exponent of thrust from mass and two drag
+/// coefficients.
 const LEAST_LEVELS: usize = 4;
 
-/// Both directions, or speeding up and slowing down, must have this part of what there is.
+/// Minimum share of each direction, or of acceleration and deceleration of the propeller.
 const LEAST_SHARE: f64 = 0.05;
 
-/// Propeller speeds of all trials, as parts of the greatest of each propeller.
+/// Propeller speeds of all trials, relative to the maximum of each propeller.
 pub(super) struct Inputs {
-    /// Samples in each bin of magnitudes other than zero.
+    /// Samples in each bin of non-zero magnitude.
     counts: [f64; BINS],
     /// Samples with positive and with negative thrust.
     directions: [f64; 2],
-    /// By how much the magnitudes grow in all, and shrink.
+    /// Total increase and total decrease of the magnitudes.
     changes: [f64; 2],
 }
 
@@ -58,12 +59,12 @@ impl Inputs {
         self.counts.iter().sum()
     }
 
-    /// Returns true if these inputs tell an exponent of thrust from mass and drag.
+    /// Returns true if these inputs separate an exponent of thrust from mass and drag.
     pub(super) fn show_exponent(&self) -> bool {
         self.levels() >= LEAST_LEVELS
     }
 
-    /// Returns true if propellers push in both directions.
+    /// Returns true if there is thrust in both directions.
     pub(super) fn show_reverse_ratio(&self) -> bool {
         has_both(self.directions)
     }
@@ -73,7 +74,7 @@ impl Inputs {
         has_both(self.changes)
     }
 
-    /// Counts the levels that together hold most of the time with thrust, the fullest first.
+    /// Counts the levels that together cover most of the time with thrust, in order of their share.
     fn levels(&self) -> usize {
         let mut left = self.counts;
         let least = (1.0 - MOST_OF_THE_TIME) * self.samples();
@@ -105,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn two_levels_of_thrust_do_not_show_an_exponent() {
+    fn two_levels_of_thrust_do_not_determine_an_exponent() {
         let ripple = |k: usize| 0.01 * (k % 5) as f64;
         let two: Vec<f64> =
             (0..200).map(|k| if k % 3 == 0 { 0.6 } else { 0.95 } + ripple(k)).collect();
@@ -116,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn one_direction_does_not_show_a_reverse_ratio() {
+    fn one_direction_does_not_determine_a_reverse_ratio() {
         let mut inputs = with(vec![0.5; 10]);
         assert!(inputs.show_reverse_ratio() && inputs.show_lag_ratio());
         inputs.directions = [10.0, 0.0];

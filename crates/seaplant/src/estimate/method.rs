@@ -1,4 +1,4 @@
-//! The methods by name.
+//! The estimation methods.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,32 +9,32 @@ use serde::{Deserialize, Serialize};
 use super::online;
 use crate::Error;
 
-/// How a plant was found.
+/// Estimation method.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// As Smallwood and Whitcomb did: velocity filtered, thrust not.
+    /// Method of Smallwood and Whitcomb: velocity filtered, thrust not.
     Paper,
-    /// Least squares on the equation of motion, every term filtered alike.
+    /// Least squares on the equation of motion, with equally filtered terms.
     EquationError,
     /// Least squares between simulated and measured motion.
     OutputError,
-    /// Maximum likelihood on the innovations of a Kalman filter, with what stands between
-    /// thrust and water.
+    /// Maximum likelihood on the innovations of a Kalman filter, with a model of thrust, current
+    /// and sensors.
     FilterError,
-    /// Equation error with each equation weighted by how sure it is.
+    /// Equation error with each row weighted by its inverse standard deviation.
     WeightedLeastSquares,
-    /// Equation error with noise in the regressors, too.
+    /// Equation error with noise in the regressors as well.
     TotalLeastSquares,
     /// Instrumental variables from the simulated plant.
     Sriv,
-    /// An observer whose coefficients adapt, sample by sample.
+    /// Observer with adaptive coefficients, sample by sample.
     Adaptive,
-    /// Least squares, sample by sample.
+    /// Recursive least squares, sample by sample.
     Recursive,
-    /// A Kalman filter with the coefficients in its state, sample by sample.
+    /// Extended Kalman filter with the coefficients in its state, sample by sample.
     Ekf,
 }
 
@@ -53,15 +53,14 @@ impl Method {
         Self::Ekf,
     ];
 
-    /// The methods that are used where nothing else is said, the recommended one first; the
-    /// others are there to compare with.
+    /// Methods used by default, the recommended one first; the others serve for comparison.
     pub const DEFAULT: [Self; 4] =
         [Self::FilterError, Self::OutputError, Self::EquationError, Self::Paper];
 
-    /// The method to believe where nothing else is said.
+    /// The recommended method.
     pub const RECOMMENDED: Self = Self::FilterError;
 
-    /// As files and flags write it.
+    /// Returns the name used in files and flags.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -77,7 +76,7 @@ impl Method {
         }
     }
 
-    /// How it works sample by sample, if it does.
+    /// Returns the scheme of methods that work sample by sample.
     pub const fn scheme(self) -> Option<online::Scheme> {
         match self {
             Self::Adaptive => Some(online::Scheme::Adaptive),
@@ -87,8 +86,8 @@ impl Method {
         }
     }
 
-    /// Whether it takes force as it was logged, so that a lag goes unseen by
-    /// the method itself. The paper's has faults that are told before that one.
+    /// Returns true for methods that use force as logged, so that they do not detect a lag. Does
+    /// not include the paper's method, whose other errors come first.
     pub(crate) const fn takes_force_as_logged(self) -> bool {
         matches!(
             self,

@@ -1,17 +1,17 @@
-//! A plant of one axis with what stands between its logged thrust and the water.
+//! Simulation of a plant of one axis with thrust and sensor models.
 
 use super::drive_over;
 use crate::simulate::{Response, State, advance, has_run_away, simulate};
 use crate::{AxisRecord, Error, LumpedParameters, ThrustModel, VelocitySensor};
 
-/// A plant of one degree of freedom, ready to be driven.
+/// Model of one degree of freedom for simulation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
     /// The plant.
     pub lumped: LumpedParameters,
-    /// What stands between its logged thrust and the water.
+    /// Model between logged thrust and force on the vehicle.
     pub thrust: ThrustModel,
-    /// What stands between its velocity and the log.
+    /// Model between velocity and log.
     pub sensor: VelocitySensor,
 }
 
@@ -22,11 +22,11 @@ impl From<LumpedParameters> for Model {
 }
 
 impl Model {
-    /// How the plant moves under the thrust of a record: the states at `times_s`, which
+    /// Simulates the response to the thrust of a record: returns the states at `times_s`, which
     /// must increase, from `start` at the first of them.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if it diverges.
+    /// [`Error::Diverged`] if the simulation diverges.
     pub fn respond(
         &self,
         axis: &AxisRecord,
@@ -66,8 +66,8 @@ impl Model {
     }
 }
 
-/// The root mean square speed of a model driven by some records from rest, m/s or rad/s; 0 without
-/// any.
+/// Returns the root mean square speed of a model simulated from rest under some records, m/s or
+/// rad/s; 0 without any.
 pub(crate) fn simulated_speed(model: &Model, axes: &[AxisRecord]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for axis in axes {

@@ -1,4 +1,4 @@
-//! Nomoto's models of steering: yaw rate from rudder angle alone, by output error.
+//! Nomoto's steering models: yaw rate from rudder angle alone, by output error.
 
 use nalgebra::{DMatrix, DVector, Vector2};
 use schemars::JsonSchema;
@@ -7,26 +7,27 @@ use serde::{Deserialize, Serialize};
 use super::Estimate;
 use crate::{Error, Grid, Timed};
 
-/// Which model of steering.
+/// Form of the steering model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NomotoOrder {
-    /// `T ṙ + r = K δ` (first), or `T₁T₂ r̈ + (T₁ + T₂) ṙ + r = K (δ + T₃ δ̇)`.
+    /// Second order, `T₁T₂ r̈ + (T₁ + T₂) ṙ + r = K (δ + T₃ δ̇)`, if true; else first order,
+    /// `T ṙ + r = K δ`.
     pub is_second: bool,
-    /// Whether `α r³` stands beside r: of ships that do not keep a straight course.
+    /// True if the model includes `α r³`, for ships without course stability.
     pub is_cubic: bool,
-    /// What stands for δ.
+    /// Law of the rudder force.
     pub law: RudderLaw,
 }
 
-/// How the force of a rudder across the ship grows with its angle.
+/// Lateral force of a rudder as a function of its angle δ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RudderLaw {
-    /// As δ.
+    /// Proportional to δ.
     #[default]
     Proportional,
-    /// As `½ sin 2δ`: a normal force as sin δ, of which cos δ acts across the ship; 22 % less than
-    /// δ at 35 degrees.
+    /// Proportional to `½ sin 2δ`: the lateral component, by cos δ, of a normal force that is
+    /// proportional to sin δ; 22 % less than δ at 35 degrees.
     Sine,
 }
 
@@ -38,7 +39,7 @@ impl RudderLaw {
         }
     }
 
-    /// The angle of so much force.
+    /// Returns the angle of a given force.
     fn angle(self, force: f64) -> f64 {
         match self {
             Self::Proportional => force,
@@ -47,57 +48,58 @@ impl RudderLaw {
     }
 }
 
-/// Rudder and yaw rate of a trial.
+/// Rudder angle and yaw rate of a trial.
 #[derive(Clone, Copy, Debug)]
 pub struct SteeringTrial<'a> {
     /// δ, rad.
     pub angle: &'a Timed,
     /// r, rad/s.
     pub rate: &'a Timed,
-    /// Which part of it, s.
+    /// Time window, s.
     pub window_s: (f64, f64),
 }
 
-/// A model of steering fitted to trials.
+/// A steering model fitted to trials.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NomotoFit {
-    /// Which.
+    /// Form of the model.
     pub order: NomotoOrder,
-    /// K, 1/s; below zero together with T of a ship that does not keep a straight course.
+    /// K, 1/s; negative together with T for a ship without course stability.
     pub gain: Estimate,
-    /// T, or T₁ + T₂ − T₃ of the second order, s.
+    /// T, or T₁ + T₂ − T₃ for the second order, s.
     pub time: Estimate,
-    /// T₁ + T₂, T₁ T₂ and T₃ of the second order, s, s² and s.
+    /// T₁ + T₂, T₁ T₂ and T₃ for the second order, s, s² and s.
     pub second: Option<[Estimate; 3]>,
-    /// α, s²/rad²: of r³ where r has 1.
+    /// α, s²/rad²: coefficient of r³ where that of r is 1.
     pub cubic: Option<Estimate>,
-    /// The rudder angle that keeps the course, rad.
+    /// Rudder angle of a straight course, rad.
     pub neutral: Estimate,
-    /// 1 − Σ(model − measured)²/Σ(measured − mean)² of yaw rate, simulated freely from its start.
+    /// 1 − Σ(model − measured)²/Σ(measured − mean)² of the yaw rate, simulated in open loop from
+    /// its fitted start.
     pub r2: f64,
-    /// Whether a straight course is kept.
+    /// True if the ship is course stable.
     pub is_stable: bool,
     theta: DVector<f64>,
 }
 
-/// Coefficients of `r̈ = −a₁ ṙ − a₀ r − a₃ r³ + b₀ δ + b₁ δ̇ + β`; of the first order
-/// `ṙ = −a₀ r − a₃ r³ + b₀ δ + β`.
+/// Number of coefficients of `r̈ = −a₁ ṙ − a₀ r − a₃ r³ + b₀ δ + b₁ δ̇ + β`, or for the first order
+/// of `ṙ = −a₀ r − a₃ r³ + b₀ δ + β`.
 const NAMES: usize = 6;
 
-/// Trials are sampled at so many instants of the shortest step, s.
+/// Limits of the sampling period, s.
 const PERIOD_S: std::ops::RangeInclusive<f64> = 0.05..=1.0;
 
-/// A yaw rate beyond this is that of a model that runs away, rad/s.
-const RUNAWAY: f64 = 1e2;
+/// Yaw rate above which a simulation has diverged, rad/s.
+const DIVERGED: f64 = 1e2;
 
-/// Steps of the search, and when it ends.
+/// Maximum number of steps of the search, and the relative gain below which it ends.
 const MOST_STEPS: usize = 60;
 const LEAST_GAIN: f64 = 1e-9;
 
-/// A trial on a grid.
+/// A trial resampled to a uniform grid.
 struct Sampled {
     step_s: f64,
-    /// By the law of the rudder.
+    /// Rudder input after the law of its force.
     angle: Vec<f64>,
     rate: Vec<f64>,
 }
@@ -113,14 +115,14 @@ impl Sampled {
         Self { step_s, angle, rate: trial.rate.interpolate(grid) }
     }
 
-    /// Its first samples.
+    /// Returns the first `count` samples.
     fn first(&self, count: usize) -> Self {
         let of = |values: &[f64]| values.iter().take(count).copied().collect();
         Self { step_s: self.step_s, angle: of(&self.angle), rate: of(&self.rate) }
     }
 }
 
-/// The model, its free coefficients among all.
+/// The model with the indices of its free coefficients.
 struct Steering {
     order: NomotoOrder,
     free: Vec<usize>,
@@ -128,7 +130,7 @@ struct Steering {
 
 impl Steering {
     fn new(order: NomotoOrder) -> Self {
-        // a1, a0, a3, b0, b1, beta.
+        // In the order a1, a0, a3, b0, b1, beta.
         let is_free = |k: &usize| match k {
             0 | 4 => order.is_second,
             2 => order.is_cubic,
@@ -145,8 +147,8 @@ impl Steering {
         all
     }
 
-    /// ẋ, and its slopes by x and by the coefficients; x is r and, of the second order, what is
-    /// left of ṙ.
+    /// Computes ẋ and its derivatives by x and by the coefficients; x is r and, for the second
+    /// order, `ṙ + a₁ r − b₁ δ`.
     fn slope(&self, x: Vector2<f64>, angle: f64, theta: &[f64; NAMES]) -> Slopes {
         let [a1, a0, a3, b0, b1, beta] = *theta;
         let r = x[0];
@@ -175,8 +177,8 @@ impl Steering {
         if self.order.is_second { 2 } else { 1 }
     }
 
-    /// r at every instant, and its slopes by the free coefficients and the start; `None` if it
-    /// runs away.
+    /// Simulates r at every instant, with its derivatives by the free coefficients and the start;
+    /// `None` if it diverges.
     fn run(
         &self,
         theta: &[f64; NAMES],
@@ -196,14 +198,14 @@ impl Steering {
             columns.iter().enumerate().for_each(|(j, column)| slopes[(k, j)] = column[0]);
             let Some(next) = trial.angle.get(k + 1) else { break };
             self.step(theta, &mut state, &mut columns, [trial.angle[k], *next], trial.step_s);
-            if state[0].is_nan() || state[0].abs() >= RUNAWAY {
+            if state[0].is_nan() || state[0].abs() >= DIVERGED {
                 return None;
             }
         }
         Some((found, slopes))
     }
 
-    /// One Runge–Kutta step of state and slopes, the rudder going straight.
+    /// Advances state and derivatives by one Runge–Kutta step, with a rudder angle linear in time.
     fn step(
         &self,
         theta: &[f64; NAMES],
@@ -232,7 +234,8 @@ impl Steering {
         }
     }
 
-    /// Coefficients by least squares on the integrals of the model: nothing is differentiated.
+    /// Estimates the coefficients by least squares on integrals of the model, without
+    /// differentiation.
     fn start(&self, trials: &[Sampled]) -> DVector<f64> {
         let (p, n) = (self.free.len(), self.states());
         let all = p + n * trials.len();
@@ -274,19 +277,20 @@ impl Steering {
         found.component_mul(&scale)
     }
 
-    /// What the model misses, and its slopes; `None` if it diverges.
-    fn missed(&self, x: &DVector<f64>, trials: &[Sampled]) -> Option<Missed> {
+    /// Computes the residual of all trials and its derivatives; `None` if the simulation diverges.
+    fn residual(&self, x: &DVector<f64>, trials: &[Sampled]) -> Option<Residual> {
         let (p, n) = (self.free.len(), self.states());
         let theta = self.full(&x.rows(0, p).into_owned());
         let samples = trials.iter().map(|trial| trial.rate.len()).sum();
-        let (mut missed, mut slopes) = (DVector::zeros(samples), DMatrix::zeros(samples, x.len()));
+        let (mut residual, mut slopes) =
+            (DVector::zeros(samples), DMatrix::zeros(samples, x.len()));
         let mut from = 0;
         for (k, trial) in trials.iter().enumerate() {
             let at = p + n * k;
             let start = Vector2::new(x[at], if n == 2 { x[at + 1] } else { 0.0 });
             let (model, own) = self.run(&theta, start, trial)?;
             for (i, model) in model.iter().enumerate() {
-                missed[from + i] = trial.rate[i] - model;
+                residual[from + i] = trial.rate[i] - model;
                 for j in 0..p {
                     slopes[(from + i, j)] = own[(i, j)];
                 }
@@ -296,65 +300,66 @@ impl Steering {
             }
             from += trial.rate.len();
         }
-        Some((missed, slopes))
+        Some((residual, slopes))
     }
 
-    /// What the model misses of one trial from a start, and its slopes by the start.
-    fn missed_from(
+    /// Computes the residual of one trial from a given start, and its derivatives by the start.
+    fn residual_from(
         &self,
         theta: &[f64; NAMES],
         start: &DVector<f64>,
         trial: &Sampled,
-    ) -> Option<Missed> {
+    ) -> Option<Residual> {
         let (p, n) = (self.free.len(), self.states());
         let left = if n == 2 { start[1] } else { 0.0 };
         let (model, slopes) = self.run(theta, Vector2::new(start[0], left), trial)?;
-        let missed = trial.rate.iter().zip(&model).map(|(rate, model)| rate - model);
-        let missed = DVector::from_iterator(model.len(), missed);
-        Some((missed, slopes.columns(p, n).into_owned()))
+        let residual = trial.rate.iter().zip(&model).map(|(rate, model)| rate - model);
+        let residual = DVector::from_iterator(model.len(), residual);
+        Some((residual, slopes.columns(p, n).into_owned()))
     }
 
-    /// What is left of a trial by the start that fits it best, found on ever longer parts of it:
-    /// a ship that does not keep its course makes much of little.
-    fn least_missed(&self, theta: &[f64; NAMES], trial: &Sampled) -> Option<DVector<f64>> {
+    /// Computes the residual of a trial from the start that fits it best. The start is fitted on
+    /// parts of increasing length, since an unstable ship amplifies small errors.
+    fn least_residual(&self, theta: &[f64; NAMES], trial: &Sampled) -> Option<DVector<f64>> {
         let first = *trial.rate.first()?;
-        // ṙ of a start that is not known is that of a steady turn.
+        // The initial ṙ is unknown; the first guess assumes a steady turn.
         let left = theta[0] * first - theta[4] * trial.angle[0];
         let mut start = DVector::from_column_slice(&[first, left][..self.states()]);
         for part in START_PARTS {
             let count = ((part * trial.rate.len() as f64) as usize).max(START_SAMPLES);
             let part = trial.first(count);
-            let missed = |start: &DVector<f64>| self.missed_from(theta, start, &part);
-            if let Some((found, ..)) = descended(start.clone(), missed) {
+            let residual = |start: &DVector<f64>| self.residual_from(theta, start, &part);
+            if let Some((found, ..)) = minimise(start.clone(), residual) {
                 start = found;
             }
         }
-        self.missed_from(theta, &start, trial).map(|(missed, _)| missed)
+        self.residual_from(theta, &start, trial).map(|(residual, _)| residual)
     }
 }
 
-/// What a model misses, and its slopes.
-type Missed = (DVector<f64>, DMatrix<f64>);
+/// Residual and its derivatives.
+type Residual = (DVector<f64>, DMatrix<f64>);
 
-/// Parts of a trial on which its start is sought, one after the other, and the least of samples.
+/// Fractions of a trial on which its start is fitted in sequence, and their minimum number of
+/// samples.
 const START_PARTS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 const START_SAMPLES: usize = 10;
 
-/// ẋ with its slopes.
+/// ẋ with its derivatives.
 struct Slopes {
     rate: Vector2<f64>,
     by_x: [Vector2<f64>; 2],
     by_theta: [Vector2<f64>; NAMES],
 }
 
-/// Fits Nomoto's model to trials: its yaw rate, simulated freely from a start that is fitted as
-/// well, against the measured one.
+/// Fits Nomoto's model to trials by output error of the yaw rate, simulated from a start that is
+/// fitted as well.
 ///
-/// Intervals are widened by the correlation of what the model misses.
+/// Intervals account for the autocorrelation of the residual.
 ///
 /// # Errors
-/// [`Error::Plant`] if the rudder hardly moves or the model runs away
-/// from every start; [`Error::TooShort`] if there are fewer than fifty samples.
+/// [`Error::Plant`] if the rudder hardly moves or the model diverges from every start;
+/// [`Error::TooShort`] if there are fewer than fifty samples.
 ///
 /// # Source
 /// \[Nomoto1957\]; the cubic term is Norrbin's, [Fossen2021, ch. 7].
@@ -399,39 +404,39 @@ pub fn fit_nomoto(trials: &[SteeringTrial<'_>], order: NomotoOrder) -> Result<No
     }
     let steering = Steering::new(order);
     let start = steering.start(&sampled);
-    let found = descended(start, |x| steering.missed(x, &sampled));
-    let (x, missed, slopes) = found.ok_or_else(|| {
+    let found = minimise(start, |x| steering.residual(x, &sampled));
+    let (x, residual, slopes) = found.ok_or_else(|| {
         refuse("the simulated steering model diverges, because the ship does not keep a straight course: fit the model with r³, or shorter trials")
     })?;
-    Ok(finished(&steering, &x, &missed, &slopes, &sampled))
+    Ok(results(&steering, &x, &residual, &slopes, &sampled))
 }
 
-/// Fewer samples say nothing of five numbers.
+/// Minimum number of samples for five coefficients.
 const LEAST_SAMPLES: usize = 50;
-/// A rudder that moves less than this tells no gain, rad.
+/// Minimum standard deviation of the rudder angle, rad, for an estimate of the gain.
 const LEAST_ANGLE: f64 = 5e-3;
 
-/// Damped Gauss–Newton steps.
-fn descended(
+/// Minimises by damped Gauss–Newton steps.
+fn minimise(
     start: DVector<f64>,
-    missed_at: impl Fn(&DVector<f64>) -> Option<Missed>,
+    residual_at: impl Fn(&DVector<f64>) -> Option<Residual>,
 ) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
     let mut x = start;
-    let mut now = missed_at(&x);
-    // A start that runs away is drawn towards one that stands still.
+    let mut now = residual_at(&x);
+    // A start from which the simulation diverges is moved towards zero.
     for _ in 0..20 {
         if now.is_some() {
             break;
         }
         x *= 0.7;
-        now = missed_at(&x);
+        now = residual_at(&x);
     }
-    let (mut missed, mut slopes) = now?;
+    let (mut residual, mut slopes) = now?;
     let mut damping = 1e-4;
     for _ in 0..MOST_STEPS {
-        let cost = missed.norm_squared();
+        let cost = residual.norm_squared();
         let normal = slopes.transpose() * &slopes;
-        let right = slopes.transpose() * &missed;
+        let right = slopes.transpose() * &residual;
         let mut gain = 0.0;
         while damping < 1e10 {
             let mut damped = normal.clone();
@@ -440,12 +445,12 @@ fn descended(
             }
             let step = damped.cholesky().map(|factor| factor.solve(&right));
             let moved = step.map(|step| &x + step);
-            let there = moved.and_then(|moved| Some((missed_at(&moved)?, moved)));
-            if let Some(((new_missed, new_slopes), moved)) = there
-                && new_missed.norm_squared() < cost
+            let there = moved.and_then(|moved| Some((residual_at(&moved)?, moved)));
+            if let Some(((new_residual, new_slopes), moved)) = there
+                && new_residual.norm_squared() < cost
             {
-                gain = (cost - new_missed.norm_squared()) / cost;
-                (x, missed, slopes) = (moved, new_missed, new_slopes);
+                gain = (cost - new_residual.norm_squared()) / cost;
+                (x, residual, slopes) = (moved, new_residual, new_slopes);
                 damping = (damping / 8.0).max(1e-9);
                 break;
             }
@@ -455,24 +460,24 @@ fn descended(
             break;
         }
     }
-    Some((x, missed, slopes))
+    Some((x, residual, slopes))
 }
 
-/// K, T and their intervals.
-fn finished(
+/// Computes K, T and their intervals.
+fn results(
     steering: &Steering,
     x: &DVector<f64>,
-    missed: &DVector<f64>,
+    residual: &DVector<f64>,
     slopes: &DMatrix<f64>,
     trials: &[Sampled],
 ) -> NomotoFit {
     let p = steering.free.len();
     let theta = x.rows(0, p).into_owned();
-    let samples = missed.len() as f64;
-    let variance = missed.norm_squared() / (samples - x.len() as f64).max(1.0);
+    let samples = residual.len() as f64;
+    let variance = residual.norm_squared() / (samples - x.len() as f64).max(1.0);
     let normal = slopes.transpose() * slopes;
     let inverse = normal.clone().pseudo_inverse(1e-14 * normal.amax()).unwrap_or(normal);
-    let covariance = inverse.view((0, 0), (p, p)) * (variance * correlation_time(missed));
+    let covariance = inverse.view((0, 0), (p, p)) * (variance * correlation_time(residual));
     let estimate = |of: &dyn Fn(&[f64; NAMES]) -> f64| {
         let value = of(&steering.full(&theta));
         let gradient = DVector::from_fn(p, |k, _| {
@@ -503,18 +508,19 @@ fn finished(
         }),
         cubic: steering.order.is_cubic.then(|| estimate(&|x| x[2] / x[1])),
         neutral: estimate(&|x| steering.order.law.angle(-x[5] / x[3])),
-        r2: 1.0 - missed.norm_squared() / spread,
+        r2: 1.0 - residual.norm_squared() / spread,
         is_stable: all[1] > 0.0 && (!is_second || all[0] > 0.0),
         theta,
     }
 }
 
-/// By how much correlation widens a variance: `1 + 2 Σ ρ_k` up to where ρ first falls below zero.
-fn correlation_time(missed: &DVector<f64>) -> f64 {
-    let power = missed.norm_squared();
+/// Computes the factor by which autocorrelation increases a variance: `1 + 2 Σ ρ_k` up to where ρ
+/// first becomes negative.
+fn correlation_time(residual: &DVector<f64>) -> f64 {
+    let power = residual.norm_squared();
     let mut sum = 1.0;
-    for lag in 1..missed.len() / 4 {
-        let product: f64 = missed.iter().zip(missed.iter().skip(lag)).map(|(a, b)| a * b).sum();
+    for lag in 1..residual.len() / 4 {
+        let product: f64 = residual.iter().zip(residual.iter().skip(lag)).map(|(a, b)| a * b).sum();
         if product <= 0.0 {
             break;
         }
@@ -524,15 +530,15 @@ fn correlation_time(missed: &DVector<f64>) -> f64 {
 }
 
 impl NomotoFit {
-    /// R² of yaw rate of another trial, simulated freely from the start that fits it best, as the
-    /// trials that were fitted have theirs; `None` if the model runs away there.
+    /// Computes R² of the yaw rate of another trial, simulated from the start that fits it best, as
+    /// for the fitted trials; `None` if the model diverges.
     pub fn score(&self, trial: &SteeringTrial<'_>) -> Option<f64> {
         let steering = Steering::new(self.order);
         let sampled = Sampled::of(trial, self.order.law);
-        let missed = steering.least_missed(&steering.full(&self.theta), &sampled)?;
+        let residual = steering.least_residual(&steering.full(&self.theta), &sampled)?;
         let mean = sampled.rate.iter().sum::<f64>() / sampled.rate.len() as f64;
         let spread: f64 = sampled.rate.iter().map(|rate| (rate - mean).powi(2)).sum();
-        Some(1.0 - missed.norm_squared() / spread).filter(|r2| r2.is_finite())
+        Some(1.0 - residual.norm_squared() / spread).filter(|r2| r2.is_finite())
     }
 }
 
@@ -548,7 +554,7 @@ mod tests {
         NomotoOrder { is_second, is_cubic, law: RudderLaw::Proportional }
     }
 
-    /// A zigzag of a model with known coefficients, r with seeded noise of 0.05 °/s.
+    /// Returns a zigzag of a model with known coefficients, with seeded noise of 0.05 °/s on r.
     fn zigzag(order: NomotoOrder, theta: [f64; NAMES], phase: f64) -> [Timed; 2] {
         let steering = Steering::new(order);
         let times: Vec<f64> = (0..1200).map(|k| 0.25 * f64::from(k)).collect();
@@ -581,7 +587,7 @@ mod tests {
     }
 
     #[test]
-    fn gain_and_time_of_the_first_order_come_back() {
+    fn recovers_gain_and_time_of_the_first_order() {
         // K = 0.15 1/s, T = 8 s, neutral angle 0.01 rad.
         let (k, t) = (0.15, 8.0);
         let theta = [0.0, 1.0 / t, 0.0, k / t, 0.0, -0.01 * k / t];
@@ -592,7 +598,7 @@ mod tests {
     }
 
     #[test]
-    fn the_times_of_the_second_order_come_back() {
+    fn recovers_the_times_of_the_second_order() {
         // T1 = 20 s, T2 = 3 s, T3 = 5 s, K = 0.2 1/s.
         let (k, t1, t2, t3) = (0.2, 20.0, 3.0, 5.0);
         let both = t1 * t2;
@@ -606,8 +612,8 @@ mod tests {
     }
 
     #[test]
-    fn a_ship_that_does_not_keep_its_course_has_a_negative_time() {
-        // ṙ = 0.02 r − 300 r³ + 0.01 δ: it turns by itself at 0.5 °/s.
+    fn a_course_unstable_ship_has_a_negative_time() {
+        // ṙ = 0.02 r − 300 r³ + 0.01 δ: without rudder it turns at 0.5 °/s.
         let theta = [0.0, -0.02, 300.0, 0.01, 0.0, 0.0];
         let fit = check(order(false, true), theta);
         assert!(!fit.is_stable && fit.time.value < 0.0 && fit.gain.value < 0.0, "{fit:?}");
@@ -616,8 +622,9 @@ mod tests {
     }
 
     #[test]
-    fn a_ship_that_turns_by_itself_is_scored_from_the_start_that_fits() {
-        // r̈ = −0.5 ṙ + 0.014 r − 11 r³ − 0.0053 δ − 0.034 δ̇: a mistaken start doubles every 20 s.
+    fn an_unstable_ship_is_scored_from_the_best_start() {
+        // r̈ = −0.5 ṙ + 0.014 r − 11 r³ − 0.0053 δ − 0.034 δ̇: an error of the start doubles every
+        // 20 s.
         let order = NomotoOrder { law: RudderLaw::Sine, ..order(true, true) };
         let theta = [0.5, -0.014, 11.0, -0.0053, -0.034, 0.0];
         let fit = check(order, theta);
@@ -630,7 +637,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rudder_amidships_tells_nothing() {
+    fn refuses_a_rudder_that_stays_amidships() {
         let times: Vec<f64> = (0..100).map(|k| 0.5 * f64::from(k)).collect();
         let still = Timed::new("rudder", times.clone(), vec![0.0; 100]).expect("valid");
         let rate =

@@ -1,19 +1,21 @@
-//! Identification while samples come in, for plants of one to six axes.
+//! Online identification of plants of one to six axes, sample by sample.
 //!
-//! Three estimators share one equation of motion, averaged over the step between two samples:
-//! the adaptive observer of Smallwood and Whitcomb, recursive least squares with directional
-//! forgetting, and the extended Kalman filter whose state holds the coefficients. None needs an
-//! acceleration. [`Online`] is fed sample by sample; between its first sample and its last it
+//! Three estimators share one equation of motion, averaged over the step between two samples: the
+//! adaptive observer of Smallwood and Whitcomb, recursive least squares with directional
+//! forgetting, and the extended Kalman filter with the coefficients in its state. None needs an
+//! acceleration. [`Online`] takes one sample at a time; between its first sample and its last it
 //! allocates nothing.
 //!
-//! The water is taken as still, or its velocity as taken off before; thrust acts as it is given.
-//! Rudders, fins, propellers of unknown strength and wind are terms like any other, which read the
-//! signals of a sample; a coefficient that the structure holds stays as it is.
+//! The samples hold velocity through the water: the water is assumed still, or its velocity
+//! subtracted before. Thrust is taken as given. Rudders, fins, propellers of unknown strength and
+//! wind are terms like any other, which use the signals of a sample; coefficients that the
+//! structure holds stay constant.
 
 mod acting;
 mod adaptive;
 mod change;
 mod colour;
+mod estimate;
 mod factor;
 mod history;
 mod instruments;
@@ -27,7 +29,6 @@ mod sample;
 mod single;
 mod start;
 mod step;
-mod told;
 
 use nalgebra::{DMatrix, Vector6};
 
@@ -48,40 +49,40 @@ use joint::Joint;
 use recursive::Recursive;
 use step::Step;
 
-/// What is estimated at an instant.
+/// Estimate at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnlineEstimate {
-    /// The plant; its M is positive definite and its damping takes power.
+    /// The plant; its M is positive definite and its damping dissipates power.
     pub plant: Plant,
-    /// Standard deviation of each coefficient, shape (p,): infinite of those that nothing told.
+    /// Standard deviation of each coefficient, shape (p,); infinite for those that the data do not
+    /// determine.
     pub std: Vec<f64>,
-    /// What each coefficient's variance is multiplied with because others look like it,
-    /// shape (p,).
+    /// Variance inflation factor of each coefficient, shape (p,).
     pub inflation: Vec<f64>,
-    /// The least eigenvalue of the information, scaled to a unit diagonal: 1 if every
-    /// coefficient is told by itself, 0 if some combination is not told at all.
+    /// Smallest eigenvalue of the information, scaled to a unit diagonal: 1 if the coefficients are
+    /// determined independently of each other, 0 if some combination is not determined at all.
     pub excitation: f64,
     /// Covariance of the coefficients, shape (p, p).
     pub covariance: DMatrix<f64>,
-    /// Root mean square of what the equation misses on each axis, N and N m.
+    /// Root mean square residual of the equation of motion on each axis, N and N m.
     pub residual: Vector6<f64>,
-    /// Samples that would say as much if they were independent.
+    /// Effective number of independent samples.
     pub independent_samples: f64,
-    /// By what part every mass must change at once for [`Online::update`] to notice it within two
-    /// minutes; `None` before two minutes have told what is usual.
+    /// Relative change of all masses at once that [`Online::update`] would detect within two
+    /// minutes; `None` during the first two minutes, from which it learns the normal statistics.
     pub noticeable_change: Option<f64>,
-    /// Motion so far, s.
+    /// Duration of the motion so far, s.
     pub elapsed_s: f64,
 }
 
-/// The adaptive estimator's and the filter's own part.
+/// State of the estimator beyond recursive least squares, which always runs.
 enum Engine {
     Recursive,
     Adaptive(Box<Adaptive>),
     Ekf(Option<Box<Joint>>),
 }
 
-/// Identifies a plant sample by sample.
+/// Online estimator of a plant.
 ///
 /// # Example
 /// ```
@@ -117,7 +118,7 @@ pub struct Online {
     changes: Changes,
     elapsed_s: f64,
     is_started: bool,
-    /// Mean squares of third differences of velocity, of velocity, force and acceleration.
+    /// Mean squares: of third differences of velocity, of velocity, of force, and of acceleration.
     rough: Vector6<f64>,
     speed: Vector6<f64>,
     force: Vector6<f64>,
@@ -126,27 +127,28 @@ pub struct Online {
     next_noise_s: f64,
 }
 
-/// The variance of a third difference of white noise over that of the noise.
+/// Variance of the third difference of white noise relative to that of the noise.
 const THIRD_DIFFERENCE: f64 = 20.0;
 
-/// No vehicle moves so fast, or is pushed so hard, SI units.
+/// Upper limit of velocity and force in a sample, SI units.
 const LARGEST_NUMBER: f64 = 1e12;
 
-/// Predictions go no further, s.
+/// Longest prediction, s.
 const LONGEST_PREDICTION_S: f64 = 3600.0;
 
-/// What a change of the plant leaves of what was learnt.
+/// Fraction of the information that is kept after a change of the plant.
 const KEPT: f64 = 0.05;
 
-/// The standard deviation that a change of the plant adds to a coefficient, as a part of it.
+/// Standard deviation added to each coefficient after a change of the plant, relative to its value.
 const REOPENED: f64 = 0.3;
 
 impl Online {
-    /// An estimator of a structure; M ⪰ M_RB where the dry vehicle is known, else M ≻ 0.
+    /// Creates an estimator of a structure, with M ⪰ M_RB where the rigid body is known, else M ≻
+    /// 0.
     ///
     /// # Errors
-    /// [`Error::Setting`] for settings that cannot be; [`Error::Plant`] for a structure whose
-    /// effects read more than [`MOST_SIGNALS`], or one without a free coefficient.
+    /// [`Error::Setting`] for invalid settings; [`Error::Plant`] for a structure whose effects use
+    /// more than [`MOST_SIGNALS`] signals, or one without a free coefficient.
     pub fn new(
         structure: Structure,
         scheme: Scheme,
@@ -155,7 +157,7 @@ impl Online {
     ) -> Result<Self, Error> {
         options.check()?;
         check_terms(&structure)?;
-        let step = Step::of(&structure);
+        let step = Step::new(&structure);
         let held: Vec<Option<f64>> =
             structure.terms().iter().map(|term| structure.held(term)).collect();
         let p = step.count();
@@ -166,7 +168,7 @@ impl Online {
             possible: Possible::of(&structure, rigid_body.map(RigidBody::mass_matrix)),
             recursive: Recursive::new(
                 &step,
-                &touched(&structure),
+                &terms_by_axis(&structure),
                 held,
                 (options.cutoff_hz, memory_s),
             ),
@@ -194,13 +196,14 @@ impl Online {
         })
     }
 
-    /// The same, starting from a plant instead of least squares over its first seconds.
+    /// Returns the estimator with a plant as its start, instead of least squares over the first
+    /// seconds.
     ///
-    /// The adaptive observer follows from there; least squares and the filter take their own
-    /// start and are the same as without.
+    /// Affects the adaptive observer only; recursive least squares and the extended Kalman filter
+    /// start as without it.
     ///
     /// # Errors
-    /// [`Error::Plant`] if it has other terms.
+    /// [`Error::Plant`] if the plant has other terms.
     pub fn starting_from(mut self, plant: &Plant) -> Result<Self, Error> {
         if plant.structure() != &self.structure {
             let reason = "has other terms than what is to be identified; give one with the same";
@@ -217,19 +220,19 @@ impl Online {
         Ok(self)
     }
 
-    /// The terms that are identified.
+    /// Returns the identified structure.
     pub fn structure(&self) -> &Structure {
         &self.structure
     }
 
-    /// Takes a sample in; tells of a change of the plant when it is noticed.
+    /// Processes a sample; returns a change of the plant when one is detected.
     ///
-    /// A step longer than the longest counts as a gap: motion begins anew after it, and what was
-    /// learnt stays.
+    /// A step longer than [`OnlineOptions::longest_step_s`] counts as a gap: the motion restarts
+    /// after it, and the estimates are kept.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] or [`Error::Setting`] for a sample that is not finite, beyond 1e12, or
-    /// not after the one before; the estimator is then as it was.
+    /// [`Error::NotFinite`] or [`Error::Setting`] for a sample that is not finite, exceeds 1e12, or
+    /// is not later than the previous one; the estimator is then unchanged.
     pub fn update(&mut self, sample: &Sample) -> Result<Option<Change>, Error> {
         self.check(sample)?;
         let [before, last, _] = self.recent;
@@ -242,11 +245,11 @@ impl Online {
         }
         self.step.take(last.as_ref(), &from, sample);
         self.elapsed_s += self.step.length_s;
-        self.measure(&[Some(*sample), before, last]);
+        self.update_mean_squares(&[Some(*sample), before, last]);
         let simulates = self.elapsed_s >= self.options.start_s;
         self.recursive.update(&self.step, &self.possible, simulates);
         let change = self.changed();
-        self.follow();
+        self.update_engine();
         if change.is_some() {
             self.recursive.forget(KEPT);
             self.reopen();
@@ -254,7 +257,7 @@ impl Online {
         Ok(change)
     }
 
-    /// Motion begins anew with the next sample, as after a gap; what was learnt stays.
+    /// Restarts the motion with the next sample, as after a gap; the estimates are kept.
     pub fn restart(&mut self) {
         self.recent = [None; 3];
         self.recursive.restart();
@@ -291,8 +294,8 @@ impl Online {
         })
     }
 
-    /// Mean squares that tell the noise.
-    fn measure(&mut self, recent: &[Option<Sample>; 3]) {
+    /// Updates the mean squares from which the noise is estimated.
+    fn update_mean_squares(&mut self, recent: &[Option<Sample>; 3]) {
         let part = (self.step.length_s / self.elapsed_s).min(1.0);
         let square = |x: Vector6<f64>| x.component_mul(&x);
         self.force += (square(self.step.force) - self.force) * part;
@@ -300,7 +303,7 @@ impl Online {
         self.acceleration += (square(self.step.acceleration) - self.acceleration) * part;
         if let [Some(a), Some(b), Some(c)] = recent {
             let bend = a.velocity - 2.0 * b.velocity + c.velocity;
-            // Second differences have 6 of 20 parts of what third ones have.
+            // For white noise, second differences have 6/20 of the variance of third differences.
             self.rough += (square(bend) * (THIRD_DIFFERENCE / 6.0) - self.rough) * part;
         }
     }
@@ -316,8 +319,8 @@ impl Online {
         self.changes.end(until_s, self.step.length_s, self.recursive.theta())
     }
 
-    /// Lets the estimator itself follow.
-    fn follow(&mut self) {
+    /// Updates the selected estimator.
+    fn update_engine(&mut self) {
         if !self.is_started && self.may_start() {
             self.start();
         }
@@ -331,14 +334,14 @@ impl Online {
             Engine::Ekf(Some(joint)) => joint.update(&self.step, &self.possible),
             Engine::Ekf(None) => {}
         }
-        self.listen();
+        self.update_noise();
         if self.is_started && self.coefficients().iter().any(|x| !x.is_finite()) {
-            self.stop();
+            self.return_to_least_squares();
         }
     }
 
-    /// What ran away begins anew from least squares.
-    fn stop(&mut self) {
+    /// Returns a diverged estimator to its start from least squares.
+    fn return_to_least_squares(&mut self) {
         self.is_started = false;
         match &mut self.engine {
             Engine::Recursive => {}
@@ -347,21 +350,21 @@ impl Online {
         }
     }
 
-    /// Whether the scheme itself works yet; until then its estimates are those of least squares,
-    /// which make its start.
+    /// Returns true if the selected scheme has started; until then the estimates are those of least
+    /// squares.
     pub fn has_started(&self) -> bool {
         self.is_started
     }
 
-    /// What was learnt no longer holds.
+    /// Increases the uncertainty of the coefficients after a change of the plant.
     fn reopen(&mut self) {
         if let Engine::Ekf(Some(joint)) = &mut self.engine {
             joint.reopen(REOPENED);
         }
     }
 
-    /// The coefficients as they are now, before projection where least squares makes them;
-    /// shape (p,).
+    /// Returns the present coefficients, shape (p,); those of least squares are not yet projected
+    /// to physically possible ones.
     pub fn coefficients(&self) -> &[f64] {
         match &self.engine {
             Engine::Adaptive(adaptive) if self.is_started => adaptive.theta(),
@@ -370,12 +373,12 @@ impl Online {
         }
     }
 
-    /// The velocity that the plant as it is now has after so long under the last sample's force
-    /// and signals, shape (6,); `None` before the first sample.
+    /// Predicts the velocity after a duration, s, under the last sample's force and signals, shape
+    /// (6,), with the present coefficients; `None` before the first sample.
     ///
     /// # Errors
-    /// [`Error::Plant`] if the coefficients make no plant yet; [`Error::Setting`] unless the time is
-    /// from 0 to 3600 s.
+    /// [`Error::Plant`] if the coefficients do not yet form a plant; [`Error::Setting`] unless the
+    /// duration is from 0 to 3600 s.
     pub fn predict(&self, duration_s: f64) -> Result<Option<Vector6<f64>>, Error> {
         if !(0.0..=LONGEST_PREDICTION_S).contains(&duration_s) {
             return Err(Error::Setting {
@@ -399,7 +402,7 @@ impl Online {
         Ok(Some(velocity))
     }
 
-    /// The adaptive observer's error Δ = ν̂ − ν, shape (6,); zero of other schemes.
+    /// Returns the adaptive observer's error Δ = ν̂ − ν, shape (6,); zero for other schemes.
     pub fn observer_error(&self) -> Vector6<f64> {
         match &self.engine {
             Engine::Adaptive(adaptive) => *adaptive.error(),
@@ -421,7 +424,7 @@ impl Online {
     }
 }
 
-/// A sample holds so many signals, and something is to be found.
+/// Checks that a sample can hold all signals, and that at least one coefficient is free.
 fn check_terms(structure: &Structure) -> Result<(), Error> {
     let refuse = |reason: String| Err(Error::Plant { axes: structure.name(), reason });
     let signals = structure.signals().len();
@@ -436,8 +439,8 @@ fn check_terms(structure: &Structure) -> Result<(), Error> {
     Ok(())
 }
 
-/// The terms that act on each axis at all.
-fn touched(structure: &Structure) -> [Vec<usize>; 6] {
+/// Returns the terms that act on each axis.
+fn terms_by_axis(structure: &Structure) -> [Vec<usize>; 6] {
     std::array::from_fn(|axis| {
         let acts = |term: &Basis| match term {
             // C(M) acts on every axis of a plant that turns.

@@ -16,16 +16,16 @@ use serde::{Deserialize, Serialize};
 use super::{EquationError, Fit, Records};
 use crate::{Error, LumpedParameters};
 pub use bootstrap::OutputErrorBootstrap;
-use fit::{found, into_fit};
+use fit::{into_fit, search_all};
 use sensitivity::Weighing;
 
-/// The output error method with its choices.
+/// Options of the output error method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputError {
-    /// How a residual counts.
+    /// Loss of a residual.
     pub loss: Loss,
-    /// Where the covariance comes from.
+    /// Source of the covariance.
     pub intervals: OutputErrorIntervals,
 }
 
@@ -33,8 +33,8 @@ impl OutputError {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a limit of Huber's loss that is not above zero, and for draws of a
-    /// bootstrap that are too few to tell a covariance or more than it needs.
+    /// [`Error::Setting`] for a limit of Huber's loss that is not positive, and for a number of
+    /// bootstrap draws that is too small for a covariance or larger than useful.
     pub fn check(&self) -> Result<(), Error> {
         if let (Loss::Huber(limit), Err(_)) = (self.loss, self.loss.check()) {
             let expected = "above 0 and finite, such as 1.345";
@@ -50,40 +50,40 @@ impl OutputError {
     }
 }
 
-/// Fewer draws do not tell a covariance, more tell it no better than to a hundredth, and each is
-/// a fit.
+/// Range of the number of draws: fewer do not determine a covariance; more improve it by less than
+/// a hundredth, and each is a fit.
 const DRAWS: RangeInclusive<usize> = bootstrap::LEAST_DRAWS..=10_000;
 
-/// Where a covariance comes from.
+/// Source of the covariance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum OutputErrorIntervals {
-    /// From what each of thirty parts of the record contributes.
+    /// Contributions of thirty parts of the record.
     #[default]
     Sandwich,
-    /// From fits to drawn measurements: simulated motion with residuals of other times.
+    /// Fits to resampled measurements: simulated motion with residuals from other times.
     Bootstrap {
-        /// How many; at least 50.
+        /// Number of draws, at least 50.
         draws: usize,
-        /// Equal seeds give equal draws.
+        /// Seed of the random numbers; equal seeds give equal draws.
         seed: u64,
     },
 }
 
-/// How a residual counts.
+/// Loss of a residual.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Loss {
-    /// By its square.
+    /// Its square.
     #[default]
     Squares,
-    /// By its square up to so many robust standard deviations, in proportion beyond: a few
-    /// outliers do not matter. 1.345 costs 5 % of efficiency where there are none.
+    /// Its square up to this many robust standard deviations, linear beyond, so that a few outliers
+    /// have little effect. 1.345 costs 5 % of efficiency where there are none.
     Huber(f64),
 }
 
 impl Loss {
-    /// How the search weighs residuals.
+    /// Returns the weighing of residuals during the search.
     fn weighing(self) -> Weighing {
         match self {
             Self::Squares => Weighing::Squares,
@@ -104,38 +104,37 @@ impl Loss {
 impl OutputError {
     /// Fits the plant by least squares between simulated and measured motion.
     ///
-    /// Minimises `Σ ρ((y − ŷ)/σ)` over the chosen ones of `[α, β, μ, bias]`, which all trials
-    /// share, and the initial state of every stretch without a gap in force. ŷ is velocity,
-    /// position, or both where a record has both, each at its own times and in its own
-    /// standard deviations, by RK4 under the held force, with exact
-    /// sensitivities: of `v̇ = α τ + β v|v| + μ v + bias` they follow
-    /// `ṡⱼ = (2β|v| + μ) sⱼ + fⱼ`. Steps are those of Gauss and Newton, damped where that
-    /// does not go downhill, with the initial states eliminated.
+    /// Minimises `Σ ρ((y − ŷ)/σ)` over the selected terms of `[α, β, μ, bias]`, common to all
+    /// trials, and the initial state of each section without a gap in force. ŷ is velocity,
+    /// position, or both where a record has both, each at its own times and divided by its own
+    /// standard deviation. It is simulated by RK4 under the held force, with exact sensitivities:
+    /// for `v̇ = α τ + β v|v| + μ v + bias` they follow `ṡⱼ = (2β|v| + μ) sⱼ + fⱼ`. Gauss–Newton
+    /// steps are damped where they do not reduce the cost, and initial states are eliminated.
     ///
-    /// A disturbance changes position for good, so that residuals of position are taken as
-    /// white noise plus a random walk, which maximum likelihood tells apart, and y − ŷ of
-    /// position is what is new in each. Under a quick walk those are increments of position;
-    /// without one, position itself.
+    /// A disturbance changes position permanently. Position residuals are therefore modelled as
+    /// white noise plus a random walk, separated by maximum likelihood, and replaced by their
+    /// innovations. For a fast walk these are increments of position; without one, position itself.
     ///
-    /// The covariance is that of what each of thirty batches contributes, judged by the
-    /// information of the others, with an autoregression between neighbours: what disturbs a
-    /// vehicle stays in its velocity for a while. Degrees of freedom are independent batches
-    /// less terms. Where force reacts to what disturbs (a vehicle that holds its depth), the
-    /// plant itself is off, and no residual tells by how much. [`OutputErrorIntervals`] has another way.
-    /// The fit's residual is of velocity, or of position where that alone was measured.
+    /// The covariance follows from the contributions of thirty batches, each evaluated with the
+    /// information of the others, with an autoregression between neighbours, since a disturbance
+    /// persists in velocity for some time. Degrees of freedom are the independent batches minus the
+    /// terms. Where force reacts to the disturbance (a vehicle that holds its depth), the plant
+    /// itself is biased by an amount that no residual shows. [`OutputErrorIntervals`] offers an
+    /// alternative. The residual of the fit is of velocity, or of position where only that was
+    /// measured.
     ///
-    /// The search begins at a fit by equation error. From there, or from one of two others, it
-    /// converges, or there is no answer.
+    /// The search starts from a fit by equation error, then from two other points. If none
+    /// converges, an error is returned.
     ///
     /// # Errors
-    /// As [`Records::dof`] and [`EquationError::fit`]; [`Error::TooShort`] for hardly any samples,
-    /// [`Error::HuberLimit`], [`Error::NotConverged`], [`Error::NotExciting`] if the optimum
-    /// is no point but a line, [`Error::FewDraws`] of a bootstrap.
+    /// As [`Records::dof`] and [`EquationError::fit`]; [`Error::TooShort`] for too few samples,
+    /// [`Error::HuberLimit`], [`Error::NotConverged`], [`Error::NotExciting`] if the optimum is not
+    /// unique, [`Error::FewDraws`] of a bootstrap.
     ///
     /// # Source
-    /// [Morelli2016, ch. 6]: output error, and why its residuals are coloured; leaving batches
-    /// out: \[Mackinnon1985\]; autoregression first: \[Andrews1992\], and its bias:
-    /// \[Kendall1954\]; Huber's loss: \[Huber1964\].
+    /// [Morelli2016, ch. 6]: output error, and why its residuals are coloured; leaving batches out:
+    /// \[Mackinnon1985\]; autoregression first: \[Andrews1992\], and its bias: \[Kendall1954\];
+    /// Huber's loss: \[Huber1964\].
     ///
     /// ```
     /// use seaplant::estimate::OutputError;
@@ -167,7 +166,7 @@ impl OutputError {
         self.fit_from(records, &start)
     }
 
-    /// As [`OutputError::fit`], from a plant that is given.
+    /// Fits as [`OutputError::fit`], starting from a given plant.
     ///
     /// # Errors
     /// As [`OutputError::fit`].
@@ -176,12 +175,12 @@ impl OutputError {
         records: impl Into<Records<'a>>,
         start: &LumpedParameters,
     ) -> Result<Fit, Error> {
-        let found = found(records.into(), start, self)?;
-        let fit = into_fit(&found, self)?;
+        let solution = search_all(records.into(), start, self)?;
+        let fit = into_fit(&solution, self)?;
         match self.intervals {
             OutputErrorIntervals::Sandwich => Ok(fit),
             OutputErrorIntervals::Bootstrap { draws, seed } => {
-                let bootstrap = OutputErrorBootstrap::around(&found)?;
+                let bootstrap = OutputErrorBootstrap::around(&solution)?;
                 let draws: Vec<LumpedParameters> =
                     (0..draws as u64).filter_map(|number| bootstrap.draw(seed, number)).collect();
                 bootstrap.fit_with(&fit, &draws)

@@ -7,11 +7,11 @@ use crate::regression::{Regression, Row};
 use crate::series::ROUNDING_S;
 use crate::signal::{LowPass, differentiate};
 
-/// The paper's method with its choices; by default the paper's own.
+/// Options of the paper's method, with the paper's values as default.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Paper {
-    /// The filter on velocity: 1/8 Hz, second order.
+    /// Filter on velocity: 1/8 Hz, second order.
     pub velocity_filter: LowPass,
 }
 
@@ -25,21 +25,21 @@ impl Paper {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a filter that cannot be made.
+    /// [`Error::Setting`] for an invalid filter.
     pub fn check(&self) -> Result<(), Error> {
         self.velocity_filter.check().map_err(|error| error.within("velocity_filter"))
     }
 
-    /// Fits the plant as the paper does.
+    /// Fits the plant by the paper's method.
     ///
-    /// Velocity is smoothed, differentiated, and regressed with its own square on thrust,
-    /// which is *not* smoothed but read at each sample: `v̇_f = α τ + β v_f|v_f| + μ v_f + bias`.
-    /// At the excited frequency f the mass comes out as about `m / |H(f)|`; the method is kept
-    /// exact as the baseline.
+    /// Velocity is smoothed, differentiated, and regressed with its own square on thrust, which is
+    /// *not* smoothed but taken at each sample: `v̇_f = α τ + β v_f|v_f| + μ v_f + bias`. At the
+    /// excited frequency f the estimated mass is about `m / |H(f)|`; the method is kept exact as
+    /// the baseline.
     ///
     /// # Errors
-    /// As [`Records::dof`]; [`Error::Cutoff`] if the filter cannot be made at their rate,
-    /// [`Error::TooShort`] for records shorter than it, [`Error::NotExciting`].
+    /// As [`Records::dof`]; [`Error::Cutoff`] if the filter is not possible at the rate of the
+    /// records, [`Error::TooShort`] for records shorter than it, [`Error::NotExciting`].
     ///
     /// # Source
     /// [Jason2, §3 and eq. (5)–(7)].
@@ -61,7 +61,7 @@ impl Paper {
     }
 }
 
-/// Rows that are put together before they are reduced.
+/// Number of rows that are collected before they are reduced.
 const TILE_ROWS: usize = 4096;
 
 fn add_stretch(

@@ -1,25 +1,25 @@
-//! What the methods of one axis fit.
+//! Input of the methods for one axis.
 
 use crate::{AxisRecord, Dof, Error, Terms};
 
-/// The records of one degree of freedom, by what they are for.
+/// The records of one degree of freedom, by purpose.
 ///
-/// A slice or a vector of records is all to be fitted, by the terms that a method takes by default:
-/// `FilterError::default().fit(&records)`. Held-out and steady records and the dry mass count with
-/// the filter error method alone.
+/// A slice or a vector of records converts to records that are all fitted, with the method's
+/// default terms: `FilterError::default().fit(&records)`. Held-out and steady records and the dry
+/// mass are used by the filter error method only.
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
-    /// Fitted.
+    /// Records to fit.
     pub fit: &'a [AxisRecord],
-    /// Predicted, to judge by.
+    /// Held-out records, predicted to judge models.
     pub hold_out: &'a [AxisRecord],
     /// Runs at constant thrust: fitted together with the others if they agree with them.
     pub steady: &'a [AxisRecord],
-    /// Mass in air, kg, if it is known: the mass in water is no less.
+    /// Mass in air, kg, if known: a lower limit of the effective mass in water.
     pub dry_mass_kg: Option<f64>,
-    /// The terms of the plant, if they are not left to the method: mass, quadratic drag and bias force
-    /// ([`Terms::default`]); with filter error, mass and quadratic drag, and beside them what the logs
-    /// ask for.
+    /// Terms of the plant, unless the method chooses them: mass, quadratic drag and bias force
+    /// ([`Terms::default`]); for filter error, mass, quadratic drag and those that the logs
+    /// support.
     pub terms: Option<Terms>,
 }
 
@@ -31,12 +31,12 @@ impl<'a, T: AsRef<[AxisRecord]> + ?Sized> From<&'a T> for Records<'a> {
 }
 
 impl Records<'_> {
-    /// The same with a plant of these terms.
+    /// Returns the records with the terms of the plant.
     pub fn with_terms(self, terms: Terms) -> Self {
         Self { terms: Some(terms), ..self }
     }
 
-    /// The degree of freedom of all of them.
+    /// Returns the degree of freedom of the records.
     ///
     /// # Errors
     /// [`Error::NoRecord`] without records to fit; [`Error::OtherAxis`] if not all are of one axis.
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn records_of_no_axis_and_of_two_are_refused() {
+    fn refuses_records_of_no_axis_or_two() {
         let nothing: Vec<AxisRecord> = Vec::new();
         assert_eq!(FilterError::default().fit(&nothing), Err(Error::NoRecord));
         let (surge, sway) = ([record(Dof::Surge)], [record(Dof::Sway)]);
@@ -87,13 +87,13 @@ mod tests {
                 "the records to fit surge with hold one of sway, of trial `{name}`; fit each degree of freedom by its own records, or several of them as one plant of these axes"
             )
         );
-        // Held-out records of another axis would be predicted by a plant that is not theirs.
+        // Held-out records of another axis would be predicted by the wrong plant.
         let records = Records { hold_out: &sway, ..Records::from(&surge) };
         assert!(matches!(FilterError::default().fit(records), Err(Error::OtherAxis { .. })));
     }
 
     #[test]
-    fn a_first_look_needs_a_delay_to_try() {
+    fn fit_with_best_delay_needs_a_delay() {
         let records = [record(Dof::Surge)];
         let refused = EquationError::default().fit_best_delay(&records, [].into_iter());
         let refused = refused.expect_err("nothing to try");
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn terms_that_are_given_are_those_of_the_plant() {
+    fn fits_the_given_terms() {
         let records = [record(Dof::Surge)];
         let terms: Terms = "force,quadratic,linear,bias".parse().expect("a plant");
         let of = |records| EquationError::default().fit(records).expect("exciting").terms;

@@ -10,42 +10,41 @@ use crate::{Dof, Error, LumpedParameters, Terms};
 use instrumental::{Rows, solve};
 use prefilter::{Prefilter, Record};
 
-/// Instrumental variables, with the filter on velocity of equation error.
+/// Instrumental variables, with the velocity filter of equation error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sriv(pub EquationError);
 
 impl Sriv {
     /// Fits the plant by simplified refined instrumental variables (SRIV).
     ///
-    /// Every term of `v̇ = α τ + β v|v| + μ v + bias` passes `F = 1/(s + a)`, a the mean of
-    /// `2|β||v̂| + |μ|`: F is the plant's own response, by which noise in v becomes white in the
-    /// equation again, and `F v̇ = v − a F v − v₀ exp(−at)` needs no derivative. The
-    /// coefficients solve `Ẑᵀ(F v̇ − F Φ) = 0`, where the instruments Ẑ are the terms of the
-    /// *simulated* motion v̂, which force alone drives: noise of v is in the regressors, but not
-    /// in Ẑ, so that it does not pull the estimate as it pulls least squares. a, v̂ and the
-    /// initial velocity v₀ of every stretch follow from the coefficients; all are repeated
-    /// until they agree. v is smoothed lightly for v|v| alone, whose mean noise would lift.
+    /// Every term of `v̇ = α τ + β v|v| + μ v + bias` passes `F = 1/(s + a)`, where a is the mean
+    /// of `2|β||v̂| + |μ|`. F is the plant's own linearised response: it makes noise of v white in
+    /// the equation, and `F v̇ = v − a F v − v₀ exp(−at)` needs no derivative. The coefficients
+    /// solve `Ẑᵀ(F v̇ − F Φ) = 0`, where the instruments Ẑ are the terms of the *simulated* motion
+    /// v̂ under force alone: noise of v enters the regressors but not Ẑ, and so does not bias the
+    /// estimate as it does in least squares. a, v̂ and the initial velocity v₀ of every section
+    /// follow from the coefficients; all are iterated until they converge. v is smoothed lightly
+    /// only for v|v|, whose mean noise would increase.
     ///
-    /// Intervals are `(ẐᵀZ)⁻¹ S (ZᵀẐ)⁻¹` with S from batch means of Ẑᵀe. The residual is in
-    /// m/s or rad/s, since F integrates.
+    /// Intervals are `(ẐᵀZ)⁻¹ S (ZᵀẐ)⁻¹` with S from batch means of Ẑᵀe. The residual is in m/s or
+    /// rad/s, since F integrates.
     ///
-    /// It is consistent if what the equation leaves has nothing to do with force: noise of
-    /// velocity, and a tether or swell too, as long as the pilot does not answer it. In closed
-    /// loop the controller does: through force the disturbance is in Ẑ as well, and the estimate
-    /// is biased, though not by sensor noise that the controller does not see. A lag, a delay
-    /// or a wrong thrust curve make Ẑ itself wrong, and a current is in the regressors: neither
-    /// goes away.
+    /// The estimate is consistent if the equation's residual is uncorrelated with force: velocity
+    /// noise, and also tether or swell, as long as the pilot does not react to it. In closed loop
+    /// the controller does: the disturbance enters Ẑ through force, and the estimate is biased,
+    /// although not by sensor noise that the controller does not see. A lag, a delay or a wrong
+    /// thrust curve make Ẑ itself wrong, and a current enters the regressors: these errors remain.
     ///
     /// # Errors
     /// As [`EquationError::fit_best_delay`], from which it starts; [`Error::NotConverged`] if the
-    /// repetitions do not settle, [`Error::Diverged`] if a simulation runs away.
+    /// iteration does not converge, [`Error::Diverged`] if a simulation diverges.
     ///
     /// # Source
-    /// \[Young1980\], \[Young2011\]: SRIV in continuous time, of linear plants; here v|v| is one
+    /// \[Young1980\], \[Young2011\]: SRIV in continuous time, for linear plants; here v|v| is one
     /// more input.
     pub fn fit<'a>(&self, records: impl Into<Records<'a>>) -> Result<Fit, Error> {
         let records = records.into();
-        // A lag can make the drag of least squares negative; no motion could be simulated then.
+        // A lag can make the drag of least squares negative, with which no motion can be simulated.
         let start = self.0.fit_best_delay(records, first_delays())?.fit.lumped;
         let Filtered { dof, terms, filters, stretches, caveats } = Filtered::of(records, &self.0)?;
         let records: Vec<Record> = stretches
@@ -58,24 +57,24 @@ impl Sriv {
     }
 }
 
-/// It settles in a dozen rounds, or not at all.
+/// Maximum number of rounds; it converges in about a dozen, or not at all.
 const MOST_ROUNDS: usize = 100;
 
-/// Settled: no coefficient moves by more than this part of its standard deviation …
+/// Converged: no coefficient changes by more than this fraction of its standard deviation …
 const SETTLED: f64 = 1e-4;
-/// … or of itself, where there is no noise.
+/// … or of itself, for noise-free data.
 const ROUNDING: f64 = 1e-9;
 
-/// A step that is cut down to less than this goes nowhere.
+/// Minimum fraction of a step, below which the iteration fails.
 const LEAST_PART: f64 = 1e-3;
 
-/// A plant, and the initial velocity of every stretch.
+/// A plant, and the initial velocity of every section.
 struct Guess {
     plant: LumpedParameters,
     velocities: Vec<f64>,
 }
 
-/// What a guess makes of the records.
+/// Filtered terms at a guess.
 struct Simulated {
     guess: Guess,
     rows: Vec<Rows>,
@@ -105,7 +104,8 @@ impl Refinement<'_> {
         Err(Error::NotConverged { dof: self.dof, iterations: MOST_ROUNDS })
     }
 
-    /// The next guess: all the way, or as much of it as does not run away.
+    /// Returns the next guess: the complete step, or the largest part of it whose simulation does
+    /// not diverge.
     fn towards(&self, from: &Simulated, plant: LumpedParameters) -> Result<Simulated, Error> {
         let velocities: Vec<f64> =
             from.rows.iter().map(|rows| rows.start_velocity(&plant)).collect();
@@ -120,7 +120,7 @@ impl Refinement<'_> {
         }
     }
 
-    /// The filtered terms of the measured motion and of the one that a plant makes.
+    /// Computes the filtered terms of the measured motion and of the simulated one.
     fn simulated(&self, guess: Guess) -> Result<Simulated, Error> {
         let simulate =
             |(record, start): (&Record, &f64)| record.simulate(self.dof, &guess.plant, *start);

@@ -1,4 +1,4 @@
-//! Quadratic drag from stretches at constant thrust and speed.
+//! Quadratic drag from runs at constant thrust and speed.
 
 use std::ops::RangeInclusive;
 
@@ -11,14 +11,14 @@ use crate::{
     AxisRecord, Caveat, CaveatCode, Dof, Error, Grid, Trial, UniformStretch, VelocitySource,
 };
 
-/// What counts as steady.
+/// Criteria of steady motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SteadyOptions {
-    /// Length of the window that must be steady, s.
+    /// Length of the window, s.
     pub window_s: f64,
-    /// The greatest trend of velocity in it, m/s² or rad/s².
+    /// Maximum trend of velocity in the window, m/s² or rad/s².
     pub slope: f64,
-    /// The greatest standard deviation of thrust in it, as a part of the trial's maximum.
+    /// Maximum standard deviation of thrust in the window, as a fraction of the trial's maximum.
     pub thrust_part: f64,
 }
 
@@ -28,10 +28,11 @@ impl Default for SteadyOptions {
     }
 }
 
-/// Shorter windows hold too few samples to tell a trend; a day is longer than any record, s.
+/// Limits of the window, s: a shorter one has too few samples for a trend; a day is longer than any
+/// record.
 const WINDOW_S: RangeInclusive<f64> = 1.0..=86_400.0;
 
-/// What drifts faster is not steady, m/s² or rad/s².
+/// Upper limit of the trend, m/s² or rad/s².
 const LARGEST_SLOPE: f64 = 1.0;
 
 impl SteadyOptions {
@@ -39,7 +40,7 @@ impl SteadyOptions {
     ///
     /// # Errors
     /// [`Error::Setting`] unless the window is from 1 s to a day, the slope above 0 and at most 1,
-    /// and the part of thrust above 0 and at most 1.
+    /// and the fraction of thrust above 0 and at most 1.
     pub fn check(&self) -> Result<(), Error> {
         let Self { window_s, slope, thrust_part } = *self;
         if !WINDOW_S.contains(&window_s) {
@@ -58,30 +59,30 @@ impl SteadyOptions {
     }
 }
 
-/// A stretch at constant thrust and speed.
+/// A segment at constant thrust and speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SteadySegment {
-    /// Which trial.
+    /// Trial.
     pub trial: String,
-    /// Its start, s.
+    /// Start, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End, s.
     pub to_s: f64,
     /// Mean force, N or N m.
     pub tau: f64,
     /// Mean velocity, m/s or rad/s.
     pub v: f64,
-    /// Standard deviation of that mean.
+    /// Standard deviation of the mean velocity.
     pub v_std: f64,
-    /// d_Q = τ / v|v|: what this stretch says if there is no bias force.
+    /// d_Q = τ / v|v|, valid without a bias force.
     pub d_quadratic: Estimate,
-    /// e = mean |v_model − v| of `v_model = √(τ/d_Q)`.
+    /// e = mean |v_model − v| with `v_model = √(τ/d_Q)`.
     pub mean_abs_error: f64,
-    /// The same of the joint fit, bias force included.
+    /// Error of the joint fit, which includes a bias force.
     pub joint_error: Option<f64>,
 }
 
-/// Two steady stretches at one thrust, one each way.
+/// Two steady segments at the same thrust in opposite directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SteadyPair {
     /// Index of the segment with positive force.
@@ -92,7 +93,7 @@ pub struct SteadyPair {
     pub bias_force: Estimate,
 }
 
-/// Drag, and bias force, that all steady stretches share.
+/// Drag and bias force common to all steady segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointDrag {
     /// d_Q of `τ = d_Q v|v| + b`.
@@ -101,32 +102,32 @@ pub struct JointDrag {
     pub bias_force: Estimate,
 }
 
-/// What steady stretches say of one degree of freedom.
+/// Estimates from the steady segments of one degree of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SteadyFit {
-    /// Which degree of freedom.
+    /// Degree of freedom.
     pub dof: Dof,
-    /// Every stretch by itself, as the paper has it.
+    /// Each segment separately, as in the paper.
     pub segments: Vec<SteadySegment>,
-    /// The mean of the stretches' drags.
+    /// Mean of the segments' drags.
     pub mean_d_quadratic: f64,
-    /// All stretches together; `None` unless both directions or two thrusts are there.
+    /// Joint estimate of all segments; `None` unless there are both directions or two thrusts.
     pub joint: Option<JointDrag>,
-    /// Up and down at one thrust.
+    /// Pairs of segments at the same thrust in opposite directions.
     pub pairs: Vec<SteadyPair>,
-    /// Doubts.
+    /// Caveats.
     pub caveats: Vec<Caveat>,
 }
 
-/// Finds drag from the steady stretches of trials.
+/// Estimates drag from the steady segments of trials.
 ///
-/// Each stretch by itself: `d_Q = τ / v|v|`. All together: `τ = d_Q v|v| + b`, weighted
-/// by what a stretch's speed is uncertain by. A pair of stretches at one thrust, one each
-/// way, gives `b/τ = (D₊ − D₋)/(D₊ + D₋)`; pairs that contradict each other are reported.
+/// For each segment `d_Q = τ / v|v|`. For all together `τ = d_Q v|v| + b`, weighted by the
+/// uncertainty of the segments' speeds. A pair of segments at the same thrust in opposite
+/// directions gives `b/τ = (D₊ − D₋)/(D₊ + D₋)`; contradictory pairs are reported.
 ///
 /// # Errors
-/// [`Error::NoTrial`] without trials; [`Error::NotSteady`] if none has a steady stretch: one
-/// that has none is left out, with a caveat.
+/// [`Error::NoTrial`] without trials; [`Error::NotSteady`] if no trial has a steady segment. A
+/// single trial without one is left out, with a caveat.
 ///
 /// # Source
 /// [Jason2, eq. (8) and table 6].
@@ -155,10 +156,10 @@ pub fn fit_steady(
     Ok(SteadyFit { dof, segments, mean_d_quadratic, joint, pairs, caveats })
 }
 
-/// The steady stretches of all trials, and a doubt for each trial without any.
+/// Returns the steady segments of all trials, and a caveat for each trial without any.
 ///
 /// # Errors
-/// That of the first such trial, if there is no other.
+/// The error of the first trial without a steady segment, if no trial has one.
 fn all_segments(
     dof: Dof,
     trials: &[&Trial],
@@ -186,15 +187,15 @@ fn all_segments(
     }
 }
 
-/// The speed at which drag balances a force: `sign(τ) √(|τ|/d)`.
+/// Computes the speed at which drag balances a force: `sign(τ) √(|τ|/d)`.
 pub fn terminal_speed(tau: f64, d_quadratic: f64) -> f64 {
     (tau.abs() / d_quadratic).sqrt().copysign(tau)
 }
 
-/// The steady stretches of one record: those given, or those found.
+/// Returns the steady segments of one record: the given ones, or those detected.
 ///
 /// # Errors
-/// [`Error::NotSteady`] if none is found, or a given one has no samples.
+/// [`Error::NotSteady`] if none is detected, or none of the given ones has samples.
 pub fn steady_segments(
     axis: &AxisRecord,
     given_s: &[[f64; 2]],
@@ -209,7 +210,7 @@ pub fn steady_segments(
             given_s.iter().filter_map(|span| rows_of(stretch.grid, *span)).collect()
         };
         let measured = spans.into_iter().map(|rows| measure(axis, stretch, rows));
-        // At rest on the bottom, thrust says nothing of drag.
+        // At rest on the bottom, thrust carries no information on drag.
         found.extend(measured.filter(|segment| segment.d_quadratic.value.is_finite()));
     }
     if found.is_empty() {
@@ -237,7 +238,7 @@ fn rows_of(grid: Grid, [from_s, to_s]: [f64; 2]) -> Option<Rows> {
     (to > from + 2).then_some(from..to)
 }
 
-/// The windows that are steady, joined where they overlap at the same thrust.
+/// Returns the steady windows, joined where they overlap at the same thrust.
 fn find_spans(stretch: &UniformStretch, options: &SteadyOptions) -> Vec<Rows> {
     let rows = (options.window_s / stretch.grid.period_s).round() as usize;
     let step = (1.0 / stretch.grid.period_s).round().max(1.0) as usize;
@@ -266,7 +267,7 @@ fn find_spans(stretch: &UniformStretch, options: &SteadyOptions) -> Vec<Rows> {
     spans.into_iter().map(|(span, _)| span).collect()
 }
 
-/// Drifting without thrust is no steady run.
+/// Minimum thrust, as a fraction of the maximum, which excludes drifting.
 const LEAST_THRUST_PART: f64 = 0.05;
 
 fn mean_and_std(x: &[f64]) -> (f64, f64) {
@@ -276,7 +277,7 @@ fn mean_and_std(x: &[f64]) -> (f64, f64) {
     (mean, variance.sqrt())
 }
 
-/// The least-squares slope of a uniform series.
+/// Computes the least squares slope of a uniform series.
 fn slope(x: &[f64], period_s: f64) -> f64 {
     let middle = 0.5 * (x.len() as f64 - 1.0);
     let (mut top, mut bottom) = (0.0, 0.0);
@@ -288,7 +289,7 @@ fn slope(x: &[f64], period_s: f64) -> f64 {
     top / (bottom * period_s)
 }
 
-/// A stretch's speed is uncertain by what its parts of this length differ by.
+/// Length of the parts of a segment, s, whose differences determine the uncertainty of its speed.
 const PART_S: f64 = 5.0;
 
 fn measure(axis: &AxisRecord, stretch: &UniformStretch, rows: Rows) -> SteadySegment {
@@ -320,10 +321,11 @@ fn measure(axis: &AxisRecord, stretch: &UniformStretch, rows: Rows) -> SteadySeg
     }
 }
 
-/// The least part of a force that thrust and speed are believed to agree within.
+/// Lower limit of the error of a force balance, as a fraction of the force.
 const FORCE_FLOOR_PART: f64 = 0.005;
 
-/// Weighted least squares of `τ = d v|v| + b`, weights from the speeds' uncertainty.
+/// Solves weighted least squares of `τ = d v|v| + b`, with weights from the uncertainty of the
+/// speeds.
 fn joint_drag(segments: &[SteadySegment]) -> Option<JointDrag> {
     if segments.len() < 3 {
         return None;
@@ -331,7 +333,7 @@ fn joint_drag(segments: &[SteadySegment]) -> Option<JointDrag> {
     let mut drag =
         segments.iter().map(|s| s.d_quadratic.value.abs()).sum::<f64>() / segments.len() as f64;
     let mut fit = None;
-    // The weights depend on the drag; the second round has them to a few per cent.
+    // The weights depend on the drag; after the second round they are accurate to a few per cent.
     for _ in 0..3 {
         let found = weighted_line(segments, drag)?;
         drag = found.0[0];
@@ -356,7 +358,8 @@ fn weighted_line(segments: &[SteadySegment], drag: f64) -> Option<(Vector2<f64>,
     }
     let scale = normal.trace();
     let inverse = (normal / scale).try_inverse().filter(|_| {
-        // Both terms must be seen: one thrust one way says nothing of the bias.
+        // Both terms must be determined: one thrust in one direction carries no information on the
+        // bias.
         let scaled = normal / scale;
         scaled.iter().all(|x| x.is_finite()) && {
             let eigen = scaled.symmetric_eigenvalues();
@@ -365,17 +368,17 @@ fn weighted_line(segments: &[SteadySegment], drag: f64) -> Option<(Vector2<f64>,
     })? / scale;
     let theta = inverse * rhs;
     let chi2: f64 = segments.iter().map(row).map(|(x, y)| (y - x.dot(&theta)).powi(2)).sum();
-    // Stretches that scatter more than their speeds explain widen the interval; by luck
-    // they may scatter less, which is no reason to narrow it.
+    // A scatter greater than the uncertainty of the speeds widens the interval; a smaller one may
+    // be chance and does not narrow it.
     let inflation = (chi2 / (segments.len() as f64 - 2.0)).max(1.0);
     let units = Matrix2::from_diagonal(&Vector2::new(1.0, UNIT));
     Some((units * theta, units * inverse * units * inflation))
 }
 
-/// Brings the bias column to the size of the other.
+/// Scale of the bias column.
 const UNIT: f64 = 1e3;
 
-/// Thrusts this close count as one.
+/// Relative difference of thrusts that count as equal.
 const SAME_THRUST: f64 = 0.05;
 
 fn pairs(segments: &[SteadySegment]) -> Vec<SteadyPair> {
@@ -396,7 +399,7 @@ fn pairs(segments: &[SteadySegment]) -> Vec<SteadyPair> {
     pairs
 }
 
-/// b/τ = (D₊ − D₋)/(D₊ + D₋), with its deviation to first order.
+/// Computes b/τ = (D₊ − D₋)/(D₊ + D₋) with first-order standard deviation.
 fn pair_bias(positive: &SteadySegment, negative: &SteadySegment) -> Estimate {
     let (dp, dn) = (positive.d_quadratic, negative.d_quadratic);
     let tau = 0.5 * (positive.tau - negative.tau);
@@ -446,11 +449,11 @@ fn caveats(
     caveats
 }
 
-/// Bias forces that differ by less than this part of the greatest thrust are no conflict: a
-/// tether's pull changes as much from run to run.
+/// Differences of bias forces below this fraction of the greatest thrust are not a conflict: the
+/// pull of a tether varies as much from run to run.
 const SLIGHT_PART: f64 = 0.03;
 
-/// Pairs whose bias forces differ by more than their intervals allow.
+/// Finds pairs whose bias forces differ by more than their intervals allow.
 fn contradiction(segments: &[SteadySegment], pairs: &[SteadyPair]) -> Option<String> {
     let least = pairs.iter().min_by(|a, b| a.bias_force.value.total_cmp(&b.bias_force.value))?;
     let most = pairs.iter().max_by(|a, b| a.bias_force.value.total_cmp(&b.bias_force.value))?;
@@ -489,7 +492,7 @@ mod tests {
         }
     }
 
-    /// [Jason2, table 6]; thrust in parts of the greatest.
+    /// [Jason2, table 6]; thrust relative to the maximum.
     fn table_6() -> Vec<SteadySegment> {
         [
             ("down 30 %", 0.3, 6682.0),
@@ -508,7 +511,7 @@ mod tests {
     fn the_papers_steady_drags_have_the_papers_mean() {
         let drags = table_6();
         let mean = drags.iter().map(|s| s.d_quadratic.value).sum::<f64>() / 7.0;
-        // The table is printed to a tenth.
+        // The table is rounded to a tenth.
         assert!((mean - 5660.6).abs() < 0.05, "{mean}");
     }
 
@@ -524,7 +527,7 @@ mod tests {
     }
 
     #[test]
-    fn up_and_down_together_find_drag_and_ballast() {
+    fn opposite_directions_determine_drag_and_ballast() {
         let true_drag = 5500.0;
         let with_ballast = |tau: f64| {
             let v = terminal_speed(tau - 250.0, true_drag);
@@ -537,7 +540,7 @@ mod tests {
         assert!((joint.bias_force.value - 250.0).abs() < 1e-6);
     }
 
-    /// A heave trial under a constant force that sinks faster by a rate, m/s².
+    /// Returns a heave trial under constant force with a drift of the sinking speed, m/s².
     fn run(name: &str, rate: f64) -> Trial {
         let time_s: Vec<f64> = (0..1000).map(|k| 0.1 * f64::from(k)).collect();
         let series = |of: &dyn Fn(f64) -> f64| {
@@ -570,7 +573,7 @@ mod tests {
     }
 
     #[test]
-    fn one_run_says_nothing_of_the_bias() {
+    fn one_run_does_not_determine_the_bias() {
         assert!(joint_drag(&[segment("a", 100.0, 5000.0)]).is_none());
         let same = vec![segment("a", 100.0, 5000.0); 4];
         assert!(joint_drag(&same).is_none());

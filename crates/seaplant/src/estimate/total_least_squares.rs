@@ -1,4 +1,4 @@
-//! Total least squares: velocity is noisy on both sides of the equation.
+//! Total least squares, for velocity noise on both sides of the equation.
 
 use super::filtered::{Filtered, filter_rows, margin_rows};
 use super::{EquationError, Filters, Fit, Method, Records, Stretch};
@@ -15,19 +15,17 @@ pub struct TotalLeastSquares(pub EquationError);
 impl TotalLeastSquares {
     /// Fits the plant by mixed least squares and total least squares on the equation of motion.
     ///
-    /// The rows are those of [`EquationError::fit`], but noise is
-    /// looked for in v|v| and v as well as in v̇; force and the constant are exact. With C the
-    /// covariance of the noise in a row it minimises `Σ e² / zᵀCz`, `e = v̇ − F Φ`,
-    /// `z = [β, μ, −1]`. C follows from where the noise comes from, the samples of velocity or
-    /// position, each with an error of its own: a unit impulse in place of the samples, sent
-    /// through interpolation, derivative and filters, gives its parts in v and v̇, and v|v| has
-    /// 2|v| times that in v. The size of the noise cancels. v̇ has it by an odd kernel and v by
-    /// an even one: the two are not correlated.
+    /// The rows are those of [`EquationError::fit`], with noise in v|v| and v as well as in v̇;
+    /// force and the constant are exact. With C the covariance of the noise in a row, it minimises
+    /// `Σ e² / zᵀCz`, `e = v̇ − F Φ`, `z = [β, μ, −1]`. C follows from independent errors of the
+    /// samples of velocity or position: a unit impulse in place of the samples, passed through
+    /// interpolation, differentiation and filters, gives the response of v and v̇, and that of v|v|
+    /// is 2|v| times that of v. The scale of the noise cancels. The kernel of v̇ is odd and that of
+    /// v even, so that their errors are uncorrelated.
     ///
-    /// The size that would explain all residuals is compared with the one that the samples
-    /// show, by third and higher differences, in which motion is lost. A residual that is far
-    /// larger is no noise of the instruments, and a caveat says so: then least squares is
-    /// nearer to the truth.
+    /// The scale that would explain all residuals is compared with the one that the samples show in
+    /// third and higher differences, from which motion vanishes. If the residual is far larger, it
+    /// is not sensor noise, and a caveat says so: least squares is then nearer to the truth.
     ///
     /// # Errors
     /// As [`EquationError::fit`].
@@ -50,7 +48,7 @@ impl TotalLeastSquares {
     }
 }
 
-/// What noise of one unit in each sample makes of a row, on average over all rows.
+/// Computes the covariance of a row for unit noise of each sample, averaged over all rows.
 fn noise_shape(filtered: &Filtered<'_>) -> Result<NoiseShape, Error> {
     let mut shape = NoiseShape::default();
     let all = filtered.stretches.iter().map(|stretch| stretch.ready.grid.len).sum::<usize>();
@@ -67,10 +65,10 @@ fn noise_shape(filtered: &Filtered<'_>) -> Result<NoiseShape, Error> {
     Ok(shape)
 }
 
-/// Impulses that are sent through, one after the other: samples need not be on the grid.
+/// Number of impulses, at consecutive samples, since samples need not lie on the grid.
 const IMPULSES: usize = 8;
 
-/// Variances of filtered v and v̇ where every sample has a variance of one.
+/// Computes the variances of filtered v and v̇ for samples of variance one.
 fn gains(stretch: &Stretch<'_>, filters: &Filters) -> Result<[f64; 2], Error> {
     let period_s = stretch.ready.grid.period_s;
     let source_s = stretch.axis.motion.series().period_s();
@@ -96,16 +94,16 @@ fn gains(stretch: &Stretch<'_>, filters: &Filters) -> Result<[f64; 2], Error> {
             sums[1] += v_dot * v_dot;
         }
     }
-    // A row sees as many samples as fall into it.
+    // A row contains the noise of this many samples.
     let samples_per_row = period_s / source_s;
     Ok(sums.map(|sum| sum / IMPULSES as f64 * samples_per_row))
 }
 
-/// Standard deviation of a sample's own error, from differences of neighbours: those of
-/// order p have C(2p, p) times its variance. Motion is lost in the higher ones, so that the
-/// least of several is nearest.
+/// Estimates the standard deviation of the samples' noise from their differences: a difference of
+/// order p has C(2p, p) times its variance. Motion decreases with the order, so that the smallest
+/// of several estimates is used.
 ///
-/// `None` for a handful of samples.
+/// `None` for too few samples.
 fn measured_noise(axes: &[AxisRecord]) -> Option<f64> {
     let (mut least, mut pooled) = (f64::INFINITY, 0.0);
     let mut differences: Vec<Vec<f64>> =
@@ -129,16 +127,16 @@ fn measured_noise(axes: &[AxisRecord]) -> Option<f64> {
     (pooled > 0.0).then(|| least.sqrt())
 }
 
-/// Third differences lose what changes smoothly over four samples …
+/// Lowest order of differences: third differences remove what changes smoothly over four samples …
 const LOWEST_DIFFERENCE: usize = 3;
-/// … and those of this order what changes over seven.
+/// … and highest order, which removes what changes over seven.
 const HIGHEST_DIFFERENCE: usize = 6;
 
-/// Fewer differences do not tell a deviation to a tenth.
+/// Minimum number of differences, for a standard deviation accurate to a tenth.
 const LEAST_DIFFERENCES: usize = 50;
 
-/// Residuals that are so many times as large as noise makes them are something else. Rounded
-/// propeller speeds alone make them twice as large in the yaw of a twin without disturbance.
+/// Residuals that exceed the expected noise by this factor have another cause. Rounded propeller
+/// speeds alone double them in the yaw of a simulated twin without disturbance.
 const MORE_THAN_NOISE: f64 = 2.5;
 
 fn more_than_noise(first: &AxisRecord, implied: f64, seen: f64) -> Option<Caveat> {
@@ -177,11 +175,12 @@ mod tests {
         trial.axis(dof, VelocitySource::Measured).expect("measured")
     }
 
-    /// Part of the truth: 4800 samples tell a deviation to 1 %, and a little motion is left.
+    /// Relative error: 4800 samples give a standard deviation accurate to 1 %, and a little motion
+    /// remains.
     const NOISE: f64 = 0.06;
 
     #[test]
-    fn differences_show_the_noise_of_the_twins_instruments() {
+    fn estimates_sensor_noise_from_differences() {
         // Doppler 3 mm/s, heading 0.1°.
         for (dof, std) in [(Dof::Surge, 0.003), (Dof::Yaw, 0.1_f64.to_radians())] {
             let found = measured_noise(&[of_twin(dof)]).expect("long enough");
@@ -190,8 +189,8 @@ mod tests {
     }
 
     #[test]
-    fn an_impulse_tells_what_filters_make_of_noise() {
-        // Noise alone, through the same filters: its variances are those of its rows.
+    fn impulse_response_gives_the_variance_of_filtered_noise() {
+        // Noise alone passed through the same filters has the variances of its rows.
         let axis = of_twin(Dof::Surge);
         let mut rng = ChaCha8Rng::seed_from_u64(6);
         let errors: Vec<f64> = (0..40_000).map(|_| rng.random_range(-1.0..1.0)).collect();
@@ -206,7 +205,7 @@ mod tests {
         let rows = &filtered.rows().expect("a filter")[0];
         let mean =
             |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>() / rows.len() as f64;
-        // Some 4000 independent rows: 2 %, three times.
+        // About 4000 independent rows: three times 2 %.
         for (name, found, seen) in
             [("v", of_v, mean(2) / variance), ("v_dot", of_v_dot, mean(3) / variance)]
         {

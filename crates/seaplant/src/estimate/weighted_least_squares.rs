@@ -1,4 +1,4 @@
-//! Weighted least squares: each equation counts by how sure it is.
+//! Weighted least squares: rows weighted by their inverse standard deviation.
 
 mod noise;
 
@@ -18,31 +18,29 @@ pub struct WeightedLeastSquares(pub EquationError);
 impl WeightedLeastSquares {
     /// Fits the plant by feasible generalised least squares on the equation of motion.
     ///
-    /// The rows are those of [`EquationError::fit`]. Their errors
-    /// `e_k = σ_k u_k` are taken to have a variance that speed moves, `σ² = a + c v²` – noise
-    /// of velocity makes `(2β v)²` times its own variance of v|v|, a wrong drag or a current
-    /// likewise – and a memory: u is an autoregression over instants that are `1 / 2f_c`
-    /// apart, f_c the cut-off of the filter, since nearer ones hold nothing new. Each row is
-    /// divided by σ_k, what the rows before it foretell is taken off, and least squares on what
-    /// is left minimises `Σ (u_k − Σᵢ φᵢ u_{k−iD})²`. a and c follow from a regression of e² on
-    /// v², φ from the autocorrelation of u with its order, at most eight, by BIC; fit and
-    /// weights are repeated until they agree.
+    /// The rows are those of [`EquationError::fit`]. Their errors `e_k = σ_k u_k` have a variance
+    /// that depends on speed, `σ² = a + c v²` – velocity noise contributes `(2β v)²` times its
+    /// variance through v|v|, and a wrong drag or a current act likewise – and an autocorrelation:
+    /// u is an autoregression over instants `1 / 2f_c` apart, f_c being the cut-off frequency of
+    /// the filter, since nearer ones carry no new information. Each row is divided by σ_k, the
+    /// prediction from earlier rows is subtracted, and least squares minimises
+    /// `Σ (u_k − Σᵢ φᵢ u_{k−iD})²`. a and c follow from a regression of e² on v², φ from the
+    /// autocorrelation of u with its order, at most eight, selected by BIC; fit and weights are
+    /// iterated until they converge.
     ///
-    /// Of a force that wanders slowly (a tether), equation error takes every part that goes
-    /// with v|v| for drag; weights discount its slow parts. The first rows of every stretch
-    /// serve to foretell the next only. Intervals are from batch means of the weighted rows,
-    /// and hold where the weights are wrong, too.
+    /// With a slowly varying force (a tether), equation error attributes to drag whatever
+    /// correlates with v|v|; the weights reduce the slow components. The first rows of every
+    /// section serve only for prediction of the next. Intervals are from batch means of the
+    /// weighted rows, and remain valid if the weights are wrong.
     ///
-    /// The fit's residual is that of the plain equation, m/s² or rad/s².
+    /// The residual of the fit is that of the unweighted equation, m/s² or rad/s².
     ///
     /// # Errors
-    /// As [`EquationError::fit`]; [`Error::NotConverged`] if fit and
-    /// weights do not settle.
+    /// As [`EquationError::fit`]; [`Error::NotConverged`] if fit and weights do not converge.
     ///
     /// # Source
     /// Weights by the inverse variance: \[Aitken1936\]; a variance linear in known numbers:
-    /// \[Amemiya1977\]; repeated autoregression: \[Cochrane1949\], in identification
-    /// \[Young2011\].
+    /// \[Amemiya1977\]; repeated autoregression: \[Cochrane1949\], in identification \[Young2011\].
     pub fn fit<'a>(&self, records: impl Into<Records<'a>>) -> Result<Fit, Error> {
         let filtered = Filtered::of(records.into(), &self.0)?;
         let (dof, terms) = (filtered.dof, filtered.terms);
@@ -62,10 +60,10 @@ impl WeightedLeastSquares {
     }
 }
 
-/// Fit and weights settle in fewer rounds than this.
+/// Maximum number of rounds of fit and weights.
 const MOST_ROUNDS: usize = 300;
 
-/// They have settled when no coefficient moves by more than this part of its standard
+/// They have converged when no coefficient changes by more than this fraction of its standard
 /// deviation.
 const SETTLED: f64 = 1e-4;
 
@@ -76,10 +74,11 @@ struct Equation<'a> {
 }
 
 impl Equation<'_> {
-    /// From plain least squares on, until fit and weights agree.
+    /// Iterates fit and weights, from plain least squares, until they converge.
     fn weigh(&self, plain: LeastSquares) -> Result<LeastSquares, Error> {
         let mut found = plain;
-        // An order that changes from round to round would never settle.
+        // The order is fixed after the first round, since a changing order would prevent
+        // convergence.
         let mut order = None;
         for _ in 0..MOST_ROUNDS {
             let errors = self.errors(&found);
@@ -98,7 +97,7 @@ impl Equation<'_> {
         Err(Error::NotConverged { dof: self.filtered.dof, iterations: MOST_ROUNDS })
     }
 
-    /// Rows that lie as far apart as the filter makes them independent.
+    /// Returns the number of rows between instants that the filter leaves independent.
     fn spacing(&self) -> usize {
         let cutoff_hz = self.filtered.filters.every_term.map_or(f64::INFINITY, |f| f.cutoff_hz);
         let rates = self.filtered.stretches.iter().map(|stretch| stretch.sample_hz);
@@ -106,7 +105,7 @@ impl Equation<'_> {
         ((0.5 * fastest / cutoff_hz).round() as usize).max(1)
     }
 
-    /// v̇ − F Φ of each row.
+    /// Computes v̇ − F Φ of each row.
     fn errors(&self, found: &LeastSquares) -> Vec<Vec<f64>> {
         let plant = found.lumped;
         let error = |[tau, quadratic, linear, v_dot]: &Row| {
@@ -142,7 +141,7 @@ impl Equation<'_> {
     }
 }
 
-/// Whether no coefficient moved by more than [`SETTLED`] standard deviations.
+/// Returns true if no coefficient changed by more than [`SETTLED`] standard deviations.
 fn is_within(moved: &Vector4<f64>, std: &Vector4<f64>) -> bool {
     moved.iter().zip(std).all(|(moved, std)| moved.abs() <= SETTLED * std)
 }

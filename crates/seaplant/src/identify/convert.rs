@@ -1,4 +1,4 @@
-//! From fits and trials to results.
+//! Conversion of fits and trials to results.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +25,7 @@ use crate::{
     ThrustCurve, ThrustUncertainty, Thruster, Trial, Vehicle, VelocitySource, lever_axes,
 };
 
-/// How a plant predicts.
+/// Prediction scores of a plant.
 pub(super) struct Scores {
     pub(super) fit: Score,
     pub(super) hold_out: Option<Score>,
@@ -106,7 +106,7 @@ fn regression(fit: &Fit) -> RegressionResult {
     }
 }
 
-/// A fit that was not scored, for want of a trial in one piece.
+/// Converts a fit that was not scored because no trial was available as a whole.
 pub(super) fn accumulated(fit: &Fit) -> AccumulatedPlant {
     AccumulatedPlant {
         dof: fit.dof,
@@ -118,7 +118,7 @@ pub(super) fn accumulated(fit: &Fit) -> AccumulatedPlant {
     }
 }
 
-/// Every nuisance by its name in `results.json`.
+/// Returns the nuisances by their names in `results.json`.
 fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
     let Nuisances {
         lag_s,
@@ -280,7 +280,7 @@ pub(super) fn empty_results(
     }
 }
 
-/// The seed of the bootstrap, if there is one.
+/// Returns the seed of the bootstrap, if any.
 fn drawn_seed(options: &IdentifyOptions) -> Option<u64> {
     let EquationError { intervals, bootstrap, .. } = options.equation_error;
     let draws = options.methods.contains(&Method::EquationError);
@@ -375,7 +375,7 @@ fn settings(options: &IdentifyOptions) -> BTreeMap<String, String> {
     settings
 }
 
-/// The settings of methods that work sample by sample, in a sentence.
+/// Describes the settings of methods that work sample by sample in a sentence.
 fn online(options: &OnlineOptions) -> String {
     let memory = options.memory_s.map_or("unlimited".to_owned(), |s| format!("{s} s"));
     format!(

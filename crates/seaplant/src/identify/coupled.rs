@@ -1,4 +1,4 @@
-//! Plants of several axes: fitted, scored and doubted.
+//! Identification of plants of several axes: fit, scores and caveats.
 
 mod change;
 mod doubts;
@@ -35,7 +35,8 @@ use crate::{
     Trial, Vehicle,
 };
 
-/// Identifies every coupled plant that is asked for; tells of the axes of each before.
+/// Identifies every requested plant of several axes; calls `begins` with the axes of each
+/// beforehand.
 pub(super) fn identify(
     vehicle: &Vehicle,
     trials: &[Trial],
@@ -60,7 +61,7 @@ pub(super) fn identify(
     }
 }
 
-/// What a method could not do of several axes.
+/// Converts the error of a method on several axes.
 fn failure(axes: &[Dof], method: Method, error: &Error) -> Failure {
     Failure {
         dof: axes.first().copied().unwrap_or(Dof::Surge),
@@ -69,21 +70,21 @@ fn failure(axes: &[Dof], method: Method, error: &Error) -> Failure {
     }
 }
 
-/// Records of trials by what they are for.
+/// Records of trials by purpose.
 #[derive(Default)]
 pub(super) struct Records<'a> {
     pub(super) fit: Vec<&'a CoupledRecord>,
     pub(super) hold_out: Vec<&'a CoupledRecord>,
-    /// What the logs of the trials to fit give reason to doubt.
+    /// Caveats on the logs of the fitted trials.
     of_logs: Vec<Caveat>,
-    /// Trials that do not say enough.
+    /// Caveats for trials that are left out.
     left_out: Vec<Caveat>,
 }
 
 impl<'a> Records<'a> {
     /// # Errors
-    /// That of the first trial to fit, if none of them says enough; [`Error::NoTrial`] if there
-    /// is none.
+    /// The error of the first trial to fit, if none of them can be used; [`Error::NoTrial`] if
+    /// there is none.
     pub(super) fn of(trials: &'a [Trial], axes: &[Dof]) -> Result<Self, Error> {
         let mut records = Self::default();
         let mut refused = None;
@@ -111,18 +112,18 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The same with others to fit, if there are any.
-    fn acting<'b>(self, acted: &'b [CoupledRecord]) -> Records<'b>
+    /// Replaces the fitted records by the given ones, if there are any.
+    fn with_fitted<'b>(self, as_driven: &'b [CoupledRecord]) -> Records<'b>
     where
         'a: 'b,
     {
-        let fit = if acted.is_empty() { self.fit } else { acted.iter().collect() };
+        let fit = if as_driven.is_empty() { self.fit } else { as_driven.iter().collect() };
         let Self { hold_out, of_logs, left_out, .. } = self;
         Records { fit, hold_out, of_logs, left_out }
     }
 }
 
-/// Plants by methods that work sample by sample, and those that could not.
+/// Plants by methods that work sample by sample, and the failures of such methods.
 type Online = (BTreeMap<Method, CoupledOnline>, Vec<Failure>);
 
 fn plant(
@@ -145,8 +146,8 @@ fn plant(
         .and_then(|other| Some((rivals::disagreement(&scored, &other, &records.fit)?, other.fit)));
     let (disputed, rival) = rival.unzip();
     let Scored { fit, of_fit, of_hold_out } = scored;
-    let acted = fit.as_driven(&records.fit)?;
-    let records = records.acting(&acted);
+    let as_driven = fit.as_driven(&records.fit)?;
+    let records = records.with_fitted(&as_driven);
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.fit = of_fit;
     plant.hold_out = of_hold_out;
@@ -179,7 +180,7 @@ fn plant(
     Ok((structure.name(), plant, online))
 }
 
-/// A fit and its free motion over the trials.
+/// A fit with its open-loop scores on the trials.
 struct Scored {
     fit: CoupledFit,
     of_fit: CoupledScore,
@@ -190,13 +191,13 @@ impl Scored {
     fn new(fit: CoupledFit, records: &Records<'_>) -> Result<Self, Error> {
         let own = |record: &CoupledRecord| fit.current_of(&record.trial);
         let beside = score::Standing::beside(&fit);
-        let acted = fit.as_driven(&records.fit)?;
-        let acted: Vec<&CoupledRecord> = acted.iter().collect();
-        let fitted = if acted.is_empty() { records.fit.as_slice() } else { &acted };
+        let as_driven = fit.as_driven(&records.fit)?;
+        let as_driven: Vec<&CoupledRecord> = as_driven.iter().collect();
+        let fitted = if as_driven.is_empty() { records.fit.as_slice() } else { &as_driven };
         let of_fit = score::score(&fit.plant, &beside, fitted, own)?;
         let mut of_hold_out = match records.hold_out.as_slice() {
             [] => None,
-            // A trial that was not fitted has no current of its own.
+            // A trial outside the fit has no estimated current.
             held => Some(score::score(&fit.plant, &beside, held, |_| fit.mean_current())?),
         };
         if let Some(score) = &mut of_hold_out {
@@ -207,7 +208,7 @@ impl Scored {
         Ok(Self { fit, of_fit, of_hold_out })
     }
 
-    /// Σ ln(1 − R²) over the axes of the held-out trials, or of the fitted ones.
+    /// Computes Σ ln(1 − R²) over the axes of the held-out trials, or of the fitted ones.
     fn misfit(&self) -> f64 {
         let score = self.of_hold_out.as_ref().unwrap_or(&self.of_fit);
         let of = |score: &AxisScore| score.r2.map_or(f64::INFINITY, |r2| (1.0 - r2).ln());
@@ -215,14 +216,14 @@ impl Scored {
     }
 }
 
-/// The plant by filter error; where it reads effects, or does not settle, also that by output error,
-/// if it predicts better; and that of the other method.
+/// Fits by filter error; where the plant has effects or the fit does not converge, by output error
+/// as well. Returns the fit that predicts better, and the other one.
 ///
-/// Filter error explains motion from sample to sample, and a force that a rudder, a propeller or wind
-/// lacks becomes disturbance; output error has to explain all of the motion.
+/// Filter error predicts motion from sample to sample, and attributes a missing force of a rudder,
+/// a propeller or wind to disturbance; output error has to explain all of the motion.
 ///
 /// # Errors
-/// That of filter error, if neither method finds a plant; [`Error::Plant`] with the reason where
+/// The error of filter error, if neither method converges; [`Error::Plant`] with the reason where
 /// thrust hardly changes.
 fn best(
     structure: &Structure,
@@ -249,7 +250,7 @@ fn best(
     }
 }
 
-/// The score of each driven axis by itself whose velocity is measured, on held-out trials if there
+/// Scores a separate fit of each driven axis with measured velocity, on held-out trials if there
 /// are any.
 fn single_axes(
     structure: &Structure,
@@ -259,11 +260,11 @@ fn single_axes(
     let scored = if records.hold_out.is_empty() { &records.fit } else { &records.hold_out };
     let of = |&dof: &Dof| {
         records.fit.iter().find(|record| record.is_driven(dof))?;
-        // Without its velocity an axis by itself takes as long to fit as all of them.
+        // Without a measured velocity, one axis takes as long to fit as all of them.
         let is_measured = records.fit.iter().all(|record| record.is_measured(dof));
         let alone = Structure::of(&[dof], Symmetry::Diagonal).ok().filter(|_| is_measured)?;
         let body = vehicle.rigid_body.as_ref();
-        // An axis that cannot be fitted by itself has no score by itself.
+        // An axis that cannot be fitted separately has no such score.
         let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;
         let beside = score::Standing::beside(&fit);
         let score = score::score(&fit.plant, &beside, scored, |_| fit.mean_current()).ok()?;
@@ -275,7 +276,7 @@ fn single_axes(
     structure.axes().iter().filter_map(of).collect()
 }
 
-/// How far each axis was driven in all trials.
+/// Returns the maximum speed and force of each axis over all trials.
 fn driven(records: &Records<'_>) -> BTreeMap<Dof, Driven> {
     let greatest = |series: Option<&Timed>| {
         series.map_or(0.0, |x| x.values().iter().fold(0.0_f64, |most, x| most.max(x.abs())))
@@ -295,10 +296,10 @@ fn driven(records: &Records<'_>) -> BTreeMap<Dof, Driven> {
     driven
 }
 
-/// An axis that stands still tells none of its coefficients.
+/// Checks that each axis moves, since otherwise its coefficients are undetermined.
 ///
 /// # Errors
-/// [`Error::Plant`] with the axis, if its velocity hardly varies in any trial.
+/// [`Error::Plant`] with the axis, if its speed is below the limit in all trials.
 fn check_motion(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), Error> {
     for &dof in structure.axes() {
         let speeds = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
@@ -315,10 +316,10 @@ fn check_motion(structure: &Structure, records: &[&CoupledRecord]) -> Result<(),
     Ok(())
 }
 
-/// What a plant reads must be logged in every trial.
+/// Checks that every signal of the plant is logged in a trial.
 ///
 /// # Errors
-/// [`Error::MissingChannel`] with what a trial lacks.
+/// [`Error::MissingChannel`] with the missing signal.
 fn check_signals(structure: &Structure, record: &CoupledRecord) -> Result<(), Error> {
     let lacks = |signal: &&Signal| !record.signals.contains_key(signal);
     let Some(signal) = structure.signals().iter().find(lacks) else { return Ok(()) };
@@ -338,7 +339,8 @@ fn check_signals(structure: &Structure, record: &CoupledRecord) -> Result<(), Er
     })
 }
 
-/// Force must have a scale: with every coefficient twice as large the motion is the same.
+/// Checks that the scale of force is determined: without a known force, motion is the same if all
+/// coefficients are doubled.
 ///
 /// # Errors
 /// [`Error::Plant`] if no force is known and no coefficient is held.
@@ -356,11 +358,12 @@ fn check_scale(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), 
     Err(Error::Plant { axes: structure.name(), reason })
 }
 
-/// The scale of surge reaches sway and yaw by `M C`: by m₁₁ur and m₁₁uv, which terms of their own
-/// make up for.
+/// Checks that the scale of sway and yaw is determined. The scale of surge reaches them through
+/// m₁₁ur and m₁₁uv, unless the plant has terms of the same form.
 ///
 /// # Errors
-/// [`Error::Plant`] if a plant has both terms, and nothing is known of sway and yaw.
+/// [`Error::Plant`] if the plant has both terms, and no force or coefficient of sway and yaw is
+/// known.
 fn check_scale_across(
     structure: &Structure,
     is_driven: impl Fn(&Dof) -> bool,
@@ -372,15 +375,16 @@ fn check_scale_across(
         structure.held(term).is_some() && structure.axes_of(term).iter().any(is_across)
     };
     let is_open = is_free("sway: ur") && is_free("yaw: uv");
-    let is_told = structure.axes().iter().any(|dof| is_across(dof) && is_driven(dof));
-    if !is_open || is_told || structure.terms().iter().any(is_known) {
+    let is_determined = structure.axes().iter().any(|dof| is_across(dof) && is_driven(dof));
+    if !is_open || is_determined || structure.terms().iter().any(is_known) {
         return Ok(());
     }
     let reason = "the scale of sway and yaw is not determined: with \"sway: ur\" and \"yaw: uv\" free, these axes move alike with every other number of theirs twice as large; leave one of the two out, or hold mass.sway in [[plant]]";
     Err(Error::Plant { axes: structure.name(), reason: reason.to_owned() })
 }
 
-/// What results call the way from where a velocity sensor is stated to sit to where it does.
+/// Names in results of the difference between the actual and the stated position of a velocity
+/// sensor.
 const LEVERS: [&str; 3] = ["lever_x", "lever_y", "lever_z"];
 
 fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
@@ -438,7 +442,7 @@ fn coefficient(fit: &CoupledFit, k: usize) -> Coefficient {
     coefficient_of(&fit.plant, k, fit.covariance[(k, k)].sqrt(), fit.samples as f64)
 }
 
-/// A coefficient of a plant with its standard deviation.
+/// Returns a coefficient of a plant with its standard deviation.
 fn coefficient_of(plant: &Plant, k: usize, std: f64, freedom: f64) -> Coefficient {
     let (term, value) = (plant.structure().terms()[k], plant.coefficients()[k]);
     let Estimate { low95, high95, .. } = Estimate::new(value, std, freedom);

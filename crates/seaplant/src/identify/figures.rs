@@ -1,4 +1,4 @@
-//! The series behind figures, made when they are drawn: of long logs, too many to keep.
+//! Data series of the figures, computed on demand, as those of long logs are too large to keep.
 
 use super::TrialsOf;
 use super::coupled::compare_coupled;
@@ -10,12 +10,11 @@ use crate::signal::{Spectrum, amplitude_spectrum};
 use crate::{Dof, Error, Role, Trial, VelocitySource, evaluate};
 
 impl Identification {
-    /// The series behind every figure, one after the other; `trials` are those that were
-    /// identified.
+    /// Returns the series of each figure in sequence; `trials` are those that were identified.
     ///
-    /// First simulated beside measured motion, by method and trial, where the simulation
-    /// does not run away; then the same of plants of several axes, axis by axis; then spectra of the fitted trials, then the motion of the steady
-    /// ones.
+    /// The order is: simulated and measured motion by method and trial, where the simulation does
+    /// not diverge; the same for plants of several axes, axis by axis; spectra of the fitted
+    /// trials; motion of the steady trials.
     pub fn series<'a>(&'a self, trials: &'a [Trial]) -> impl Iterator<Item = Series> + 'a {
         let comparisons = self.models.iter().flat_map(|fitted| comparisons(fitted, trials));
         let of = |dof| TrialsOf::new(dof, trials);
@@ -28,7 +27,7 @@ impl Identification {
         comparisons.chain(self.coupled(trials)).chain(fitted).chain(steady)
     }
 
-    /// Motion by plants of several axes.
+    /// Returns the motion of plants of several axes.
     fn coupled<'a>(&'a self, trials: &'a [Trial]) -> impl Iterator<Item = Series> + 'a {
         self.results.coupled.iter().flat_map(move |(name, plant)| {
             let unsteady = trials.iter().filter(|trial| trial.role() != Role::Steady);

@@ -1,21 +1,21 @@
-//! Mistakes of the user, with the plants that they may explain.
+//! Probable mistakes of the user, with the plants that they may explain.
 
 use super::verdict::verdict;
 use crate::diagnose::{Mistake, mistakes};
 use crate::results::{CoupledPlant, Failure, PlantResult, Results, Trust, Verdict};
 use crate::{Caveat, Dof, Trial, Vehicle};
 
-/// What the user seems to have got wrong: signs, exchanged channels, frames, mounting, units.
+/// Returns probable mistakes of the user: signs, exchanged channels, frames, mounting, units.
 ///
-/// Each change of the trials to fit under which least squares explains far more of the change of
-/// velocity, and how to make it in the campaign or the vehicle file.
+/// Each is a change of the trials to fit with which least squares explains far more of the
+/// acceleration, with the correction in the campaign or the vehicle file.
 pub fn likely_mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Caveat> {
     mistakes(vehicle, trials).iter().map(Mistake::caveat).collect()
 }
 
-/// Names the mistakes that may be why fits failed, and plants are doubtful.
+/// Adds the mistakes that may explain failed fits and doubtful plants to the results.
 ///
-/// A mistake of which no axis is doubtful is none; one that is, is one in all of its axes.
+/// A mistake is reported only if at least one of its axes is doubtful, and then for all of them.
 pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
     let Results { failures, plants, methods, coupled, .. } = results;
     let verdicts = plants.values().map(|plant| &plant.verdict);
@@ -50,12 +50,12 @@ fn is_doubtful(verdict: &Verdict) -> bool {
     matches!(verdict.trust, Trust::Doubtful | Trust::DoNotUse)
 }
 
-/// Whether it is of a plant of several axes, and names the first of them only.
+/// Returns true if a failure is of a plant of several axes, of which it names only the first.
 fn is_together(failure: &Failure) -> bool {
     failure.method.contains(" together")
 }
 
-/// Adds the mistakes to why a fit failed.
+/// Adds the mistakes to the message of a failed fit.
 fn explain(failure: &mut Failure, found: &[Mistake]) {
     let is_of = |one: &&Mistake| is_together(failure) || one.axes.contains(&failure.dof);
     let said: String = found.iter().filter(is_of).map(|one| format!(". {}", one.message)).collect();

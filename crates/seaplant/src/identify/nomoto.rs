@@ -1,4 +1,4 @@
-//! Models of steering from yaw rate and rudder alone, beside plants of several axes.
+//! Steering models from yaw rate and rudder alone, in addition to plants of several axes.
 
 use super::IdentifyOptions;
 use super::coupled::Records;
@@ -10,7 +10,7 @@ use crate::{
     Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Fin, Surface, Trial, Vehicle,
 };
 
-/// Fits Nomoto's models to every rudder of the vehicle, where a plant has yaw among its axes.
+/// Fits Nomoto's models to every rudder of the vehicle, where a plant includes yaw.
 pub(super) fn identify(
     vehicle: &Vehicle,
     trials: &[Trial],
@@ -19,29 +19,30 @@ pub(super) fn identify(
 ) {
     let has_yaw = |plan: &&CoupledPlan| plan.axes.contains(&Dof::Yaw);
     let Some(plan) = options.coupled.iter().find(has_yaw) else { return };
-    // What the records lack, the plant's own failure tells.
+    // Missing records are reported as the plant's own failure.
     let Ok(records) = Records::of(trials, &plan.axes) else { return };
     for rudder in vehicle.fins.iter().filter(|fin| fin.kind == Surface::Rudder) {
-        results.steering.extend(of_rudder(rudder, &records));
+        results.steering.extend(fit_rudder(rudder, &records));
     }
 }
 
-/// A model with r³ is told if it misses less than this part of what that without misses.
+/// A model with r³ is reported if its unexplained part is below this fraction of that of the model
+/// without.
 const CUBIC_PART: f64 = 0.9;
 
-/// The first and the second order, each by the law of the rudder that explains more.
-fn of_rudder(rudder: &Fin, records: &Records<'_>) -> Vec<NomotoResult> {
+/// Fits the first and the second order, each with the rudder law that explains more.
+fn fit_rudder(rudder: &Fin, records: &Records<'_>) -> Vec<NomotoResult> {
     let of = |is_second: bool| {
         let laws = [RudderLaw::Proportional, RudderLaw::Sine];
-        let fits = laws.into_iter().filter_map(|law| of_law(rudder, records, (is_second, law)));
+        let fits = laws.into_iter().filter_map(|law| fit_law(rudder, records, (is_second, law)));
         fits.reduce(|best, other| if other.r2 > best.r2 { other } else { best })
     };
     let found = [of(false), of(true)].into_iter().flatten();
     found.map(|fit| result(rudder, &fit, records)).collect()
 }
 
-/// A model with r³ if that explains more.
-fn of_law(
+/// Fits with r³ in addition, and returns that model if it explains more.
+fn fit_law(
     rudder: &Fin,
     records: &Records<'_>,
     (is_second, law): (bool, RudderLaw),
@@ -93,9 +94,9 @@ fn result(rudder: &Fin, fit: &NomotoFit, records: &Records<'_>) -> NomotoResult 
     }
 }
 
-/// A rudder at its limit for more than this part of a trial hardly tells anything else.
+/// Fraction of a trial at the rudder's limit above which the trial has hardly any information.
 const SATURATED_PART: f64 = 0.5;
-/// A rudder nearer to its limit than this is at it, rad.
+/// Distance from its limit at which a rudder counts as saturated, rad.
 const AT_LIMIT: f64 = 0.01;
 
 fn doubts(rudder: &Fin, fit: &NomotoFit, records: &Records<'_>) -> Vec<Caveat> {

@@ -1,36 +1,36 @@
-//! The fits of an identification, in order, with what they may cost.
+//! The fits of an identification, in order, with their expected cost.
 
 use super::{IdentifyOptions, TrialsOf, Work};
 use crate::CoupledPlan;
 use crate::estimate::{MOST_SEARCHED, MOST_TRIALS};
 use crate::{Dof, Method, Trial, Vehicle, VelocitySource};
 
-/// A fit of an identification, with the scores of its plant.
+/// A fit of an identification, including the scores of its plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
-    /// Of which degrees of freedom: one, or those of a plant of several axes.
+    /// Degrees of freedom: one, or those of a plant of several axes.
     pub axes: Vec<Dof>,
-    /// By which method.
+    /// Method.
     pub method: Method,
-    /// How many fits are made before it.
+    /// Number of fits before it.
     pub done: usize,
-    /// How many samples of motion it is made of, of all trials.
+    /// Number of samples of motion, over all trials.
     pub samples: usize,
-    /// Within how much processor time, s, such fits mostly are made: the least, and the most.
+    /// Usual range of the processor time, s: minimum and maximum.
     ///
-    /// A fit whose model turns out to need lags, delays and currents takes many times that of a
-    /// plain one, which only the fit itself shows.
+    /// A fit whose model turns out to need lags, delays and currents takes many times as long as a
+    /// simple one, which is not known in advance.
     pub cost_s: (f64, f64),
 }
 
 impl Stage {
-    /// The usual cost, s: the geometric mean of the least and the most.
+    /// Returns the typical cost, s: the geometric mean of minimum and maximum.
     pub fn usual_s(&self) -> f64 {
         (self.cost_s.0 * self.cost_s.1).sqrt()
     }
 }
 
-/// Every fit that [`identify`](crate::identify) makes of these trials, in its order.
+/// Returns every fit that [`identify`](crate::identify) makes of these trials, in its order.
 pub fn stages(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) -> Vec<Stage> {
     let mut stages = Vec::new();
     let mut push = |axes: Vec<Dof>, method, samples, cost_s| {
@@ -64,14 +64,14 @@ fn samples(trial: &Trial, dof: Dof) -> usize {
     trial.axis(dof, VelocitySource::Measured).map_or(0, |axis| axis.motion.series().len())
 }
 
-/// The instants of the axis that was sampled most often.
+/// Returns the number of samples of the axis with the highest rate.
 fn samples_together(trial: &Trial, plan: &CoupledPlan) -> usize {
     let Ok(record) = trial.coupled(&plan.axes) else { return 0 };
     record.velocity.iter().flatten().map(|series| series.len()).max().unwrap_or(0)
 }
 
-/// What fits of twins and of real logs take, so much for each sample: `bench/README.md` has the
-/// longest.
+/// Returns the range of cost per sample times the samples, from fits of simulated twins and real
+/// logs: `bench/README.md` has the longest.
 fn cost_s(method: Method, samples: usize) -> (f64, f64) {
     let micro_s = |least: f64, most: f64| {
         let samples = samples as f64 * 1e-6;
@@ -91,7 +91,8 @@ fn cost_s(method: Method, samples: usize) -> (f64, f64) {
     }
 }
 
-/// The same of a plant of several axes, where it grows with the square of their number.
+/// Returns the range of cost of a plant of several axes, which increases with the square of their
+/// number.
 fn cost_together_s(plan: &CoupledPlan, samples: usize) -> (f64, f64) {
     let axes = plan.axes.len() as f64;
     let (least, most) = (30e-6, 500e-6);

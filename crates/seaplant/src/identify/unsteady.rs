@@ -1,4 +1,5 @@
-//! The unsteady trials of one degree of freedom: every method's plant, and which to recommend.
+//! Identification from the unsteady trials of one degree of freedom: plants by all methods, and the
+//! recommendation.
 
 use std::collections::BTreeMap;
 
@@ -21,25 +22,25 @@ use crate::results::{
 use crate::trial::Beside;
 use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Model, Term, Trial, VelocitySource};
 
-/// Who is named where no method has a plant to recommend.
+/// Method name in failures that concern all methods.
 const ANY_METHOD: &str = "any method";
 
-/// What all methods are judged by.
+/// Data by which all methods are judged.
 struct Bench {
     fitted: Vec<AxisRecord>,
     held_out: Vec<AxisRecord>,
     nulls: Nulls,
-    /// The usual speed of the fitted trials, m/s or rad/s.
+    /// Root mean square speed of the fitted trials, m/s or rad/s.
     speed: f64,
 }
 
 impl Bench {
-    /// The trials that a plant is tested on: held out, or else fitted.
+    /// Returns the trials on which plants are tested: held-out ones, or else the fitted ones.
     fn tested(&self) -> &[AxisRecord] {
         if self.held_out.is_empty() { &self.fitted } else { &self.held_out }
     }
 
-    /// The usual speed; as a model simulates it where nobody measured it.
+    /// Returns the typical speed, simulated by a model where speed was not measured.
     fn speed_of(&self, model: &Model) -> f64 {
         match self.fitted.iter().any(AxisRecord::knows_velocity) {
             true => self.speed,
@@ -49,7 +50,7 @@ impl Bench {
 }
 
 impl Work<'_> {
-    /// Every method's plant; with the recommended fit.
+    /// Identifies plants by all methods; returns the recommended fit.
     pub(super) fn unsteady(
         &self,
         found: &mut Identification,
@@ -70,18 +71,18 @@ impl Work<'_> {
         own.judge_all(fits, &bench, found)
     }
 
-    /// The fit of every method, in the order that was asked for; with that of filter error, where
-    /// its plant is one that a vehicle can have.
+    /// Fits by every method, in the requested order; returns the filter error fit as well if its
+    /// plant is physically possible.
     ///
-    /// Methods that work sample by sample come after the others: they take thrust and water as
-    /// that fit found them.
+    /// Methods that work sample by sample come last: they use the thrust model and currents of that
+    /// fit.
     fn fits(
         &self,
         bench: &Bench,
         found: &mut Identification,
         watch: &mut dyn FnMut(Method),
     ) -> (Vec<(Fit, Vec<AxisRecord>)>, Option<Fit>) {
-        let asked = self.methods();
+        let requested = self.methods();
         let (mut fits, mut batch) = (Vec::new(), None);
         for method in self.in_order() {
             watch(method);
@@ -96,7 +97,7 @@ impl Work<'_> {
                 Err(error) => found.results.failures.push(self.failure(method.name(), &error)),
             }
         }
-        fits.sort_by_key(|(fit, _)| asked.iter().position(|method| *method == fit.method));
+        fits.sort_by_key(|(fit, _)| requested.iter().position(|method| *method == fit.method));
         (fits, batch)
     }
 
@@ -108,7 +109,7 @@ impl Work<'_> {
         })
     }
 
-    /// Judges every fit; with the recommended one.
+    /// Judges every fit; returns the recommended one.
     fn judge_all(
         &self,
         fits: Vec<(Fit, Vec<AxisRecord>)>,
@@ -127,7 +128,7 @@ impl Work<'_> {
         self.recommend(judged, bench, &late, found)
     }
 
-    /// The methods that were asked for; of the default ones, those that these logs allow.
+    /// Returns the requested methods; of the default ones, only those that the logs allow.
     fn methods(&self) -> Vec<Method> {
         let all = &self.options.methods;
         let axes = self.axes(&self.trials.fit, VelocitySource::Measured).unwrap_or_default();
@@ -138,7 +139,7 @@ impl Work<'_> {
         }
     }
 
-    /// The methods in the order in which they are fitted.
+    /// Returns the methods in the order in which they are fitted.
     pub(super) fn in_order(&self) -> Vec<Method> {
         let mut order = self.methods();
         order.sort_by_key(|method| method.scheme().is_some());
@@ -167,7 +168,7 @@ impl Work<'_> {
         let tested = hold_out.as_ref().unwrap_or(&own);
         let changes = [own.score.change, hold_out.as_ref().and_then(|one| one.score.change)];
         let changes = changes.map(|change| change.filter(|_| !has_drift(&fit)));
-        // The paper's intervals are kept as they are, too.
+        // The intervals of the paper's method are kept unchanged, too.
         let fit = if fit.method == Method::Paper { fit } else { widened(fit, changes) };
         let speed = bench.speed_of(&model);
         let impossible = impossible(&fit, self.vehicle, speed, tested);
@@ -257,7 +258,7 @@ impl Work<'_> {
         Failure { dof: self.dof, method: ANY_METHOD.to_owned(), message }
     }
 
-    /// Doubts about the recommended plant that other methods' plants raise.
+    /// Returns caveats on the recommended plant that follow from other methods' plants.
     fn beside_others(&self, one: &Judged, all: &[Judged], bench: &Bench) -> Vec<Caveat> {
         let others = || all.iter().filter(|other| other.fit.method != one.fit.method);
         let mut doubts: Vec<Caveat> = others()
@@ -285,7 +286,7 @@ impl Work<'_> {
         doubts
     }
 
-    /// Doubts that the record raises about the recommended plant.
+    /// Returns caveats on the recommended plant that follow from the record.
     fn of_record(&self, one: &Judged, bench: &Bench) -> Vec<Caveat> {
         let model = one.fit.model();
         let Ok(fitted) = windows_of(&model, &bench.fitted) else { return Vec::new() };
@@ -303,7 +304,7 @@ impl Work<'_> {
         all.into_iter().flatten().collect()
     }
 
-    /// The motion that trials which the plant has not seen confirm.
+    /// Returns the motion that trials outside the fit confirm.
     fn good_for(&self, score: &Score, bench: &Bench) -> GoodFor {
         let is_vouched = vouched(score);
         let felt = |record: &AxisRecord| -> Option<Vec<f64>> {
@@ -335,7 +336,7 @@ impl Work<'_> {
         GoodFor::new(&tested, &BTreeMap::new())
     }
 
-    /// Mass and drag with all that says how sure they are.
+    /// Returns mass and drag with all information on their accuracy.
     fn numbers(&self, one: &Judged, rivals: &[&Judged], bench: &Bench) -> Vec<Number> {
         let fit = &one.fit;
         let speed = bench.speed_of(&fit.model());
@@ -369,8 +370,8 @@ impl Work<'_> {
         ]
     }
 
-    /// That innovations are not white over seconds: a note, for most such plants are good; a
-    /// warning where terms were fitted that can stand in for what is missing.
+    /// Returns a note if innovations are correlated over seconds, which most valid plants have; a
+    /// warning where fitted terms may replace what is missing.
     fn not_white(&self, whiteness: f64, fit: &Fit) -> Option<Caveat> {
         let both = fit.terms.has(Term::Linear) && fit.terms.has(Term::Quadratic);
         let stand_in = match (both, fit.nuisances.inflow) {
@@ -408,11 +409,11 @@ impl Work<'_> {
         doubts.extend(more);
         doubts.extend(intervals(fit, bench.speed_of(&fit.model())));
         let whiteness = box_pierce(&fit.innovations);
-        let asks = |scored: &Scored, which| {
+        let plant_change = |scored: &Scored, which| {
             another_plant(self.dof, &scored.score, which, whiteness).filter(|_| !has_drift(fit))
         };
-        let unseen = hold_out.as_ref().and_then(|scored| asks(scored, "held-out"));
-        doubts.extend(unseen.or_else(|| asks(own, "fitted")));
+        let unseen = hold_out.as_ref().and_then(|scored| plant_change(scored, "held-out"));
+        doubts.extend(unseen.or_else(|| plant_change(own, "fitted")));
         doubts.extend(whiteness.and_then(|whiteness| self.not_white(whiteness, fit)));
         let good_for = one.tested().map(|scored| self.good_for(&scored.score, bench));
         let is_hidden =
@@ -441,14 +442,14 @@ impl Work<'_> {
     }
 }
 
-/// Whether another fit disputes one: it is of another method, and predicts as well.
+/// Returns true if another fit is a valid rival: by another method, with equally good predictions.
 fn is_rival(other: &Judged, one: &Judged) -> bool {
     let is_other = other.fit.method != one.fit.method && other.fit.method != Method::Paper;
     is_other && predicts_as_well(other, one)
 }
 
-/// Whether the model has a current that varies: a simulation knows its mean only, and what is left of
-/// it looks like another drag.
+/// Returns true if the model has a varying current: a simulation includes only its mean, and the
+/// rest resembles a change of drag.
 fn has_drift(fit: &Fit) -> bool {
     fit.nuisances.current_drift.is_some()
 }

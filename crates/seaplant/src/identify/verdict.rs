@@ -4,21 +4,21 @@ use crate::judge::{PREDICTS, Score, Trust, Verdict, explains, free_error, vouche
 use crate::results::{GoodFor, MayBeOff, PlantResult};
 use crate::{CaveatCode, Dof, Severity, Stability};
 
-/// A model that predicts vouches for its plant if its error is below this part, too, of that of the
-/// best model without a plant.
+/// Maximum prediction error of a confirmed plant, relative to that of the best model without a
+/// plant.
 const BEATS_NULL: f64 = 0.85;
 
-/// Noise of velocity hides how much better a plant is: it brings the errors nearer together, and
-/// does not make the better the larger by more than chance.
+/// Factor up to which velocity noise may hide that a plant is better: noise brings the errors
+/// closer together, but does not make the better one larger by more than chance.
 const HIDDEN_BY_NOISE: f64 = 1.1;
 
-/// Caveats that leave nothing to vouch for a plant, even as warnings.
+/// Returns true for caveats that leave a plant unconfirmed even as warnings.
 const fn is_doubt(code: CaveatCode) -> bool {
     matches!(code, CaveatCode::NotDetermined)
 }
 
-/// Judges a plant by its stability, its caveats and its error on trials that it has not seen; the motion
-/// that these confirm, and how far numbers may be off, are those that its verdict has already.
+/// Judges a plant by its stability, its caveats and its error on trials outside the fit. Takes the
+/// confirmed motion and the possible errors of numbers from the present verdict.
 pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
     let mut verdict = judged_by_errors(dof, plant);
     let Verdict { good_for, mut may_be_off, .. } = plant.verdict.clone();
@@ -91,7 +91,8 @@ fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
         let reason = "its interval is wide, and on a held-out trial it is no better than a model that never moves";
         return of(Trust::Doubtful, reason.to_owned());
     }
-    // An interval that is wide because it includes what the trials would have is not contradicted.
+    // An interval that is wide enough to include the values that trials support is not contradicted
+    // by them.
     let off = &plant.verdict.may_be_off;
     let is_beyond = off.is_empty() || off.iter().any(MayBeOff::is_beyond_interval);
     if is_wide && is_beyond && warns(CaveatCode::AnotherPlantFits) {
@@ -112,7 +113,7 @@ fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
     }
 }
 
-/// Null models are given the trials' offsets, so that the plant is, too.
+/// Null models get the trials' offsets, so that the plant does as well.
 fn no_better_than_null(score: &Score, trials: &str, unit: &str, vouched: bool) -> Option<String> {
     let null = score.best_null?;
     let e = free_error(score);
@@ -127,7 +128,7 @@ fn no_better_than_null(score: &Score, trials: &str, unit: &str, vouched: bool) -
     })
 }
 
-/// "the held-out trial" or "the 3 held-out trials".
+/// Returns "the held-out trial" or "the 3 held-out trials".
 fn held_out(score: &Score) -> String {
     match score.trials.len() {
         0 | 1 => "the held-out trial".to_owned(),
@@ -143,7 +144,7 @@ fn plant_is(stability: &Stability) -> String {
     }
 }
 
-/// A number to two significant digits.
+/// Formats a number to two significant digits.
 fn spoken2(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
@@ -160,7 +161,7 @@ mod tests {
     use crate::twin::{TwinSpec, make};
     use crate::{Caveat, IdentifyOptions, Method, Trial, TrialSetup};
 
-    /// A plant of the twin by equation error, without a doubt.
+    /// Returns a plant of the twin by equation error, without caveats.
     fn plant() -> PlantResult {
         let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 120.0, ..TwinSpec::jason2() };
         let dive = make(&spec).expect("valid");
@@ -184,7 +185,7 @@ mod tests {
         verdict(Dof::Surge, &plant)
     }
 
-    /// A held-out score that nothing but its errors decides.
+    /// Adds a held-out score in which only the errors matter.
     fn scored(plant: &mut PlantResult, e: Option<f64>, null: Option<f64>) {
         let score = plant.hold_out.as_mut().expect("the twin has one");
         (score.mean_abs_error, score.offset_free_error, score.change) = (e, e, None);
@@ -195,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plant_that_predicts_is_usable_and_warnings_ask_for_care() {
+    fn a_predicting_plant_is_usable_and_with_warnings_usable_with_care() {
         let found = judged(|plant| scored(plant, Some(0.021), Some(0.09)));
         assert_eq!(found.trust, Trust::Usable);
         assert!(found.reason.contains("e = 0.021 m/s against 0.11"), "{}", found.reason);
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_tested_or_not_determined_is_doubtful() {
+    fn an_untested_or_undetermined_plant_is_doubtful() {
         assert_eq!(judged(|plant| plant.hold_out = None).trust, Trust::Doubtful);
         let wide = Caveat::warning(CaveatCode::NotDetermined, "the mass is anything: drive on");
         let found = judged(|plant| plant.caveats = vec![wide]);
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_does_not_hide_a_path_that_is_followed() {
+    fn a_followed_path_confirms_a_plant_despite_noise() {
         let found = judged(|plant| {
             scored(plant, Some(0.1), Some(0.1));
             let score = plant.hold_out.as_mut().expect("the twin has one");
@@ -234,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn severe_unstable_and_diverging_plants_are_not_to_be_used() {
+    fn severe_caveats_instability_and_divergence_forbid_use() {
         let severe = Caveat::severe(CaveatCode::WrongSign, "x");
         let found = judged(|p| p.caveats = vec![severe]);
         assert_eq!(found.trust, Trust::DoNotUse);

@@ -1,4 +1,4 @@
-//! Which method's plant to recommend.
+//! Choice of the method whose plant is recommended.
 
 use crate::caveat::{estimated, spoken};
 use crate::estimate::t_quantile_975;
@@ -7,33 +7,35 @@ use crate::{Fit, Method, Vehicle};
 use super::score::{Score, Scored, TrialScore};
 use super::working::drag_at;
 
-/// A method's plant that may be recommended.
+/// A plant of one method that may be recommended.
 pub(crate) struct Contender<'a> {
     pub(crate) method: Method,
-    /// Why its plant cannot be that of a vehicle.
+    /// Reason why the plant is physically impossible.
     pub(crate) impossible: Option<String>,
-    /// Its errors on trials that it has not seen.
+    /// Errors on trials outside the fit.
     pub(crate) tested: Option<&'a Scored>,
-    /// Its errors on the trials that it was fitted to.
+    /// Errors on the fitted trials.
     pub(crate) fitted: Option<&'a Scored>,
 }
 
-/// A plant that predicts better by less than this is no better: it may be chance.
+/// Ratio of errors above which the difference may be chance.
 const BETTER_PART: f64 = 0.95;
 
-/// To be recommended in place of the first, a plant's errors must be below this part: a method that
-/// minimises just these has smaller ones where slow forces that it takes for drag go on.
+/// Ratio of errors below which a plant is recommended in place of the first. A method that
+/// minimises these errors has somewhat smaller ones where it attributes persistent slow forces to
+/// drag.
 const CLEARLY_BETTER_PART: f64 = 0.85;
 
-/// The contender to recommend: the first that is possible, unless another predicts unseen
-/// trials better by more than chance, or explains both unseen and fitted trials far better; of those
-/// the best. `None` if none is possible.
+/// Returns the index of the plant to recommend: the first possible one, unless another predicts
+/// unseen trials better by more than chance, or explains both unseen and fitted trials far better;
+/// then the best of those. `None` if none is possible.
 ///
-/// The paper's method keeps its known fault on purpose, so that it is recommended only alone.
+/// The paper's method is kept for comparison with its known error, and is recommended only if it is
+/// the only one.
 ///
-/// Compared are mean |error| of many parts of the trials, pair by pair, with an initial velocity,
-/// a constant force and a current of its own for each trial: under a current the true plant may
-/// simulate worse than a wrong one.
+/// Compares the mean |error| of many parts of the trials, pairwise, with an initial velocity, a
+/// constant force and a current fitted to each trial: under a current the true plant may simulate
+/// worse than a wrong one.
 pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
     let is_open = |&k: &usize| {
         let kept_for_comparison = contenders[k].method == Method::Paper && contenders.len() > 1;
@@ -49,9 +51,9 @@ pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
         };
         let is_clear = total(parts(k)) < CLEARLY_BETTER_PART * total(parts(first));
         let by_parts = is_clear && is_better(parts(k), parts(first));
-        let [of_fit, than_fit] = [k, first].map(|k| contenders[k].fitted);
+        let [own_fit, than_fit] = [k, first].map(|k| contenders[k].fitted);
         let explains = |one: &Scored, other: &Scored| leaves_less(&one.score, &other.score);
-        let by_both = of_fit.zip(than_fit).is_some_and(|(a, b)| explains(a, b));
+        let by_both = own_fit.zip(than_fit).is_some_and(|(a, b)| explains(a, b));
         let by_both = by_both && explains(own, than);
         !loses_position(own, than) && (by_parts || by_both || is_better_throughout(own, than))
     };
@@ -60,7 +62,7 @@ pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
     Some(better.min_by(|&a, &b| mean(a).total_cmp(&mean(b))).unwrap_or(first))
 }
 
-/// Whether errors are smaller, part by part, than others: by more than chance, and clearly.
+/// Returns true if errors of parts are smaller than others, significantly and by a minimum ratio.
 pub(crate) fn is_better(parts: &[f64], than: &[f64]) -> bool {
     if than.is_empty() {
         return !parts.is_empty();
@@ -73,39 +75,40 @@ pub(crate) fn is_better(parts: &[f64], than: &[f64]) -> bool {
     let mean = gains.iter().sum::<f64>() / n;
     let square: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
     let product: f64 = gains.windows(2).map(|pair| (pair[0] - mean) * (pair[1] - mean)).sum();
-    // Neighbours that resemble each other say less than as many that do not.
-    let likeness = if square > 0.0 { (product / square).clamp(0.0, 0.9) } else { 0.0 };
-    let independent = (n * (1.0 - likeness) / (1.0 + likeness)).max(2.0);
+    // Correlated neighbours reduce the number of independent parts.
+    let autocorrelation = if square > 0.0 { (product / square).clamp(0.0, 0.9) } else { 0.0 };
+    let independent = (n * (1.0 - autocorrelation) / (1.0 + autocorrelation)).max(2.0);
     let std = (square / (n - 1.0) / independent).sqrt();
     let sums = (parts.iter().sum::<f64>(), than.iter().sum::<f64>());
     mean > t_quantile_975(independent - 1.0) * std && sums.0 < BETTER_PART * sums.1
 }
 
-/// An error below this part of another, in each of several trials, is clearly smaller …
+/// Ratio of errors, in each of several trials, below which one is clearly smaller …
 const CLEAR_PART: f64 = 0.9;
-/// … if it is below this part over all of them …
+/// … if also below this ratio over all of them …
 const CLEAR_PART_OVER_ALL: f64 = 0.8;
 
-/// … and so it is below this part beside offsets.
+/// … and below this ratio after removal of offsets.
 const CLEAR_PART_BESIDE_OFFSETS: f64 = 0.98;
 
-/// Whether a plant leaves clearly less of the motion of some trials unexplained than another does, and
-/// not only by a constant force in each.
+/// Returns true if a plant leaves clearly less of the motion of some trials unexplained than
+/// another, and not only because of a constant force in each.
 fn leaves_less(own: &Score, than: &Score) -> bool {
     let below = |own: Option<f64>, than: Option<f64>, part: f64| {
         own.zip(than).is_some_and(|(own, than)| own < part * than)
     };
     let left = |score: &Score| score.r_squared.map(|r2| 1.0 - r2);
-    // Squares of errors.
+    // 1 − R² is a ratio of squared errors, so that the limit is squared.
     below(left(own), left(than), CLEARLY_BETTER_PART * CLEARLY_BETTER_PART)
         && below(own.offset_free_error, than.offset_free_error, CLEAR_PART_BESIDE_OFFSETS)
 }
 
-/// An error of position above this many times another's is clearly larger.
+/// Ratio above which a position error is clearly larger.
 const CLEARLY_LARGER: f64 = 1.2;
 
-/// Whether a plant's simulated position is off by clearly more than another's, where position was
-/// measured: a velocity sensor that reads too much shows the velocity of another plant.
+/// Returns true if the simulated position of a plant has a clearly larger error than another's,
+/// where position was measured: a velocity sensor with a scale error fits the velocity of another
+/// plant.
 fn loses_position(own: &Scored, than: &Scored) -> bool {
     let pairs = own.score.trials.iter().zip(&than.score.trials);
     let (own, than) = pairs
@@ -114,15 +117,14 @@ fn loses_position(own: &Scored, than: &Scored) -> bool {
     own > CLEARLY_LARGER * than
 }
 
-/// Whether a plant simulates each of several trials clearly better than another does, and not only
-/// for a force that is constant in each: short trials have too few parts for [`is_better`] to show
-/// it.
+/// Returns true if a plant simulates each of several trials clearly better than another, and not
+/// only because of a constant force in each: short trials have too few parts for [`is_better`].
 fn is_better_throughout(own: &Scored, than: &Scored) -> bool {
     let below = |own: Option<f64>, than: Option<f64>, part: f64| {
         own.zip(than).is_some_and(|(own, than)| own < part * than)
     };
     let (own, than) = (&own.score, &than.score);
-    // Where position was measured, velocity is derived from it and has its noise.
+    // Where position was measured, velocity is derived from it and contains its noise.
     let error = |trial: &TrialScore| trial.position_mean_abs_error.or(trial.mean_abs_error);
     let over_all = |score: &Score| -> Option<f64> {
         score.trials.iter().map(|trial| Some(error(trial)? * trial.samples as f64)).sum()
@@ -134,7 +136,8 @@ fn is_better_throughout(own: &Scored, than: &Scored) -> bool {
         && below(own.offset_free_error, than.offset_free_error, CLEAR_PART_BESIDE_OFFSETS)
 }
 
-/// Why a plant cannot be that of a vehicle, or says nothing of it; `speed` is the usual one.
+/// Returns the reason why a plant is physically impossible or undetermined; `speed` is the typical
+/// speed.
 pub(crate) fn impossible(
     fit: &Fit,
     vehicle: &Vehicle,
@@ -176,7 +179,7 @@ mod tests {
         Scored { score, parts: parts.to_vec() }
     }
 
-    /// Errors about a mean, by a deterministic scatter.
+    /// Returns errors about a mean with a deterministic scatter.
     fn errors(mean: f64, scatter: f64) -> Vec<f64> {
         (0..30).map(|k| mean + scatter * ((f64::from(k) * 0.618_034).fract() - 0.5)).collect()
     }
@@ -186,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_is_recommended_unless_another_is_better_by_more_than_chance() {
+    fn recommends_the_first_unless_another_is_significantly_better() {
         let (first, equal) = (scored(&errors(1.0, 0.5)), scored(&errors(0.96, 0.5)));
         let clear = scored(&errors(0.7, 0.5));
         let choice = |other: &Scored| {
@@ -197,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn short_trials_that_are_all_predicted_better_count() {
+    fn better_prediction_of_all_short_trials_counts() {
         let of = |errors: [f64; 3]| {
             let trial = |e: f64| TrialScore {
                 mean_abs_error: Some(e),
@@ -247,14 +250,14 @@ mod tests {
     }
 
     #[test]
-    fn two_parts_of_a_trial_are_chance() {
+    fn two_parts_of_a_trial_are_not_significant() {
         assert!(!is_better(&[0.1, 0.1], &[1.0, 1.0]));
         assert!(is_better(&[0.1; 8], &[1.0; 8]));
     }
 
     #[test]
-    fn what_lasts_for_several_parts_counts_once() {
-        // One long stretch of a trial makes all of the difference.
+    fn correlated_parts_count_once() {
+        // A single long section of a trial causes the entire difference.
         let mut than = vec![1.0; 30];
         than[..8].iter_mut().for_each(|e| *e = 2.0);
         assert!(!is_better(&vec![1.0; 30], &than));
@@ -263,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impossible_plant_is_passed_over_and_the_papers_method_kept_for_comparison() {
+    fn skips_impossible_plants_and_the_papers_method() {
         let good = scored(&errors(1.0, 0.1));
         let mut all = [
             contender(Method::FilterError, &good),

@@ -1,12 +1,12 @@
-//! Innovations that are not white, and what they do to intervals.
+//! Test of the innovations for whiteness.
 
 use crate::estimate::Innovations;
 
-/// Lags that are looked at.
+/// Maximum lag.
 pub(crate) const LAGS: usize = 40;
 
-/// Box–Pierce over its expectation, `n Σ r_k² / K` over lags 1 … K ≤ 40, averaged over trials:
-/// 1 of white innovations; `None` without any.
+/// Computes the Box–Pierce statistic divided by its expectation, `n Σ r_k² / K` over lags 1 … K ≤
+/// 40, averaged over trials: 1 for white innovations; `None` without any.
 ///
 /// # Source
 /// G. E. P. Box, D. A. Pierce, "Distribution of residual autocorrelations in

@@ -1,29 +1,28 @@
-//! Whether an axis can be identified without the others.
+//! Test of whether an axis can be identified separately.
 
-use super::asked::{DRAG_PART, MASS_PART, PlantChange, plant_columns};
-use super::linear::{Lacking, Window};
+use super::change::{DRAG_PART, MASS_PART, PlantChange, plant_columns};
+use super::linear::{ErrorRegression, Window};
 use crate::trial::Beside;
 use crate::{Caveat, CaveatCode, Dof};
 
-/// Of what is left of the simulation, other axes must explain this part of batches that did not
-/// tell how …
+/// Fraction of the simulation error that other axes must explain in cross-validation …
 const EXPLAINED: f64 = 0.1;
 
-/// … or most of it, whether the plant changes with that or not.
+/// … or most of it, even without an effect on the plant.
 const MOSTLY: f64 = 0.5;
 
-/// Changes of the plant beyond this many times the usual limits forbid to use it alone.
+/// Changes of the plant beyond this many times the usual limits forbid its separate use.
 const SEVERE_TIMES: f64 = 2.0;
 
-/// What another axis does to this one.
+/// Effect of other axes on this one.
 struct Cause {
     name: &'static str,
-    /// Of the motion, and of its rate of change.
-    acceleration: fn(&At, &At) -> f64,
+    /// Acceleration, up to a factor, as a function of the motion and its rate of change.
+    acceleration: fn(&Kinematics, &Kinematics) -> f64,
 }
 
-/// Velocities and angles at one instant, or their rates; of what was not logged, NaN.
-struct At {
+/// Velocities and angles at one instant, or their rates; NaN if not logged.
+struct Kinematics {
     u: f64,
     v: f64,
     w: f64,
@@ -34,12 +33,12 @@ struct At {
     pitch: f64,
 }
 
-const fn cause(name: &'static str, acceleration: fn(&At, &At) -> f64) -> Cause {
+const fn cause(name: &'static str, acceleration: fn(&Kinematics, &Kinematics) -> f64) -> Cause {
     Cause { name, acceleration }
 }
 
-/// Coriolis forces, the Munk moment, weight and buoyancy, cross-flow drag: what the equation of
-/// motion of six axes [Fossen2011, ch. 6 and 7] has beyond one axis.
+/// Returns the effects of other axes in the equation of motion in six degrees of freedom: Coriolis
+/// forces, Munk moment, weight and buoyancy, cross-flow drag [Fossen2011, ch. 6 and 7].
 const fn causes(dof: Dof) -> &'static [Cause] {
     const SURGE: &[Cause] = &[
         cause("v r", |at, _| at.v * at.r),
@@ -103,43 +102,42 @@ const fn causes(dof: Dof) -> &'static [Cause] {
     }
 }
 
-/// What other axes do to one, beside its own plant.
+/// Effects of other axes on one axis, in addition to its own plant.
 #[derive(Clone, Debug)]
 pub(crate) struct Coupling {
     causes: Vec<&'static str>,
-    /// The part of what is left of the simulation that they explain, in batches that did not
-    /// tell how.
+    /// Fraction of the simulation error that they explain in cross-validation.
     pub(crate) explained: f64,
-    /// By which part mass would be another.
+    /// Relative change of the mass with these effects included.
     pub(crate) mass: f64,
-    /// And drag.
+    /// Relative change of the drag.
     pub(crate) drag: f64,
 }
 
 impl Coupling {
-    /// Explains the errors of a simulation by a change of the plant alone, and by one beside what
-    /// the other axes do; `None` where these were not logged, or say too little.
+    /// Explains the simulation error by a change of the plant alone, and by one together with the
+    /// effects of other axes; `None` where these were not logged or are not determined.
     pub(crate) fn of(dof: Dof, windows: &[Window], beside: &[(&str, &Beside)]) -> Option<Self> {
-        let known = known_causes(dof, windows, beside);
+        let known = logged_causes(dof, windows, beside);
         if known.is_empty() {
             return None;
         }
         let accelerations = |window: &Window| -> Option<Vec<Vec<f64>>> {
             let beside = beside.iter().find(|(trial, _)| *trial == window.trial)?.1;
-            let at = instants(window, dof, beside)?;
+            let at = motion_and_rates(window, dof, beside)?;
             let of = |cause: &&Cause| {
                 at.iter().map(|(at, rate)| (cause.acceleration)(at, rate)).collect()
             };
             Some(known.iter().map(of).collect())
         };
-        let with = Lacking::of(windows, |window| {
+        let with = ErrorRegression::of(windows, |window| {
             Some([plant_columns(window), accelerations(window)?].concat())
         });
-        let without = Lacking::of(windows, |window| {
+        let without = ErrorRegression::of(windows, |window| {
             accelerations(window)?;
             Some(plant_columns(window))
         });
-        let explained = 1.0 - with.left_unseen()? / without.left_unseen()?;
+        let explained = 1.0 - with.cross_validated()? / without.cross_validated()?;
         let (with, without) = (with.solve()?, without.solve()?);
         let (with, without) =
             (PlantChange::of(&with, 1.0, 1.0)?, PlantChange::of(&without, 1.0, 1.0)?);
@@ -151,7 +149,8 @@ impl Coupling {
         })
     }
 
-    /// That an axis must not be used alone: the others move it, and its plant with it.
+    /// Returns a caveat if the axis must not be identified separately because the others affect it
+    /// and its plant.
     pub(crate) fn caveat(&self, dof: Dof) -> Option<Caveat> {
         let times = (self.mass.abs() / MASS_PART).max(self.drag.abs() / DRAG_PART);
         let speaks = self.explained > EXPLAINED && times > 1.0 || self.explained > MOSTLY;
@@ -172,13 +171,13 @@ impl Coupling {
     }
 }
 
-/// The causes that every logged window has, and that vary.
-fn known_causes(dof: Dof, windows: &[Window], beside: &[(&str, &Beside)]) -> Vec<&'static Cause> {
-    let instants: Vec<Vec<(At, At)>> = windows
+/// Returns the effects that were logged in every window and that vary.
+fn logged_causes(dof: Dof, windows: &[Window], beside: &[(&str, &Beside)]) -> Vec<&'static Cause> {
+    let instants: Vec<Vec<(Kinematics, Kinematics)>> = windows
         .iter()
         .filter_map(|window| {
             let beside = beside.iter().find(|(trial, _)| *trial == window.trial)?.1;
-            instants(window, dof, beside)
+            motion_and_rates(window, dof, beside)
         })
         .collect();
     let varies = |cause: &&Cause| {
@@ -197,9 +196,13 @@ fn known_causes(dof: Dof, windows: &[Window], beside: &[(&str, &Beside)]) -> Vec
     causes(dof).iter().filter(varies).collect()
 }
 
-/// What the vehicle did at the instants of a window, and how that changed over the step that each
-/// begins; `None` where that was not kept.
-fn instants(window: &Window, dof: Dof, beside: &Beside) -> Option<Vec<(At, At)>> {
+/// Returns the motion at the instants of a window and its rates of change over the step that starts
+/// there; `None` where it was not logged.
+fn motion_and_rates(
+    window: &Window,
+    dof: Dof,
+    beside: &Beside,
+) -> Option<Vec<(Kinematics, Kinematics)>> {
     let (from_s, to_s) = (window.time_s[0], *window.time_s.last()?);
     let known =
         |series: &&crate::Timed| series.first_s() <= from_s + 1.0 && series.last_s() >= to_s - 1.0;
@@ -216,7 +219,7 @@ fn instants(window: &Window, dof: Dof, beside: &Beside) -> Option<Vec<(At, At)>>
             }
             velocities[other.index()].as_mut().map_or(f64::NAN, |reader| reader.at(t))
         };
-        At {
+        Kinematics {
             u: of(Dof::Surge),
             v: of(Dof::Sway),
             w: of(Dof::Heave),
@@ -227,18 +230,18 @@ fn instants(window: &Window, dof: Dof, beside: &Beside) -> Option<Vec<(At, At)>>
             pitch: pitch.as_mut().map_or(f64::NAN, |reader| reader.at(t)),
         }
     };
-    let all: Vec<At> = window.time_s.iter().zip(&window.velocity).map(at).collect();
+    let all: Vec<Kinematics> = window.time_s.iter().zip(&window.velocity).map(at).collect();
     let rate = |k: usize| {
-        // The last instant begins no step; nothing reads its rate.
+        // No step starts at the last instant; its rate is not used.
         let next = (k + 1).min(all.len() - 1);
         let step_s = (window.time_s[next] - window.time_s[k]).max(f64::MIN_POSITIVE);
         all[k].rate_to(&all[next], step_s)
     };
-    let rates: Vec<At> = (0..all.len()).map(rate).collect();
+    let rates: Vec<Kinematics> = (0..all.len()).map(rate).collect();
     Some(all.into_iter().zip(rates).collect())
 }
 
-impl At {
+impl Kinematics {
     fn rate_to(&self, next: &Self, step_s: f64) -> Self {
         let of = |value: fn(&Self) -> f64| (value(next) - value(self)) / step_s;
         Self {

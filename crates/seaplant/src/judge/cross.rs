@@ -1,19 +1,19 @@
-//! Predictions of trials by plants that have not seen them, where none was held out.
+//! Cross-validation where no trial was held out.
 
 use super::null::Nulls;
 use super::score::{Score, Scored, score};
 use crate::{AxisRecord, Error, Fit};
 
-/// As many parts of a record are left out in turn, one after the other.
+/// Number of parts of a record; each is left out in turn.
 pub(crate) const FOLDS: usize = 3;
 
-/// Refits a plant without each part of its records and predicts that part.
+/// Fits a plant without each part of its records and predicts that part.
 ///
-/// Parts are trials, or thirds of a single one. `None` if a part is too short to fit the rest or
-/// to be predicted.
+/// Parts are trials, or thirds of a single one. `None` if a part is too short for prediction, or
+/// the rest for a fit.
 ///
 /// # Errors
-/// Those of the simulation but its running away, which is a score.
+/// Those of the simulation except divergence, which is a score.
 pub(crate) fn left_out(
     axes: &[AxisRecord],
     refit: &dyn Fn(&[AxisRecord]) -> Result<Fit, Error>,
@@ -35,7 +35,7 @@ pub(crate) fn left_out(
     Ok(all)
 }
 
-/// The records in parts of which none is left out of two.
+/// Returns the records in disjoint parts: groups of trials, or thirds of a single one.
 fn folds(axes: &[AxisRecord]) -> Vec<Vec<AxisRecord>> {
     if let [single] = axes {
         let motion = single.motion.series();

@@ -1,4 +1,4 @@
-//! The motion that unseen trials confirm, and the trials that contradict a plant.
+//! The motion for which unseen trials confirm a plant, and the trials that contradict it.
 
 use std::collections::BTreeMap;
 
@@ -12,27 +12,27 @@ use crate::caveat::spoken;
 use crate::signal::slope_around;
 use crate::{Caveat, CaveatCode, Dof, ScoredMotion, Timed};
 
-/// The motion for which unseen trials confirm a plant: that of those which it predicts.
+/// The motion for which unseen trials confirm a plant: that of the trials which it predicts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GoodFor {
-    /// The same in words.
+    /// Description in words.
     pub words: String,
-    /// The motion of each axis in the trials that confirm it.
+    /// Motion of each axis in the trials that confirm it.
     pub motion: BTreeMap<Dof, ConfirmedMotion>,
-    /// Drift angles under way in the trials that confirm sway, deg; absent of plants without surge and
-    /// sway.
+    /// Drift angles under way in the trials that confirm sway, deg; absent for plants without surge
+    /// and sway.
     pub drift_deg: Option<[f64; 2]>,
-    /// Trials that the plant predicts worse than a model without a plant: it is not good for their
+    /// Trials that the plant predicts worse than a model without a plant: it is not valid for their
     /// kind of motion.
     pub not_as_in: Vec<WorseTrial>,
 }
 
-/// The motion of an axis in the trials that confirm a plant there: each range holds 95 % of it.
+/// Motion of an axis in the trials that confirm a plant there; each range includes 95 % of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ConfirmedMotion {
-    /// Lowest and highest speed, m/s or rad/s; absent where speed was not measured.
+    /// Minimum and maximum speed, m/s or rad/s; absent where speed was not measured.
     pub speed: Option<[f64; 2]>,
-    /// Lowest and highest acceleration, m/s² or rad/s².
+    /// Minimum and maximum acceleration, m/s² or rad/s².
     pub acceleration: Option<[f64; 2]>,
     /// The trials.
     pub trials: Vec<String>,
@@ -41,70 +41,71 @@ pub struct ConfirmedMotion {
 /// An axis of a trial that is predicted worse than by a model without a plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WorseTrial {
-    /// Which trial.
+    /// Trial.
     pub trial: String,
-    /// Which axis.
+    /// Axis.
     pub axis: Dof,
     /// Mean |model − measured|; absent if the simulation diverges.
     pub mean_abs_error: Option<f64>,
     /// R²; absent if nothing moved or the simulation diverges.
     pub r_squared: Option<f64>,
-    /// The model that does as well or better, and its error where that is known.
+    /// The model without a plant that is as good or better.
     pub than: NullModel,
-    /// The error of a model that never moves.
+    /// Error of a model that never moves.
     pub null_error: f64,
-    /// Whether forces that are not logged, or a current of the trial's own, explain it.
+    /// True if unlogged forces, or a current of the trial, explain it.
     pub is_explained: bool,
 }
 
-/// One axis of an unseen trial beside its prediction.
+/// One axis of an unseen trial with its prediction.
 pub(crate) struct Tested<'a> {
     pub(crate) trial: &'a str,
     pub(crate) axis: Dof,
     /// Error of the simulation; absent if it diverges.
     pub(crate) error: Option<f64>,
-    /// Error of the simulation without what an offset of the trial's own explains.
+    /// Error of the simulation after removal of an offset fitted to the trial.
     pub(crate) free_error: Option<f64>,
     pub(crate) null_error: f64,
-    /// `null_error` over all of the trials.
+    /// `null_error` over all trials.
     pub(crate) usual_null_error: f64,
     pub(crate) r_squared: Option<f64>,
-    /// Whether forces that are not logged explain an error.
+    /// True if unlogged forces explain an error.
     pub(crate) is_explained: bool,
-    /// Whether the trials, allowing for such forces, require the same plant.
+    /// True if the trials, allowing for such forces, support the same plant.
     pub(crate) is_vouched: bool,
     pub(crate) speed: Option<Timed>,
     pub(crate) acceleration: Option<Vec<f64>>,
 }
 
-/// A trial tests an axis if its mean speed there is this part of that of all trials.
-const TESTS: f64 = 0.3;
+/// Minimum mean speed of a trial that tests an axis, relative to that over all trials.
+const LEAST_TESTING_MOTION: f64 = 0.3;
 
-/// A plant that moves this many times as far as a vehicle that hardly moves is refuted, …
+/// Factor of the motion of an almost motionless vehicle above which the plant's motion refutes it …
 const HELD: f64 = 10.0;
-/// … if the error is this part of the usual motion of the trials.
+/// … if the error is at least this fraction of the typical motion of the trials.
 const MATERIAL: f64 = 0.05;
 
 /// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
 pub(crate) const LEAST_R2: f64 = 0.28;
 
-/// Acceleration is the slope of speed over so long to either side, s: noise counts for little.
+/// Half the length of the interval over which the slope of speed gives acceleration, s: long enough
+/// to suppress noise.
 const SLOPE_HALF_S: f64 = 0.5;
 
 impl Tested<'_> {
     fn tests(&self) -> bool {
-        self.null_error >= TESTS * self.usual_null_error
+        self.null_error >= LEAST_TESTING_MOTION * self.usual_null_error
     }
 
-    /// The error without offsets, where that is smaller.
+    /// Returns the smaller of the errors with and without offset.
     fn least_error(&self) -> Option<f64> {
         Some(self.error?.min(self.free_error.unwrap_or(f64::INFINITY)))
     }
 
-    /// The model without a plant that predicts the trial as well.
+    /// Returns the model without a plant that predicts the trial at least as well.
     fn worse_than(&self) -> Option<NullModel> {
         let is_far = self.least_error().is_none_or(|error| error > PREDICTS * self.null_error);
-        // A vehicle that is held hardly moves, and a plant that has it move is refuted all the same.
+        // An almost motionless, held vehicle also refutes a plant that moves.
         let least = (HELD * self.null_error).max(MATERIAL * self.usual_null_error);
         let is_material = self.least_error().is_none_or(|error| error >= least);
         match self.least_error() {
@@ -119,7 +120,7 @@ impl Tested<'_> {
         }
     }
 
-    /// What the error is of.
+    /// Returns the quantity of the error.
     fn quantity(&self) -> ScoredMotion {
         match self.acceleration {
             Some(_) => ScoredMotion::Acceleration,
@@ -135,7 +136,7 @@ impl Tested<'_> {
         self.tests() && self.worse_than().is_none() && (is_near && is_explained || self.is_vouched)
     }
 
-    fn worse(&self) -> Option<WorseTrial> {
+    fn as_worse_trial(&self) -> Option<WorseTrial> {
         let than = self.worse_than()?;
         Some(WorseTrial {
             trial: self.trial.to_owned(),
@@ -144,15 +145,15 @@ impl Tested<'_> {
             r_squared: self.r_squared.filter(|_| self.error.is_some()),
             than,
             null_error: self.null_error,
-            // Trials in which the vehicle hardly moves say nothing of what the others require.
+            // Trials with almost no motion do not show what the others support.
             is_explained: self.is_explained || self.is_vouched && self.tests(),
         })
     }
 }
 
 impl GoodFor {
-    /// Gathers the motion of the trials that a plant predicts; `drift_deg` are the drift angles of each
-    /// trial.
+    /// Collects the motion of the trials that a plant predicts; `drift_deg` are the drift angles of
+    /// each trial.
     pub(crate) fn new(tested: &[Tested<'_>], drift_deg: &BTreeMap<&str, [f64; 2]>) -> Self {
         let mut motion: BTreeMap<Dof, ConfirmedMotion> = BTreeMap::new();
         let mut drift: Option<[f64; 2]> = None;
@@ -167,13 +168,13 @@ impl GoodFor {
                 drift = joined(drift, drift_deg.get(one.trial).copied());
             }
         }
-        let not_as_in = tested.iter().filter_map(Tested::worse).collect();
+        let not_as_in = tested.iter().filter_map(Tested::as_worse_trial).collect();
         let mut found = Self { words: String::new(), motion, drift_deg: drift, not_as_in };
-        found.words = found.spoken();
+        found.words = found.describe();
         found
     }
 
-    /// The part of one axis.
+    /// Returns the part of one axis.
     pub(crate) fn of_axis(&self, dof: Dof) -> Self {
         let own = |(axis, motion): (&Dof, &ConfirmedMotion)| {
             (*axis == dof).then(|| (*axis, motion.clone()))
@@ -184,16 +185,17 @@ impl GoodFor {
             not_as_in: self.not_as_in.iter().filter(|worse| worse.axis == dof).cloned().collect(),
             ..Self::default()
         };
-        found.words = found.spoken();
+        found.words = found.describe();
         found
     }
 
-    /// Whether no trial confirms anything.
+    /// Returns true if no trial confirms anything.
     pub(crate) fn is_nothing(&self) -> bool {
         self.motion.is_empty()
     }
 
-    /// The trials that are worse, each once with its axes: "`berthing` (sway, yaw)".
+    /// Lists the trials that are predicted worse, each once with its axes: "`berthing` (sway,
+    /// yaw)".
     pub(crate) fn exceptions(&self) -> Option<String> {
         let mut by_trial: BTreeMap<&str, Vec<Dof>> = BTreeMap::new();
         for worse in &self.not_as_in {
@@ -204,7 +206,7 @@ impl GoodFor {
         (!all.is_empty()).then(|| all.join(", "))
     }
 
-    fn spoken(&self) -> String {
+    fn describe(&self) -> String {
         let of = |(dof, motion): (&Dof, &ConfirmedMotion)| {
             let units = dof.units();
             let span =
@@ -229,8 +231,8 @@ impl GoodFor {
         words.join("; ")
     }
 
-    /// Names each trial that is worse where all trials together hide it: `hides` knows the axes that
-    /// they show to be predicted.
+    /// Returns a caveat for each trial that is predicted worse where all trials together hide it:
+    /// `hides` returns true for axes that they show to be predicted.
     pub(crate) fn caveats(&self, hides: impl Fn(Dof) -> bool) -> Vec<Caveat> {
         let hidden = self.not_as_in.iter().filter(|worse| !worse.is_explained && hides(worse.axis));
         hidden.map(WorseTrial::caveat).collect()
@@ -265,7 +267,7 @@ fn acceleration(one: &Tested<'_>) -> Option<[f64; 2]> {
     range(slopes.values())
 }
 
-/// The range that holds 95 % of some values: outliers are none of it.
+/// Returns the range that includes 95 % of some values, without outliers.
 pub(crate) fn range(values: &[f64]) -> Option<[f64; 2]> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -281,14 +283,14 @@ fn joined(one: Option<[f64; 2]>, other: Option<[f64; 2]>) -> Option<[f64; 2]> {
     }
 }
 
-/// A bound in a sentence, to two digits.
+/// Formats a bound to two digits.
 fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
     }
     let decimals = (1 - x.abs().log10().floor() as i32).clamp(0, 3) as usize;
     let written = format!("{x:.decimals$}");
-    // Rounded to nothing it has no sign.
+    // A value rounded to zero has no sign.
     if written.trim_start_matches(['-', '0', '.']).is_empty() { "0".to_owned() } else { written }
 }
 
@@ -319,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_of_trials_that_are_predicted_is_confirmed() {
+    fn confirms_the_motion_of_predicted_trials() {
         let found = good_for(&[tested("zigzag", 0.01, 0.1, 0.95)]);
         let motion = &found.motion[&Dof::Yaw];
         let [low, high] = motion.speed.expect("measured");
@@ -331,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_worse_than_no_plant_is_named_and_its_motion_is_not_confirmed() {
+    fn names_a_trial_worse_than_without_a_plant_and_does_not_confirm_its_motion() {
         let of = |error, r2| {
             let both = [tested("zigzag", 0.01, 0.1, 0.95), tested("berthing", error, 0.08, r2)];
             good_for(&both)
@@ -347,14 +349,14 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_that_hardly_moves_says_nothing_of_the_plant() {
+    fn a_trial_with_almost_no_motion_is_ignored() {
         let found = good_for(&[tested("idle", 0.02, 0.01, -2.0)]);
         assert!(found.is_nothing() && found.not_as_in.is_empty());
         assert_eq!(found.words, "no motion that an unseen trial confirms");
     }
 
     #[test]
-    fn a_trial_that_other_forces_disturb_is_excepted_without_a_warning() {
+    fn a_trial_with_unlogged_forces_is_excepted_without_a_warning() {
         let disturbed = Tested { is_explained: true, ..tested("tether", 0.09, 0.08, -0.4) };
         let found = good_for(&[disturbed]);
         assert!(found.is_nothing() && found.not_as_in[0].is_explained);
@@ -368,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn outliers_are_no_part_of_a_range() {
+    fn a_range_excludes_outliers() {
         let mut values: Vec<f64> = (0..=100).map(f64::from).collect();
         values[50] = 1e6;
         let [low, high] = range(&values).expect("values");

@@ -3,7 +3,7 @@
 use super::score::Scored;
 use crate::{AxisRecord, Fit};
 
-/// A fit with how it predicts.
+/// A fit with its scores and predictions.
 pub(crate) struct Judged {
     pub(crate) fit: Fit,
     pub(crate) axes: Vec<AxisRecord>,
@@ -14,7 +14,7 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    /// How it predicts trials that it has not seen.
+    /// Returns the score on trials outside the fit.
     pub(crate) fn tested(&self) -> Option<&Scored> {
         self.hold_out.as_ref().or(self.left_out.as_ref())
     }

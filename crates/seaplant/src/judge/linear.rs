@@ -1,8 +1,8 @@
-//! What a free simulation misses, and what small changes of its model would do about it.
+//! Errors of an open-loop simulation, and their linear dependence on small changes of the model.
 //!
-//! Where a model `v̇ = f(v, τ)` is off by a small acceleration a(t), its velocity is off by s:
-//! `ṡ = (2β|v| + μ) s + a`. So the errors of a simulation are linear in whatever the model may
-//! lack, and least squares tells how much of it they ask for.
+//! Where a model `v̇ = f(v, τ)` lacks a small acceleration a(t), its velocity has the error s:
+//! `ṡ = (2β|v| + μ) s + a`. The errors of a simulation are therefore linear in what the model
+//! lacks, which least squares estimates.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,44 +10,44 @@ use crate::evaluate::compare_record;
 use crate::regression::batch_s;
 use crate::{AxisRecord, Comparison, Error, Model, ScoredMotion, VelocitySensor};
 
-/// Longest window with an initial velocity and a constant force of its own, s: forces of tethers
-/// and currents change within minutes, and drag shows within one.
+/// Maximum length of a window with its own initial velocity and constant force, s: forces of
+/// tethers and currents change within minutes, while drag acts within one.
 pub(crate) const WINDOW_S: f64 = 150.0;
 
-/// A step that is this many times as long as usual, and a second, ends a window.
+/// A step longer than this many median steps, and than one second, ends a window.
 const GAP_STEPS: f64 = 5.0;
 
-/// Of longer records, windows at equal distances are looked at: so many say enough.
+/// Maximum number of windows; longer records are represented by windows at equal intervals.
 const MOST_WINDOWS: usize = 96;
 
-/// A window with fewer samples says nothing beside its own offsets.
+/// Minimum number of samples of a window.
 const LEAST_SAMPLES: usize = 10;
 
-/// A nuisance whose part across the others is smaller than this is one of them.
+/// Relative norm below which a nuisance, after projection on the others, is linearly dependent.
 const DEPENDENT: f64 = 1e-6;
 
-/// A window of a simulated trial, and what its initial velocity, a constant force and, in
-/// translations, a current explain taken out: these move every model alike.
+/// A window of a simulated trial after removal of its initial velocity, a constant force and, for
+/// translations, a current, which affect every model alike.
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
     pub(crate) trial: String,
     pub(crate) time_s: Vec<f64>,
-    /// Measured velocity less simulated, without what the nuisances explain.
+    /// Measured minus simulated velocity, after removal of the nuisances.
     pub(crate) error: Vec<f64>,
-    /// Velocity through the water as simulated.
+    /// Simulated velocity through the water.
     pub(crate) velocity: Vec<f64>,
-    /// Acceleration by thrust over the step that each sample begins.
+    /// Acceleration by thrust over the step that starts at each sample.
     pub(crate) thrust: Vec<f64>,
-    /// Acceleration by drag, likewise.
+    /// Acceleration by drag over the same step.
     pub(crate) drag: Vec<f64>,
-    /// How fast a small error of velocity dies out, 1/s, below zero.
+    /// Negative decay rate of a small velocity error, 1/s.
     decay: Vec<f64>,
-    /// What shows velocity.
+    /// Model of the velocity sensor.
     sensor: VelocitySensor,
     nuisances: Vec<Vec<f64>>,
 }
 
-/// The windows of simulated records; none of a record on which the simulation runs away.
+/// Returns the windows of simulated records; none for a record whose simulation diverges.
 ///
 /// # Errors
 /// Those of [`AxisRecord::velocity`].
@@ -66,7 +66,7 @@ pub(crate) fn windows_of(model: &Model, axes: &[AxisRecord]) -> Result<Vec<Windo
     Ok(all)
 }
 
-/// The windows of a comparison.
+/// Returns the windows of a comparison.
 pub(crate) fn windows(comparison: &Comparison, model: &Model) -> Vec<Window> {
     let current = model.thrust.current_of(&comparison.trial);
     let parts: Vec<_> =
@@ -79,7 +79,7 @@ pub(crate) fn windows(comparison: &Comparison, model: &Model) -> Vec<Window> {
         .collect()
 }
 
-/// Samples without a gap between them, in equal parts of at most [`WINDOW_S`].
+/// Returns ranges of samples without gaps, divided equally to at most [`WINDOW_S`].
 fn parts(time_s: &[f64]) -> Vec<std::ops::Range<usize>> {
     let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let usual = crate::series::median(&mut steps).unwrap_or(0.0);
@@ -119,7 +119,7 @@ impl Window {
         let decay = velocity.iter().map(|v| (2.0 * plant.beta * v.abs() + plant.mu).min(0.0));
         let (mut thrust, mut drag) = (Vec::new(), Vec::new());
         for k in 0..velocity.len() {
-            // The last sample begins no step; nothing reads its value.
+            // No step starts at the last sample; its value is not used.
             let next = (k + 1).min(velocity.len() - 1);
             let step_s = (time_s[next] - time_s[k]).max(f64::MIN_POSITIVE);
             let v = 0.5 * (velocity[k] + velocity[next]);
@@ -140,11 +140,12 @@ impl Window {
             drag,
             nuisances: Vec::new(),
         };
-        let force = window.shown(&vec![1.0; error.len()]);
+        let force = window.sensor_output(&vec![1.0; error.len()]);
         // Drag acts on velocity through the water: a current u adds −(2β|v| + μ) u.
-        let current = window.shown(&window.decay.iter().map(|x| -x).collect::<Vec<_>>());
+        let current = window.sensor_output(&window.decay.iter().map(|x| -x).collect::<Vec<_>>());
         let has_current = !comparison.dof.is_rotation();
-        let nuisances = [Some(window.of_start()), Some(force), has_current.then_some(current)];
+        let nuisances =
+            [Some(window.start_response()), Some(force), has_current.then_some(current)];
         for nuisance in nuisances.into_iter().flatten() {
             let mut left = window.without_nuisances(nuisance.clone());
             let (before, after) = (norm(&nuisance), norm(&left));
@@ -157,21 +158,22 @@ impl Window {
         window
     }
 
-    /// What an acceleration that the model lacks does to velocity, without what the nuisances
-    /// take of it; shape (n,), over the step that each sample begins.
+    /// Computes the response of velocity to an acceleration that the model lacks, after removal of
+    /// the nuisances; shape (n,). The acceleration is constant over the step that starts at each
+    /// sample.
     pub(crate) fn response(&self, acceleration: &[f64]) -> Vec<f64> {
-        self.without_nuisances(self.shown(acceleration))
+        self.without_nuisances(self.sensor_output(acceleration))
     }
 
-    /// What the sensor shows of the velocity that an acceleration adds.
-    fn shown(&self, acceleration: &[f64]) -> Vec<f64> {
+    /// Computes the sensor output for the velocity due to an acceleration.
+    fn sensor_output(&self, acceleration: &[f64]) -> Vec<f64> {
         self.sensor.shows(&self.time_s, &self.integrate(acceleration))
     }
 
-    fn of_start(&self) -> Vec<f64> {
+    fn start_response(&self) -> Vec<f64> {
         let mut response = vec![1.0];
         for k in 1..self.time_s.len() {
-            response.push(response[k - 1] * self.kept(k).0);
+            response.push(response[k - 1] * self.step_response(k).0);
         }
         response
     }
@@ -179,15 +181,15 @@ impl Window {
     fn integrate(&self, acceleration: &[f64]) -> Vec<f64> {
         let mut response = vec![0.0];
         for k in 1..self.time_s.len() {
-            let (kept, gain_s) = self.kept(k);
+            let (kept, gain_s) = self.step_response(k);
             response.push(kept * response[k - 1] + gain_s * acceleration[k - 1]);
         }
         response
     }
 
-    /// The part of an error of velocity that is left after step k, and what a constant
-    /// acceleration adds over it, s.
-    fn kept(&self, k: usize) -> (f64, f64) {
+    /// Returns the factor by which a velocity error decays over step k, and the gain of a constant
+    /// acceleration over it, s.
+    fn step_response(&self, k: usize) -> (f64, f64) {
         let step_s = self.time_s[k] - self.time_s[k - 1];
         let decay = 0.5 * (self.decay[k] + self.decay[k - 1]);
         let kept = (decay * step_s).exp();
@@ -203,7 +205,7 @@ impl Window {
         x
     }
 
-    /// Samples in batches of that length, s.
+    /// Divides the samples into batches of about the given length, s.
     pub(crate) fn batches(&self, batch_s: f64) -> Vec<std::ops::Range<usize>> {
         let span_s = self.duration_s();
         let count = (span_s / batch_s).round().max(1.0);
@@ -226,9 +228,9 @@ fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Least squares of simulation errors on what a model may lack, window by window.
+/// Least squares of simulation errors on accelerations that a model may lack.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lacking {
+pub(crate) struct ErrorRegression {
     batches: Vec<Batch>,
 }
 
@@ -239,18 +241,18 @@ struct Batch {
     square: f64,
 }
 
-/// How much of each column would make the errors least.
+/// Coefficients of the columns that minimise the errors.
 #[derive(Clone, Debug)]
-pub(crate) struct Asked {
+pub(crate) struct Solution {
     pub(crate) value: DVector<f64>,
-    /// Of what batches say, so that errors may be correlated within one.
+    /// Covariance from the scores of batches, valid for errors that are correlated within one.
     pub(crate) covariance: DMatrix<f64>,
-    /// Batches less columns.
+    /// Number of batches minus number of columns.
     pub(crate) freedom: f64,
 }
 
-impl Lacking {
-    /// Of windows and the columns that each has, accelerations of shape (n,).
+impl ErrorRegression {
+    /// Sums over windows; `columns` returns the accelerations of each, shape (n,).
     pub(crate) fn of(
         windows: &[Window],
         columns: impl Fn(&Window) -> Option<Vec<Vec<f64>>>,
@@ -268,8 +270,9 @@ impl Lacking {
         Self { batches }
     }
 
-    /// What would make the errors least; `None` if columns depend on each other or batches are too few.
-    pub(crate) fn solve(&self) -> Option<Asked> {
+    /// Solves for the coefficients; `None` if columns are linearly dependent or batches are too
+    /// few.
+    pub(crate) fn solve(&self) -> Option<Solution> {
         let p = self.batches.first()?.score.len();
         let freedom = self.batches.len().checked_sub(p).filter(|freedom| *freedom > 1)? as f64;
         let mut information = DMatrix::zeros(p, p);
@@ -296,14 +299,14 @@ impl Lacking {
         }
         let count = self.batches.len() as f64;
         let covariance = &inverse * meat * &inverse * (count / freedom);
-        Some(Asked { value, covariance, freedom })
+        Some(Solution { value, covariance, freedom })
     }
 }
 
-impl Lacking {
-    /// Σ error² of each half of the batches with what the other half asks for: what is explained
-    /// there is explained, and not only fitted.
-    pub(crate) fn left_unseen(&self) -> Option<f64> {
+impl ErrorRegression {
+    /// Computes Σ error² in cross-validation: of each half of the batches with the coefficients of
+    /// the other half.
+    pub(crate) fn cross_validated(&self) -> Option<f64> {
         let half = |odd: bool| {
             let of = |(k, batch): (usize, &Batch)| ((k % 2 == 1) == odd).then(|| batch.clone());
             Self { batches: self.batches.iter().enumerate().filter_map(of).collect() }
@@ -340,7 +343,7 @@ mod tests {
     use super::*;
     use crate::{Agreement, Dof, PhysicalParameters, State, Timed, simulate};
 
-    /// A trial of a vehicle of 100 kg and 60 N/(m/s)², simulated by another plant.
+    /// Returns a trial of a vehicle of 100 kg and 60 N/(m/s)², simulated by another plant.
     fn comparison(model: &Model, extra_n: f64) -> Comparison {
         let truth = PhysicalParameters { mass: 100.0, d_quadratic: 60.0, ..Default::default() };
         let time_s: Vec<f64> = (0..1200).map(|k| 0.1 * f64::from(k)).collect();
@@ -373,24 +376,24 @@ mod tests {
     }
 
     #[test]
-    fn errors_ask_for_the_plant_that_was_there() {
+    fn recovers_the_plant_from_simulation_errors() {
         let model = model(104.0, 57.0);
         let windows = windows(&comparison(&model, 0.0), &model);
         assert_eq!(windows.len(), 1);
         let of = |window: &Window| Some(vec![window.thrust.clone(), window.drag.clone()]);
-        let asked = Lacking::of(&windows, of).solve().expect("exciting");
-        // α is 4 % too small; β is 57/104 in place of 60/100.
-        // Beyond first order: the square of a change of 9 %, and what else shares it.
+        let asked = ErrorRegression::of(&windows, of).solve().expect("exciting");
+        // α is 4 % too small; β is 57/104 in place of 60/100. Beyond first order: the square of a
+        // change of 9 %, and correlated columns.
         let first_order = 0.02;
         assert!((asked.value[0] - 0.04).abs() < first_order, "{}", asked.value);
         assert!((asked.value[1] - (0.6 / (57.0 / 104.0) - 1.0)).abs() < first_order);
         let errors: f64 = windows[0].error.iter().map(|e| e * e).sum();
-        let own = Lacking::of(&windows, of).left_unseen().expect("two halves");
+        let own = ErrorRegression::of(&windows, of).cross_validated().expect("two halves");
         assert!(own < 0.01 * errors, "{own} of {errors}");
     }
 
     #[test]
-    fn a_constant_force_is_no_error() {
+    fn a_constant_force_leaves_no_error() {
         let model = model(100.0, 60.0);
         let free = windows(&comparison(&model, 0.0), &model);
         let pushed = windows(&comparison(&model, 2.0), &model);
@@ -402,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_end_at_gaps_and_are_not_longer_than_they_may_be() {
+    fn windows_end_at_gaps_and_at_the_maximum_length() {
         let mut time_s: Vec<f64> = (0..4000).map(|k| 0.1 * f64::from(k)).collect();
         time_s[500..].iter_mut().for_each(|t| *t += 20.0);
         let found = parts(&time_s);

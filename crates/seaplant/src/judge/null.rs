@@ -1,4 +1,4 @@
-//! Models that know less than a plant: what a prediction must beat to be worth anything.
+//! Models without a plant, which a useful prediction must surpass.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,22 +9,22 @@ use crate::{AxisRecord, Comparison, ScoredMotion};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NullModel {
-    /// The vehicle never moves.
+    /// Zero velocity.
     NeverMoves,
-    /// It keeps the speed that it starts with.
+    /// Constant initial speed.
     KeepsInitialSpeed,
-    /// It keeps the mean speed of the trial, which this model is told.
+    /// Constant speed, equal to the mean of the trial, which is given to this model.
     KeepsMeanSpeed,
-    /// It has the steady speed for its thrust at once, v = ±c √|τ|, c from the fitted trials.
+    /// Steady speed for the present thrust, v = ±c √|τ|, with c from the fitted trials.
     SteadySpeed,
-    /// It never accelerates; where acceleration is compared.
+    /// Zero acceleration; used where acceleration is compared.
     NeverAccelerates,
-    /// It accelerates by its thrust as if there were no drag, v̇ = c τ, c from the fitted trials.
+    /// Acceleration by thrust without drag, v̇ = c τ, with c from the fitted trials.
     ThrustAlone,
 }
 
 impl NullModel {
-    /// As sentences call it.
+    /// Returns a description for use in sentences.
     pub const fn description(self) -> &'static str {
         match self {
             Self::NeverMoves => "a model that never moves",
@@ -40,19 +40,19 @@ impl NullModel {
 /// A model without a plant, and its error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NullScore {
-    /// Which.
+    /// Model.
     pub model: NullModel,
     /// e = mean |v_model − v|, m/s or rad/s.
     pub mean_abs_error: f64,
 }
 
-/// The null models, and what they learn from fitted trials.
+/// The models without a plant, with coefficients from fitted trials.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Nulls {
     /// c of v = ±c √|τ|, ahead and astern.
     steady: Option<[f64; 2]>,
     /// c of v̇ = c τ.
-    alone: f64,
+    thrust_coefficient: f64,
 }
 
 impl Nulls {
@@ -64,17 +64,17 @@ impl Nulls {
             let mut force = axis.force.reader();
             for (&t, &v) in velocity.time_s().iter().zip(velocity.values()) {
                 let tau = force.held_at(t);
-                let (way, root) = root_of(tau);
+                let (way, root) = signed_root(tau);
                 products[way] += root * v;
                 squares[way] += root * root;
             }
         }
-        let alone = of_thrust_alone(fitted);
+        let thrust_coefficient = fit_thrust_alone(fitted);
         let of = |way: usize| if squares[way] > 0.0 { products[way] / squares[way] } else { 0.0 };
-        Self { steady: (!fitted.is_empty()).then(|| [of(0), of(1)]), alone }
+        Self { steady: (!fitted.is_empty()).then(|| [of(0), of(1)]), thrust_coefficient }
     }
 
-    /// The best of the null models on some simulated trials; `None` without a sample.
+    /// Returns the best model on some simulated trials; `None` without samples.
     pub(crate) fn best(&self, comparisons: &[&Comparison]) -> Option<NullScore> {
         let count: usize = comparisons.iter().map(|comparison| comparison.measured.len()).sum();
         if count == 0 {
@@ -94,10 +94,10 @@ impl Nulls {
             let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
             let initial = comparison.simulated.first().copied().unwrap_or(0.0);
             for (&v, &tau) in measured.iter().zip(&comparison.force) {
-                let (way, root) = root_of(tau);
+                let (way, root) = signed_root(tau);
                 let steady = self.steady.map_or(0.0, |c| c[way] * root);
-                for (sum, says) in sums.iter_mut().zip([0.0, initial, mean, steady]) {
-                    sum.1 += (v - says).abs();
+                for (sum, prediction) in sums.iter_mut().zip([0.0, initial, mean, steady]) {
+                    sum.1 += (v - prediction).abs();
                 }
             }
         }
@@ -107,9 +107,10 @@ impl Nulls {
 }
 
 impl Nulls {
-    /// Of accelerations; each is given the offsets of the trials, as the plant is.
+    /// Compares accelerations, after removal of each trial's offset, as for the plant.
     fn best_acceleration(&self, comparisons: &[&Comparison], count: usize) -> Option<NullScore> {
-        let models = [(NullModel::NeverAccelerates, 0.0), (NullModel::ThrustAlone, self.alone)];
+        let models =
+            [(NullModel::NeverAccelerates, 0.0), (NullModel::ThrustAlone, self.thrust_coefficient)];
         let error = |c: f64| {
             let of = |one: &&Comparison| {
                 let left: Vec<f64> =
@@ -124,14 +125,15 @@ impl Nulls {
     }
 }
 
-/// c of v̇ = c τ by least squares, both without the means of their trials.
-fn of_thrust_alone(fitted: &[AxisRecord]) -> f64 {
+/// Fits c of v̇ = c τ by least squares, after removal of each trial's mean thrust.
+fn fit_thrust_alone(fitted: &[AxisRecord]) -> f64 {
     let (mut xx, mut xy) = (0.0, 0.0);
     for axis in fitted.iter().filter(|axis| !axis.knows_velocity()) {
         let mut force = axis.force.reader();
-        let felt = axis.acceleration.iter().flat_map(|felt| felt.windows());
+        let accelerations =
+            axis.acceleration.iter().flat_map(|accelerations| accelerations.windows());
         let pairs: Vec<(f64, f64)> =
-            felt.map(|m| (force.held_at(0.5 * (m.from_s + m.to_s)), m.mean)).collect();
+            accelerations.map(|m| (force.held_at(0.5 * (m.from_s + m.to_s)), m.mean)).collect();
         let n = pairs.len().max(1) as f64;
         let mean_x = pairs.iter().map(|(x, _)| x).sum::<f64>() / n;
         for (x, y) in pairs {
@@ -142,8 +144,8 @@ fn of_thrust_alone(fitted: &[AxisRecord]) -> f64 {
     if xx > 0.0 { xy / xx } else { 0.0 }
 }
 
-/// Which way, and √|τ| with the sign of τ.
-fn root_of(tau: f64) -> (usize, f64) {
+/// Returns the direction (0 ahead, 1 astern), and √|τ| with the sign of τ.
+fn signed_root(tau: f64) -> (usize, f64) {
     (usize::from(tau < 0.0), tau.abs().sqrt().copysign(tau))
 }
 
@@ -172,8 +174,8 @@ mod tests {
     }
 
     #[test]
-    fn each_null_model_is_best_where_it_is_right() {
-        let nulls = Nulls { steady: Some([0.5, 0.25]), alone: 0.0 };
+    fn each_null_model_is_best_for_its_own_motion() {
+        let nulls = Nulls { steady: Some([0.5, 0.25]), thrust_coefficient: 0.0 };
         let still = best(nulls, &[0.01, -0.01, 0.0], &[9.0, 4.0, -4.0], 0.5);
         assert_eq!(still.model, NullModel::NeverMoves);
         let coasting = best(nulls, &[1.0, 1.0, 1.1], &[0.0; 3], 1.0);
@@ -185,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn without_fitted_trials_thrust_tells_no_steady_speed() {
+    fn steady_speed_needs_fitted_trials() {
         let found = best(Nulls::default(), &[0.0, 1.0], &[0.0, 1.0], 0.0);
         assert_ne!(found.model, NullModel::SteadySpeed);
     }

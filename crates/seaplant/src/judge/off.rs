@@ -1,59 +1,59 @@
-//! How far the numbers of a plant may be off.
+//! Possible errors of the numbers of a plant.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::asked::Part;
+use super::change::Part;
 use super::verdict::{KNOWN_DRAG, KNOWN_MASS, Trust};
 use crate::{Estimate, Method};
 
-/// By how much a number may be off, and what says so.
+/// Possible error of a number, with its cause.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MayBeOff {
-    /// Which number: "mass", or "surge: drag at 0.4 m/s" of a plant of several axes.
+    /// Name of the number: "mass", or "surge: drag at 0.4 m/s" for a plant of several axes.
     pub number: String,
-    /// By which part of it: 0.3 where the truth may be 30 % more or less, 2 where it may be three times as
-    /// much or a third; absent where it may be anything.
+    /// Relative error: 0.3 where the truth may be 30 % more or less, 2 where it may be three times
+    /// as much or a third; absent where it may have any value.
     pub part: Option<f64>,
-    /// What says so.
+    /// Cause.
     pub because: OffBecause,
-    /// By so much a user takes the number of a usable plant to be off at most.
+    /// Relative error up to which the number counts as usable.
     pub limit: f64,
 }
 
-/// What says that a number may be off.
+/// Cause of a possible error of a number.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum OffBecause {
     /// Its 95 % interval.
     Interval,
-    /// The change that would make the errors of simulated trials least.
+    /// The change that would minimise the errors of simulated trials.
     AnotherPlantFits,
-    /// Another method that predicts as well.
+    /// Another method with equally good predictions.
     Method {
-        /// Which.
+        /// Method.
         method: Method,
     },
 }
 
-/// A number with all that says how sure it is.
+/// A number with all information on its accuracy.
 pub(crate) struct Number {
     pub(crate) name: String,
     pub(crate) is_mass: bool,
     pub(crate) estimate: Estimate,
-    /// What trials would have of it.
+    /// Changes that trials support.
     pub(crate) changes: Vec<Part>,
-    /// What methods that predict as well have.
+    /// Values by methods with equally good predictions.
     pub(crate) others: Vec<(Method, f64)>,
 }
 
 impl Number {
-    /// What says that it may be off by most.
-    fn off(&self) -> MayBeOff {
+    /// Returns the greatest possible error with its cause.
+    fn greatest_error(&self) -> MayBeOff {
         let Estimate { value, low95, high95, .. } = self.estimate;
         let half = 0.5 * (high95 - low95) / value.abs();
         let by_interval = (half, OffBecause::Interval);
-        // A change that may be none is chance.
+        // A change whose interval includes zero may be chance.
         let is_sure = |change: &&Part| change.low95 > 0.0 || change.high95 < 0.0;
         let changes = self.changes.iter().filter(is_sure);
         let changes = changes.map(|change| (change.value.abs(), OffBecause::AnotherPlantFits));
@@ -69,7 +69,7 @@ impl Number {
         let (part, because) = most
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .unwrap_or((f64::INFINITY, OffBecause::Interval));
-        // An interval that includes zero leaves everything open.
+        // An interval that includes zero excludes no factor.
         let is_open = part >= 1.0 && because == OffBecause::Interval || !part.is_finite();
         let (number, part) = (self.name.clone(), (!is_open).then_some(part));
         MayBeOff { number, part, because, limit: self.limit() }
@@ -80,24 +80,24 @@ impl Number {
     }
 }
 
-/// Lists how far numbers may be off, if nothing is known of the plant's trust yet.
+/// Returns the possible errors of numbers, whatever the plant's trust.
 pub(crate) fn may_be_off<'a>(numbers: impl IntoIterator<Item = &'a Number>) -> Vec<MayBeOff> {
-    numbers.into_iter().map(Number::off).collect()
+    numbers.into_iter().map(Number::greatest_error).collect()
 }
 
 impl MayBeOff {
-    /// Whether it is told: all numbers of a doubtful plant are, of others those that are known less well
-    /// than a user takes them for.
+    /// Returns true if the error is to be reported: for a doubtful plant always, else if it exceeds
+    /// the limit.
     pub(crate) fn matters(&self, trust: Trust) -> bool {
         trust <= Trust::Doubtful || self.part.is_none_or(|part| part > self.limit)
     }
 
-    /// Whether something else than the number's interval says that it may be off by more than that.
+    /// Returns true if the cause is other than the number's interval.
     pub(crate) fn is_beyond_interval(&self) -> bool {
         self.because != OffBecause::Interval
     }
 
-    /// Writes it as "mass by 30 % (its interval)".
+    /// Formats as "mass by 30 % (its interval)".
     pub fn spoken(&self) -> String {
         let by = match self.part {
             None => "by any factor".to_owned(),
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_doubtful_number_says_by_how_much_it_may_be_off() {
+    fn a_doubtful_plant_reports_all_possible_errors() {
         assert_eq!(said(number(0.5), Trust::Doubtful), ["mass by 5 % (its 95 % interval)"]);
         assert_eq!(said(number(0.5), Trust::UsableWithCare), [""; 0]);
         assert_eq!(said(number(2.0), Trust::UsableWithCare), ["mass by 20 % (its 95 % interval)"]);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_says_most_counts() {
+    fn reports_the_cause_of_the_greatest_error() {
         let part = |value| Part { value, std: 0.01, low95: value - 0.02, high95: value + 0.02 };
         let changed = Number { changes: vec![part(0.01), part(-0.4)], ..number(0.5) };
         assert_eq!(said(changed, Trust::Doubtful), ["mass by 40 % (what trials would have)"]);

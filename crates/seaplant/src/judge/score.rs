@@ -1,6 +1,6 @@
-//! How well a plant predicts trials, beside models that know less.
+//! Prediction errors of a plant on trials, compared with simpler models.
 
-use super::asked::{PlantChange, change};
+use super::change::{PlantChange, change};
 use super::linear::{Window, windows};
 use super::null::{NullScore, Nulls};
 use schemars::JsonSchema;
@@ -12,44 +12,46 @@ use crate::{
     Agreement, AxisRecord, Comparison, Dof, Error, Model, ScoredMotion, Trial, VelocitySource,
 };
 
-/// The error of a plant on some trials; what a diverging simulation has none of is absent.
+/// Prediction error of a plant on some trials; values that do not exist for a diverging simulation
+/// are absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
-    /// What was compared: where no velocity was measured, e and R² are of acceleration, in means
-    /// over half a second without the accelerometer's offset.
+    /// Compared quantity: where velocity was not measured, e and R² are of acceleration, in means
+    /// over half a second after removal of the accelerometer's offset.
     #[serde(default)]
     pub quantity: ScoredMotion,
     /// e = mean |v_model − v| on raw velocity.
     pub mean_abs_error: Option<f64>,
-    /// e of a model that never moves, or of one that never accelerates.
+    /// e of a model that never moves, or that never accelerates.
     pub null_error: f64,
     /// The best model without a plant; absent if a simulation diverged.
     #[serde(default)]
     pub best_null: Option<NullScore>,
-    /// e with an initial velocity, a constant force and, in translations, a current fitted to each
-    /// trial (of long ones, to each 150 s): what methods are compared by.
+    /// e with an initial velocity, a constant force and, for translations, a current fitted to each
+    /// trial (for long ones, to each 150 s): the criterion for comparison of methods.
     #[serde(default)]
     pub offset_free_error: Option<f64>,
-    /// The change of the plant that would make the errors least; absent where they do not determine it.
+    /// The change of the plant that would minimise the errors; absent where they do not determine
+    /// it.
     #[serde(default)]
     pub change: Option<PlantChange>,
     /// 1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials.
     pub r_squared: Option<f64>,
-    /// Each trial.
+    /// Scores of each trial.
     pub trials: Vec<TrialScore>,
 }
 
-/// The error of a plant on one trial.
+/// Prediction error of a plant on one trial.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrialScore {
-    /// Which trial.
+    /// Trial.
     pub trial: String,
     /// e = mean |v_model − v| on raw velocity; absent if the simulation diverged.
     pub mean_abs_error: Option<f64>,
     /// e of a model that never moves.
     pub null_error: f64,
-    /// e with an initial velocity, a constant force and, in translations, a current fitted to the trial;
-    /// absent where velocity is not what is compared.
+    /// e with an initial velocity, a constant force and, for translations, a current fitted to the
+    /// trial; absent where the compared quantity is not velocity.
     #[serde(default)]
     pub offset_free_error: Option<f64>,
     /// R² of velocity.
@@ -58,33 +60,33 @@ pub struct TrialScore {
     pub position_r_squared: Option<f64>,
     /// Mean |model − measured| of position, m or rad.
     pub position_mean_abs_error: Option<f64>,
-    /// Samples compared.
+    /// Number of compared samples.
     pub samples: usize,
 }
 
-/// A score, and what decides between plants.
+/// A score with the errors used for comparison of plants.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scored {
     pub(crate) score: Score,
-    /// Mean |error| of each of many parts of the trials, their offsets taken out; the same
-    /// parts for every plant. Empty if a simulation ran away.
+    /// Mean |error| of each of many parts of the trials after removal of offsets; the same parts
+    /// for every plant. Empty if a simulation diverges.
     pub(crate) parts: Vec<f64>,
 }
 
-/// Scores a plant on trials: e on raw velocity, beside models that know less.
+/// Scores a plant on trials: e on raw velocity, compared with models without a plant.
 ///
 /// # Errors
-/// Those of [`Trial::axis`]; a simulation that diverges is no error but has no score.
+/// Those of [`Trial::axis`]; for a simulation that diverges, the scores are absent.
 pub fn score_plant(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Score, Error> {
     Ok(score(model, &records(dof, trials)?, &Nulls::default())?.score)
 }
 
-/// The records of one degree of freedom that plants are compared with.
+/// Returns the records of one degree of freedom for comparison with plants.
 pub(crate) fn records(dof: Dof, trials: &[&Trial]) -> Result<Vec<AxisRecord>, Error> {
     trials.iter().map(|trial| trial.axis(dof, VelocitySource::Measured)).collect()
 }
 
-/// [`score_plant`], with the null models that know the fitted trials.
+/// Scores as [`score_plant`], with null models from the fitted trials.
 ///
 /// # Errors
 /// As [`score_plant`].
@@ -104,16 +106,16 @@ pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result
         let own = windows.iter().filter(|window| window.trial == trial.trial);
         trial.offset_free_error = offset_free_error(own);
     }
-    let felt = outcomes.iter().filter_map(Outcome::comparison);
-    let felt: Vec<f64> = felt.flat_map(parts_of_acceleration).collect();
-    // A long record's simulation takes much memory, and others follow.
+    let accelerations = outcomes.iter().filter_map(Outcome::comparison);
+    let accelerations: Vec<f64> = accelerations.flat_map(parts_of_acceleration).collect();
+    // The simulation of a long record takes much memory, and more simulations follow.
     drop(outcomes);
-    let parts = [parts(&windows), felt].concat();
+    let parts = [parts(&windows), accelerations].concat();
     score.change = change(model, axes, windows)?;
     Ok(Scored { score, parts })
 }
 
-/// What a plant is compared by: acceleration only where nothing better was measured.
+/// Returns the compared quantity: acceleration only where velocity was not measured.
 fn quantity_of(axes: &[AxisRecord]) -> ScoredMotion {
     match axes.iter().any(AxisRecord::knows_velocity) || axes.is_empty() {
         true => ScoredMotion::Velocity,
@@ -121,7 +123,7 @@ fn quantity_of(axes: &[AxisRecord]) -> ScoredMotion {
     }
 }
 
-/// As many means of acceleration make a part to compare plants by.
+/// Number of acceleration means in a part for comparison of plants.
 const MEANS_IN_PART: usize = 20;
 
 fn parts_of_acceleration(comparison: &Comparison) -> Vec<f64> {
@@ -152,7 +154,7 @@ fn parts(windows: &[Window]) -> Vec<f64> {
     windows.iter().flat_map(of).collect()
 }
 
-/// One trial simulated, or not.
+/// Result of the simulation of one trial.
 enum Outcome {
     Compared(Box<Comparison>),
     Diverged { trial: String, null_error: f64, samples: usize },
@@ -167,7 +169,7 @@ impl Outcome {
     }
 
     fn windows(&self, model: &Model) -> Vec<Window> {
-        // What a window explains are errors of velocity.
+        // Windows explain errors of velocity only.
         let of_velocity = self.comparison().filter(|one| one.quantity == ScoredMotion::Velocity);
         of_velocity.map(|comparison| windows(comparison, model)).unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! What thrust itself gives away: a wrong sign, a controller behind it, one speed only.
+//! Tests of the thrust: wrong sign, feedback control, a single speed.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,18 +7,18 @@ use crate::caveat::spoken;
 use crate::estimate::{EquationError, Records};
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Fit};
 
-/// Delays with which the sign of thrust is looked at, s: within what a propeller needs.
+/// Delays of the thrust for the test of its sign, s: the range of propellers.
 const DELAYS_S: [f64; 7] = [0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2];
 
-/// Thrust is reversed if its coefficient is so many standard deviations below zero.
+/// Number of standard deviations below zero at which the coefficient of thrust counts as negative.
 const SURE_STD: f64 = 5.0;
 
-/// That thrust pushes the other way than its log says: least squares with the delay that suits
-/// best asks for a mass below zero, and drag is that of a vehicle once its sign is turned.
+/// Returns a caveat if the sign of thrust is reversed: least squares with the best delay gives a
+/// negative mass, and with the sign of thrust changed the drag is physically possible.
 pub(crate) fn reversed(records: Records<'_>, by: &EquationError) -> Option<Caveat> {
     let dof = records.dof().ok()?;
     let best = |delays_s: &[f64]| by.fit_best_delay(records, delays_s.iter().copied()).ok();
-    // A quick vehicle with slow thrust fits a wrong sign and a wrong delay together.
+    // For a fast vehicle with slow thrust, a wrong sign may fit together with a wrong delay.
     let [as_logged, late] = [best(&DELAYS_S[..1])?, best(&DELAYS_S)?].map(|found| found.fit);
     let is_below = |fit: &Fit| {
         fit.lumped.alpha < -SURE_STD * fit.covariance[(0, 0)].sqrt()
@@ -38,19 +38,21 @@ pub(crate) fn reversed(records: Records<'_>, by: &EquationError) -> Option<Cavea
     })
 }
 
-/// Past samples of thrust and velocity that may tell the next thrust …
+/// Number of past samples of thrust and velocity that predict the next thrust …
 const PAST: usize = 3;
 /// … at this rate, Hz.
 const FEEDBACK_HZ: f64 = 2.0;
-/// Velocity must tell this part of what past thrust leaves open.
+/// Fraction of the thrust's unpredicted variation that velocity must explain.
 const FEEDBACK_PART: f64 = 0.3;
-/// Thrust that its own past leaves open by less than this part is a known programme.
+/// Thrust whose past leaves less than this fraction of its variation unpredicted is a known
+/// programme.
 const OPEN_PART: f64 = 0.02;
 
-/// That thrust answers velocity, as under a controller: what disturbs the vehicle is then in its
-/// thrust, too.
+/// Returns a caveat if thrust depends on velocity, as under feedback control: disturbances then
+/// affect thrust as well.
 ///
-/// Least squares of each thrust on the last three, without and with the last three velocities.
+/// Compares least squares predictions of thrust from its last three samples, without and with the
+/// last three velocities.
 ///
 /// # Source
 /// C. W. J. Granger, "Investigating causal relations by econometric models", *Econometrica* 37,
@@ -79,20 +81,20 @@ pub(crate) fn feedback(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
     }
     let mean = next.iter().sum::<f64>() / count as f64;
     let variation: f64 = next.iter().map(|tau| (tau - mean).powi(2)).sum();
-    let by_thrust = left(&rows, &next, PAST + 1)?;
-    let by_both = left(&rows, &next, 2 * PAST + 1)?;
-    let told = 1.0 - by_both / by_thrust;
-    (by_thrust > OPEN_PART * variation && told > FEEDBACK_PART).then(|| {
+    let by_thrust = squared_errors(&rows, &next, PAST + 1)?;
+    let by_both = squared_errors(&rows, &next, 2 * PAST + 1)?;
+    let explained = 1.0 - by_both / by_thrust;
+    (by_thrust > OPEN_PART * variation && explained > FEEDBACK_PART).then(|| {
         let message = format!(
             "thrust in {dof} depends on velocity, as under feedback control: past velocity explains {:.0} % of the thrust that past thrust does not; disturbances then act on thrust, too, which biases methods that take thrust as independent; log some minutes with the controller off",
-            100.0 * told
+            100.0 * explained
         );
         Caveat::note(CaveatCode::ThrustFollowsVelocity, message)
     })
 }
 
-/// Σ error² of least squares on the first columns of rows.
-fn left(rows: &[[f64; 2 * PAST + 1]], next: &[f64], columns: usize) -> Option<f64> {
+/// Computes Σ error² of least squares on the first `columns` columns.
+fn squared_errors(rows: &[[f64; 2 * PAST + 1]], next: &[f64], columns: usize) -> Option<f64> {
     let mut information = DMatrix::zeros(columns, columns);
     let mut score = DVector::zeros(columns);
     for (row, next) in rows.iter().zip(next) {
@@ -107,16 +109,16 @@ fn left(rows: &[[f64; 2 * PAST + 1]], next: &[f64], columns: usize) -> Option<f6
     let scaled = information.component_mul(&(&scale * scale.transpose()));
     let value = scaled.cholesky()?.solve(&score.component_mul(&scale)).component_mul(&scale);
     let error = |(row, next): (&[f64; 2 * PAST + 1], &f64)| {
-        let told: f64 = row[..columns].iter().zip(value.iter()).map(|(x, c)| x * c).sum();
-        (next - told).powi(2)
+        let predicted: f64 = row[..columns].iter().zip(value.iter()).map(|(x, c)| x * c).sum();
+        (next - predicted).powi(2)
     };
     Some(rows.iter().zip(next).map(error).sum())
 }
 
-/// Slower than this an axis stands still, m/s or rad/s.
+/// Speed below which an axis does not move, m/s or rad/s.
 pub(crate) const STILL: f64 = 1e-4;
 
-/// That an axis stands still in all of the trials: what is fitted to it is noise.
+/// Returns a severe caveat if an axis does not move in any of the trials: its fit is to noise.
 pub(crate) fn still(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
     let speeds = axes.iter().filter_map(|axis| axis.velocity().ok());
     let usual: Vec<f64> = speeds.filter_map(|speed| range(speed.values())).flatten().collect();
@@ -130,11 +132,11 @@ pub(crate) fn still(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
     })
 }
 
-/// Speeds within this part of the greatest are one speed.
+/// Range of speeds, relative to the maximum, that counts as a single speed.
 const ONE_SPEED_PART: f64 = 0.25;
 
-/// That the vehicle keeps one speed nearly always: drag is known at that speed alone, and how it
-/// grows with speed is not.
+/// Returns a caveat if the vehicle has nearly constant speed: drag is determined at that speed
+/// only, and not its dependence on speed.
 pub(crate) fn one_speed(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
     let mut speeds: Vec<f64> = Vec::new();
     for velocity in axes.iter().filter_map(|axis| axis.velocity().ok()) {

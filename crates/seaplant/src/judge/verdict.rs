@@ -1,4 +1,4 @@
-//! How far a plant may be trusted, and why.
+//! The verdict on a plant: its level of trust, with reasons.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,24 +10,24 @@ use super::working::drag_at;
 use crate::caveat::spoken;
 use crate::{Caveat, CaveatCode, Estimate, Fit, ScoredMotion, Term};
 
-/// How far a plant may be trusted.
+/// Level of trust in a plant.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Trust {
-    /// A reason not to use it was found.
+    /// There is a reason not to use it.
     DoNotUse,
-    /// Nothing vouches for it.
+    /// Nothing confirms it.
     Doubtful,
     /// It predicts, and there are warnings to read.
     UsableWithCare,
-    /// It predicts, and nothing speaks against it.
+    /// It predicts, without warnings.
     Usable,
 }
 
 impl Trust {
-    /// As the report writes it.
+    /// Returns the name used in the report.
     pub const fn name(self) -> &'static str {
         match self {
             Self::DoNotUse => "do not use",
@@ -38,31 +38,32 @@ impl Trust {
     }
 }
 
-/// What to make of a plant.
+/// Verdict on a plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Verdict {
-    /// How far it may be trusted.
+    /// Level of trust.
     pub trust: Trust,
-    /// Why, in one sentence without its first capital and full stop.
+    /// Reason, in one sentence without initial capital and full stop.
     pub reason: String,
-    /// The caveats that decided it, the worst first.
+    /// The caveats that determine it, the most severe first.
     pub codes: Vec<CaveatCode>,
-    /// The motion that unseen trials confirm; absent where no trial was held out or left out in turn.
+    /// Motion that unseen trials confirm; absent where no trial was held out or used in
+    /// cross-validation.
     #[serde(default)]
     pub good_for: Option<GoodFor>,
-    /// By how much numbers may be off: all of a doubtful plant, else those that are known less well than a
-    /// user takes them for.
+    /// Possible errors of numbers: all of a doubtful plant, else those above the limit of a usable
+    /// one.
     #[serde(default)]
     pub may_be_off: Vec<MayBeOff>,
 }
 
 impl Verdict {
-    /// Makes a verdict that says nothing yet of motion and numbers.
+    /// Creates a verdict without statements on motion and numbers.
     pub fn new(trust: Trust, reason: impl Into<String>, codes: Vec<CaveatCode>) -> Self {
         Self { trust, reason: reason.into(), codes, good_for: None, may_be_off: Vec::new() }
     }
 
-    /// Writes by how much numbers may be off, in a sentence; `None` if none is named.
+    /// Formats the possible errors of numbers as a sentence; `None` if there are none.
     pub fn spoken_off(&self) -> Option<String> {
         let all: Vec<String> = self.may_be_off.iter().map(MayBeOff::spoken).collect();
         (!all.is_empty()).then(|| format!("may be off: {}", all.join("; ")))
@@ -70,29 +71,29 @@ impl Verdict {
 }
 
 impl Default for Verdict {
-    /// Of results that were written before plants were judged.
+    /// Default for results written before verdicts existed.
     fn default() -> Self {
         let reason = "it was not judged when these results were written".to_owned();
         Self::new(Trust::Doubtful, reason, Vec::new())
     }
 }
 
-/// A model that predicts vouches for its plant if its error is below this part of the error of a
-/// model that never moves.
+/// Maximum prediction error of a confirmed plant, relative to that of a model that never moves.
 pub(crate) const PREDICTS: f64 = 0.5;
-/// A mass interval whose ends are further apart than this factor says nothing of mass.
+/// Ratio of the ends of a mass interval above which mass is undetermined.
 pub(crate) const WIDEST_MASS: f64 = 2.0;
-/// Drag at working speed that is known no better than ± this part is not known.
+/// Relative half-width of the interval above which drag at working speed is undetermined.
 pub(crate) const WIDEST_DRAG: f64 = 0.5;
-/// A user takes a usable mass for right within this part …
+/// Relative error of the mass that is acceptable for a usable plant …
 pub(crate) const KNOWN_MASS: f64 = 0.10;
-/// … and a drag within this.
+/// … and relative error of the drag.
 pub(crate) const KNOWN_DRAG: f64 = 0.20;
 
-/// What makes intervals narrower.
+/// Advice for narrower intervals.
 pub(crate) const MORE: &str = "drive longer, faster, and at more than one frequency";
 
-/// Intervals that are too wide for what a user takes a usable plant for; `speed` is the usual one.
+/// Returns caveats for intervals that are too wide for a usable plant; `speed` is the typical
+/// speed.
 pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
     let estimates = fit.estimates();
     let (mass, drag) = (estimates.mass, drag_at(fit, speed));
@@ -136,27 +137,28 @@ pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
     caveats
 }
 
-/// A path that is followed through a trial to this R² vouches for a plant.
+/// Minimum R² of the simulated path that confirms a plant.
 const FOLLOWED: f64 = 0.95;
 
-/// Whether unseen trials know the plant and find it right, though the noise of their velocity may
-/// hide that: they ask for no other, or the simulation follows the measured path of each.
+/// Returns true if unseen trials determine the plant and agree with it, even if velocity noise
+/// hides the quality of its prediction: they support no change, or the simulation follows the
+/// measured path of each.
 pub(crate) fn vouched(score: &Score) -> bool {
     let follows = |trial: &TrialScore| trial.position_r_squared.is_some_and(|r| r > FOLLOWED);
     let follows_all = !score.trials.is_empty() && score.trials.iter().all(follows);
     follows_all || score.change.is_some_and(|change| change.vouches())
 }
 
-/// A plant that predicts explains this part of the variance of acceleration; the rest may be
-/// vibration.
+/// Fraction of the variance of acceleration that a valid plant explains; the rest may be vibration.
 const EXPLAINED: f64 = 0.5;
 
-/// Whether a plant explains most of the acceleration of trials where nothing else was measured.
+/// Returns true if a plant explains most of the acceleration of trials where nothing else was
+/// measured.
 pub(crate) fn explains(quantity: ScoredMotion, r_squared: Option<f64>) -> bool {
     quantity == ScoredMotion::Acceleration && r_squared.is_some_and(|r2| r2 > EXPLAINED)
 }
 
-/// Its error without what a current or a tether adds to every model's.
+/// Returns the error after removal of the offsets by current or tether, which affect every model.
 pub(crate) fn free_error(score: &Score) -> f64 {
     let errors = [score.mean_abs_error, score.offset_free_error];
     errors.into_iter().flatten().fold(f64::INFINITY, f64::min)

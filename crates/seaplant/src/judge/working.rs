@@ -1,10 +1,10 @@
-//! Where a plant was driven, and what it says there.
+//! Speed at which a plant was driven, and its drag there.
 
 use nalgebra::Vector4;
 
 use crate::{AxisRecord, Estimate, Fit};
 
-/// The root mean square speed of some records, m/s or rad/s; 0 without any.
+/// Returns the root mean square speed of some records, m/s or rad/s; 0 without any.
 pub(crate) fn working_speed(axes: &[AxisRecord]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for velocity in axes.iter().filter_map(|axis| axis.velocity().ok()) {
@@ -14,8 +14,8 @@ pub(crate) fn working_speed(axes: &[AxisRecord]) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// Drag `d_Q v|v| + d_L v` at a speed, N or N m: where linear and quadratic drag can hardly be
-/// told apart, their sum may be well known.
+/// Computes the drag `d_Q v|v| + d_L v` at a speed, N or N m. Where linear and quadratic drag are
+/// hardly separable, their sum may still be well determined.
 pub(crate) fn drag_at(fit: &Fit, speed: f64) -> Estimate {
     let physical = fit.physical();
     let covariance = fit.lumped.physical_covariance(&fit.covariance);

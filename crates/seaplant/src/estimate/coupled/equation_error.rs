@@ -1,4 +1,5 @@
-//! Coupled equation error: least squares on the equation of motion, without accelerations.
+//! Equation error estimation of a coupled plant: least squares on the equation of motion, without
+//! accelerations.
 
 mod accelerations;
 
@@ -9,32 +10,34 @@ use crate::plant::{Instant, Physical, Structure, kirchhoff};
 use crate::signal::rms;
 use crate::{CoupledRecord, Dof, Error, Grid};
 
-/// What least squares on the equation of motion gives.
+/// Result of least squares on the equation of motion.
 #[derive(Clone, Debug)]
 pub(super) struct Solved {
-    /// A coefficient for each term; zero of those that motion does not tell.
+    /// One coefficient per term; zero for those that the motion does not determine.
     pub(super) coefficients: DVector<f64>,
-    /// Root mean square of what the equation misses on each axis of the structure, N or N m.
+    /// Root mean square residual on each axis of the structure, N or N m.
     pub(super) residual: Vec<f64>,
-    /// How many combinations of coefficients the motion tells.
+    /// Number of combinations of coefficients that the motion determines.
     pub(super) rank: usize,
-    /// Of how many.
+    /// Number of coefficients.
     pub(super) terms: usize,
 }
 
-/// Scaled columns whose singular values are below this part of the greatest say nothing.
+/// Singular values below this fraction of the greatest are treated as zero; columns are scaled.
 const RANK_PART: f64 = 1e-7;
 
-/// Passes in which each axis is weighted by what its equation missed before.
+/// Number of passes; each weights the axes by the residuals of the previous one.
 const PASSES: usize = 3;
 
-/// Windows overlap by half: their test functions are zero at both ends.
+/// Ratio of a window's length to the interval between windows: they overlap by half, as their test
+/// functions are zero at both ends.
 const OVERLAP: usize = 2;
 
-/// What least squares on the equation of motion gives, and on accelerations, as far as each can.
+/// Solves least squares on forces and, where needed, on accelerations; returns the solutions that
+/// exist.
 ///
-/// On an axis without a known force the equation reads `0 = Σ θ_k Y_k`, which no coefficients at all
-/// satisfy best; in accelerations, `0 = M⁻¹ Σ θ_k Y_k`, they have no way to vanish.
+/// On an axis without a known force the equation is `0 = Σ θ_k Y_k`, which θ = 0 satisfies best; as
+/// acceleration, `0 = M⁻¹ Σ θ_k Y_k`, it excludes that solution.
 ///
 /// # Errors
 /// As [`fit`].
@@ -54,21 +57,21 @@ pub(super) fn fits(
     Ok(by_acceleration.into_iter().chain([by_force]).collect())
 }
 
-/// The rows of a structure's equation under test functions: one for each axis and window.
+/// Rows of the equation of motion, integrated with test functions: one for each axis and window.
 ///
-/// With φ(t) zero at the ends of a window, `∫ φ M ν̇ dt = −∫ φ̇ M ν dt`: nothing has to be
+/// With φ(t) zero at both ends of a window, `∫ φ M ν̇ dt = −∫ φ̇ M ν dt`: no signal has to be
 /// differentiated.
 struct Rows {
     y: DMatrix<f64>,
     force: DVector<f64>,
 }
 
-/// Fits a structure with test functions of a length, s.
+/// Fits a structure with test functions of a given length, s.
 ///
-/// The water is taken as still. Axes are weighted by their misfit.
+/// Assumes no current. Axes are weighted by the inverse of their residual.
 ///
 /// # Errors
-/// [`Error::TooShort`] if no trial holds one window.
+/// [`Error::TooShort`] if no trial is as long as one window.
 fn fit(structure: &Structure, records: &[&CoupledRecord], window_s: f64) -> Result<Solved, Error> {
     let mut rows = rows(structure, records, window_s)?;
     let terms = structure.terms().iter().enumerate();
@@ -132,7 +135,7 @@ fn rows(structure: &Structure, records: &[&CoupledRecord], window_s: f64) -> Res
     let (n, p) = (structure.axes().len(), structure.terms().len());
     let (mut y, mut force) = (Vec::new(), Vec::new());
     for record in records {
-        let sampled = Sampled::of(record, structure);
+        let sampled = Sampled::new(record, structure);
         let length = (window_s / sampled.grid.period_s).round().max(4.0) as usize;
         for first in (0..sampled.grid.len.saturating_sub(length)).step_by((length / OVERLAP).max(1))
         {
@@ -153,7 +156,7 @@ fn rows(structure: &Structure, records: &[&CoupledRecord], window_s: f64) -> Res
     Ok(Rows { y: DMatrix::from_row_slice(force.len(), p, &y), force: force.into() })
 }
 
-/// A record on a uniform grid.
+/// A record resampled to a uniform grid.
 struct Sampled {
     grid: Grid,
     velocity: Vec<Vector6<f64>>,
@@ -162,9 +165,9 @@ struct Sampled {
     signals: Vec<Vec<f64>>,
 }
 
-/// What known forces push with at an instant, less what their mass takes; accelerations are central
+/// Computes the wrench of known forces minus that of their inertia; accelerations are central
 /// differences, as the mass changes within windows.
-fn of_load(
+fn load_wrench(
     load: &Load,
     velocity: &[Vector6<f64>],
     (k, period_s): (usize, f64),
@@ -177,11 +180,11 @@ fn of_load(
     load.wrench(down) - load.mass * acceleration - kirchhoff(&(load.mass * now), now)
 }
 
-/// Grids are no finer and no coarser, s.
+/// Limits of the grid's period, s.
 const PERIOD_S: std::ops::RangeInclusive<f64> = 0.02..=1.0;
 
 impl Sampled {
-    fn of(record: &CoupledRecord, structure: &Structure) -> Self {
+    fn new(record: &CoupledRecord, structure: &Structure) -> Self {
         let series =
             structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
         let period_s = series.map(|series| series.period_s()).fold(f64::INFINITY, f64::min);
@@ -206,7 +209,7 @@ impl Sampled {
         let mut force: Vec<Vector6<f64>> = columns(&record.force, true);
         for (k, t) in grid.times().enumerate() {
             if let Some(load) = Load::at(&record.known, t) {
-                force[k] += of_load(&load, &velocity, (k, grid.period_s), &down[k]);
+                force[k] += load_wrench(&load, &velocity, (k, grid.period_s), &down[k]);
             }
         }
         Self {
@@ -218,7 +221,7 @@ impl Sampled {
         }
     }
 
-    /// ∫ φ Y_k dt of every term, and ∫ φ τ dt, over ∫ φ dt.
+    /// Computes `∫ φ Y_k dt` of each term and `∫ φ τ dt`, with `∫ φ dt = 1`.
     fn window(
         &self,
         structure: &Structure,
@@ -241,7 +244,7 @@ impl Sampled {
                 velocity,
                 down_body: self.down[first + k],
             };
-            // The regressor is linear in acceleration, which φ̇ takes over from ν̇.
+            // The regressor is linear in acceleration: −φ̇ ν replaces φ ν̇.
             let turned = Instant {
                 acceleration: -slope * velocity,
                 velocity: Vector6::zeros(),

@@ -1,20 +1,20 @@
-//! The Kalman filter of a trial: states ν_r, a Gauss–Markov force on each axis, and what motion
-//! drives ([`navigation`]).
+//! Kalman filter of one trial. States: velocity through the water ν_r, a Gauss–Markov disturbance
+//! force f on each axis, and the navigation states ([`navigation`]).
 //!
 //! ```text
 //! ν̇_r = M⁻¹ (τ + f − n(ν_r, η)),   ḟ = −f/T + w,   ċ = −c/T_c + w_c,
 //! y = ν_r + R(η)ᵀ (u_c + c) + ω × r + noise
 //! ```
 //!
-//! with r where the instrument of a translation sits. It sees ω as it is, not as a gyroscope reads it:
-//! taken from readings of both, the gyroscope's noise would be in two of them, and in what an autopilot
-//! makes of it.
-//! A current is no part of the dynamics of ν_r: it shows in the measurement only. So it is of one
-//! that changes, if the vehicle weighs what it displaces: water that accelerates takes it along.
-//! Two things are found of a trial: how the innovations change with the plant's coefficients
-//! and the current at the gains of the filter as they are, which at the truth are what the
-//! likelihood's slope consists of; and how the likelihood changes with the disturbance and
-//! the noise.
+//! where r is the lever arm of the sensor of a translation. The measurement model uses the state ω
+//! instead of the gyroscope's sample: otherwise one noise would enter two measurements, and an
+//! autopilot's command as well. The current enters the measurement equation only, not the dynamics
+//! of ν_r. This holds for a varying current too if the vehicle is neutrally buoyant, since
+//! accelerating water carries it along.
+//!
+//! The filter computes two kinds of derivatives: of the innovations by the plant's coefficients and
+//! the current at fixed gains, which give the score of the likelihood at the true parameters; and
+//! of the likelihood by disturbance and noise.
 
 mod follower;
 mod navigation;
@@ -25,19 +25,19 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use super::schedule::{Schedule, Stop};
+use super::schedule::{FilterInstant, Schedule};
 use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, advance, with_down};
-use follower::{Process, Steps};
+use follower::{Process, StepCache};
 use navigation::Ends;
 pub(super) use navigation::{InstrumentNoise, Layout, MOST as MOST_NAVIGATION, Reading};
 pub(super) use noise::{Drift, Noise};
-use state::{Covariance, Of, Seen, State, Transition};
+use state::{Covariance, Observation, Observed, State, Transition};
 
-/// A cost with its slope and the Fisher information.
+/// A cost with its gradient and Fisher information.
 #[derive(Clone, Debug)]
 pub(super) struct Slope {
     pub(super) cost: f64,
-    /// What of the cost changes with the plant while the gains are kept: ½ Σ e²/S.
+    /// The part of the cost that depends on the plant at fixed gains: ½ Σ e²/S.
     pub(super) misfit: f64,
     pub(super) gradient: DVector<f64>,
     pub(super) information: DMatrix<f64>,
@@ -53,7 +53,7 @@ impl Slope {
         }
     }
 
-    /// Adds an innovation e of variance s whose derivatives are `by`.
+    /// Adds an innovation e of variance s with derivatives `by`; fills the upper triangle only.
     fn add(&mut self, e: f64, s: f64, by: &[f64]) {
         let columns = self.information.as_mut_slice().chunks_exact_mut(by.len());
         for ((i, &x), column) in by.iter().enumerate().zip(columns) {
@@ -65,7 +65,7 @@ impl Slope {
         }
     }
 
-    /// What [`Self::add`] leaves out: the lower half.
+    /// Copies the upper triangle of the information to the lower one.
     fn mirror(&mut self) {
         for i in 0..self.gradient.len() {
             for j in 0..i {
@@ -83,7 +83,7 @@ impl Slope {
     }
 }
 
-/// How a measurement moves the state: the gain of a filter, kept.
+/// A Kalman gain, stored for passes at fixed gains.
 #[derive(Clone, Copy)]
 pub(super) struct Gain<const N: usize, const M: usize> {
     state: State<N, M>,
@@ -93,48 +93,51 @@ pub(super) struct Gain<const N: usize, const M: usize> {
 /// An innovation, for whiteness and outliers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Innovation {
-    /// Which of the plant's axes; none where an axis has innovations of a better instrument.
+    /// Index among the plant's axes; `None` where a better sensor supplies the innovations of the
+    /// axis.
     pub(super) axis: Option<usize>,
-    /// Which number of the noise its instrument has.
+    /// Index of the sensor's noise among the logarithms of the noise.
     pub(super) number: usize,
-    /// e, m/s or rad/s.
+    /// Innovation e, m/s or rad/s.
     pub(super) error: f64,
-    /// S.
+    /// Its variance S.
     pub(super) variance: f64,
 }
 
 impl Innovation {
-    /// e/√S.
+    /// Returns e/√S.
     pub(super) fn normalised(&self) -> f64 {
         self.error / self.variance.sqrt()
     }
 }
 
-/// How far a trial depends on what is wanted of it.
+/// One pass of the filter over a trial at given parameters.
 pub(super) struct Pass<'a, const N: usize, const M: usize> {
     pub(super) plant: &'a Prepared<N>,
     pub(super) schedule: &'a Schedule,
-    /// The force over each of its slices.
+    /// Force over each slice of the schedule.
     pub(super) pushes: &'a [HeldForce],
-    /// North and east, m/s.
+    /// Mean current, north and east, m/s.
     pub(super) current: [f64; 2],
     pub(super) noise: &'a Noise<N, M>,
 }
 
 impl<const N: usize, const M: usize> Pass<'_, N, M> {
-    /// ln-likelihood with its slope by coefficients, actuators and current, and the gains.
+    /// Computes the negative log-likelihood, its gradient by coefficients, actuator and current,
+    /// and the gains.
     pub(super) fn by_plant(&self) -> (Slope, Vec<Gain<N, M>>) {
         self.sweep(f64::INFINITY, |_| (), None)
     }
 
-    /// The same; `at_mark` is told the gradient so far after each `spacing_s`, and at the end.
+    /// Computes the same gradient; passes its value so far to `at_mark` after each `spacing_s`
+    /// seconds and at the end.
     pub(super) fn by_plant_at(&self, spacing_s: f64, at_mark: impl FnMut(&DVector<f64>)) {
         self.sweep(spacing_s, at_mark, None);
     }
 
-    /// The same slope, and last that by how translations are reported, of what is already taken away:
-    /// by their delay, `∂e/∂d = ν̇`, by their lag if there is one, for which that is behind the lag, and
-    /// by where they are measured, `∂e/∂r = −∂(ω × r)/∂r`.
+    /// Computes the same gradient, followed by that by changes of the velocity sensor's delay,
+    /// `∂e/∂d = ν̇`, of its lag if `lag_s` > 0, where ν̇ is filtered by the lag, and of its lever
+    /// arm, `∂e/∂r = −∂(ω × r)/∂r`.
     pub(super) fn by_plant_and_report(&self, lag_s: f64) -> Slope {
         self.sweep(f64::INFINITY, |_| (), Some(lag_s)).0
     }
@@ -149,7 +152,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
         let p = coefficients + PUSHED_BY;
         let first = p + 2;
-        // Where the levers stand: behind delay and lag.
+        // Indices of the levers: after delay and lag.
         let levers = lag_s.map_or(first..first, |lag_s| {
             let after = first + if lag_s > 0.0 { 2 } else { 1 };
             after..after + 3
@@ -157,45 +160,46 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let count = levers.end;
         let mut slope = Slope::zeros(count);
         let mut flow = Flow::of_plant(coefficients);
-        let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
+        let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let states = self.schedule.layout.count;
         let mut by = vec![State::<N, M>::zeros(states); count];
         let mut row = vec![0.0; count];
-        let (mut since_mark_s, mut steps) = (0.0, Steps::default());
+        let (mut since_mark_s, mut steps) = (0.0, StepCache::default());
         let still = SVector::zeros();
         let (lag_s, mut behind) = (lag_s.unwrap_or_default(), SVector::<f64, M>::zeros());
         for direction in 0..2 {
-            by[p + direction].motion = -self.water_column(&self.schedule.stops[0], direction);
+            by[p + direction].motion = -self.water_column(&self.schedule.instants[0], direction);
         }
         for (along, k) in levers.clone().enumerate() {
-            by[k].motion = SVector::from_fn(|place, _| -self.turning(&mean.motion, place, along));
+            by[k].motion =
+                SVector::from_fn(|place, _| -self.lever_derivative(&mean.motion, place, along));
         }
-        for stop in &self.schedule.stops[1..] {
+        for instant in &self.schedule.instants[1..] {
             let before = mean.motion;
-            let transition = self.predict(stop, &mut mean, &mut flow);
-            let acceleration = (mean.motion - before) / stop.length_s;
-            behind = acceleration + (behind - acceleration) * (-stop.length_s / lag_s).exp();
+            let transition = self.predict(instant, &mut mean, &mut flow);
+            let acceleration = (mean.motion - before) / instant.length_s;
+            behind = acceleration + (behind - acceleration) * (-instant.length_s / lag_s).exp();
             let own = flow.by_plant().iter().chain(std::iter::repeat(&still));
             by.iter_mut().zip(own).for_each(|(state, own)| state.step(&transition, own));
             if let Some(north) = self.schedule.layout.position {
-                (0..2).for_each(|k| by[p + k].navigation[north + k] += stop.length_s);
+                (0..2).for_each(|k| by[p + k].navigation[north + k] += instant.length_s);
             }
-            let crossed = covariance.crossed_over(&transition);
-            let process = steps.of(stop.length_s, |h| self.process(h));
+            let crossed = covariance.crossed_if_needed(&transition);
+            let process = steps.get(instant.length_s, |h| self.process(h));
             covariance.predict(&transition, process, crossed.as_ref());
-            for (seen, y) in self.measurements(stop) {
-                let turning = self.may_be_late(&seen).filter(|_| !levers.is_empty());
+            for (observation, y) in self.measurements(instant) {
+                let turning = self.may_be_late(&observation).filter(|_| !levers.is_empty());
                 let turning = turning.map_or([0.0; 3], |place| {
-                    [0, 1, 2].map(|along| self.turning(&mean.motion, place, along))
+                    [0, 1, 2].map(|along| self.lever_derivative(&mean.motion, place, along))
                 });
-                let (e, gain) = self.correct(&seen, y, &mut mean, &mut covariance);
+                let (e, gain) = self.correct(&observation, y, &mut mean, &mut covariance);
                 for (x, state) in row.iter_mut().zip(&by) {
-                    *x = -state.seen(&seen);
+                    *x = -state.observed_by(&observation);
                 }
-                row[p] -= seen.water[0];
-                row[p + 1] -= seen.water[1];
-                if let Some(place) = self.may_be_late(&seen) {
-                    let late = [&acceleration, &behind].map(|of| seen.along(place, of));
+                row[p] -= observation.water[0];
+                row[p + 1] -= observation.water[1];
+                if let Some(place) = self.may_be_late(&observation) {
+                    let late = [&acceleration, &behind].map(|of| observation.along(place, of));
                     row[first..levers.start].iter_mut().zip(late).for_each(|(x, by)| *x += by);
                     row[levers.clone()].iter_mut().zip(turning).for_each(|(x, by)| *x -= by);
                 }
@@ -205,11 +209,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 slope.add(e, gain.variance, &row);
                 gains.push(gain);
             }
-            for state in self.begun(stop) {
-                by.iter_mut().chain([&mut mean]).for_each(|own| own.forget(state));
-                covariance.forget(state);
+            for state in self.reset_states(instant) {
+                by.iter_mut().chain([&mut mean]).for_each(|own| own.reset(state));
+                covariance.reset(state);
             }
-            since_mark_s += stop.length_s;
+            since_mark_s += instant.length_s;
             if since_mark_s >= spacing_s {
                 at_mark(&slope.gradient);
                 since_mark_s = 0.0;
@@ -220,95 +224,96 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         (finite(slope, &mean), gains)
     }
 
-    /// ½ Σ e²/S with the gains of another pass: what the plant's slope is the slope of.
+    /// Computes ½ Σ e²/S at the gains of another pass: the cost whose gradient [`Self::by_plant`]
+    /// returns.
     pub(super) fn at_gains(&self, gains: &[Gain<N, M>]) -> f64 {
-        let (mut mean, mut flow) = (self.first_mean(), Flow::bare());
+        let (mut mean, mut flow) = (self.initial_mean(), Flow::bare());
         let (mut cost, mut gains) = (0.0, gains.iter());
-        for stop in &self.schedule.stops[1..] {
-            self.move_mean(stop, &mut mean, &mut flow);
-            for (seen, y) in self.measurements(stop) {
+        for instant in &self.schedule.instants[1..] {
+            self.move_mean(instant, &mut mean, &mut flow);
+            for (observation, y) in self.measurements(instant) {
                 let Some(gain) = gains.next() else { return f64::INFINITY };
-                let e = self.innovation(&seen, y, &mean);
+                let e = self.innovation(&observation, y, &mean);
                 mean.add(&gain.state, e);
                 cost += 0.5 * e * e / gain.variance;
             }
-            self.begun(stop).for_each(|state| mean.forget(state));
+            self.reset_states(instant).for_each(|state| mean.reset(state));
         }
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    /// The negative log-likelihood, and each innovation.
+    /// Computes the negative log-likelihood and all innovations.
     pub(super) fn innovations(&self) -> (f64, Vec<Innovation>) {
-        let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
-        let (mut flow, mut cost, mut steps) = (Flow::of_state(), 0.0, Steps::default());
+        let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
+        let (mut flow, mut cost, mut steps) = (Flow::of_state(), 0.0, StepCache::default());
         let mut innovations = Vec::with_capacity(self.schedule.samples());
-        for stop in &self.schedule.stops[1..] {
-            let transition = self.predict(stop, &mut mean, &mut flow);
-            let crossed = covariance.crossed_over(&transition);
-            let process = steps.of(stop.length_s, |h| self.process(h));
+        for instant in &self.schedule.instants[1..] {
+            let transition = self.predict(instant, &mut mean, &mut flow);
+            let crossed = covariance.crossed_if_needed(&transition);
+            let process = steps.get(instant.length_s, |h| self.process(h));
             covariance.predict(&transition, process, crossed.as_ref());
-            for (seen, y) in self.measurements(stop) {
-                let (e, gain) = self.correct(&seen, y, &mut mean, &mut covariance);
+            for (observation, y) in self.measurements(instant) {
+                let (e, gain) = self.correct(&observation, y, &mut mean, &mut covariance);
                 cost += half_log(e, gain.variance);
-                let axis = match seen.of {
-                    Of::Velocity(place) => Some(place),
-                    Of::Down(_) => continue,
-                    Of::Navigation { axis, .. } => axis.and_then(|axis| self.place_of(axis)),
+                let axis = match observation.of {
+                    Observed::Velocity(place) => Some(place),
+                    Observed::Down(_) => continue,
+                    Observed::Navigation { axis, .. } => axis.and_then(|axis| self.place_of(axis)),
                 };
-                let number = self.noise.place_of(&seen.of);
+                let number = self.noise.place_of(&observation.of);
                 innovations.push(Innovation { axis, number, error: e, variance: gain.variance });
             }
-            for state in self.begun(stop) {
-                mean.forget(state);
-                covariance.forget(state);
+            for state in self.reset_states(instant) {
+                mean.reset(state);
+                covariance.reset(state);
             }
         }
         (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
     }
 
-    /// ln-likelihood with its slope by the logarithms of the noise.
+    /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
     pub(super) fn by_noise(&self) -> Slope {
         let mut slope = Slope::zeros(self.noise.count());
-        let (mut mean, mut covariance) = (self.first_mean(), self.first_covariance());
+        let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let mut flow = Flow::of_state();
-        let mut followers = self.noise_followers();
+        let mut sensitivities = self.noise_sensitivities();
         let mut row = vec![0.0; self.noise.count()];
         let mut variances = row.clone();
-        let mut steps = Steps::default();
-        for stop in &self.schedule.stops[1..] {
+        let mut steps = StepCache::default();
+        for instant in &self.schedule.instants[1..] {
             let before = mean;
-            let transition = self.predict(stop, &mut mean, &mut flow);
-            let process = steps.of(stop.length_s, |h| Process::new(self, h));
-            let crossed = covariance.crossed_over(&transition);
-            for (follower, change) in followers.iter_mut().zip(&process.changes) {
-                follower.predict(&transition, (&covariance, crossed.as_ref()), &before, change);
+            let transition = self.predict(instant, &mut mean, &mut flow);
+            let process = steps.get(instant.length_s, |h| Process::new(self, h));
+            let crossed = covariance.crossed_if_needed(&transition);
+            for (sensitivity, change) in sensitivities.iter_mut().zip(&process.changes) {
+                sensitivity.predict(&transition, (&covariance, crossed.as_ref()), &before, change);
             }
             covariance.predict(&transition, &process.whole, crossed.as_ref());
-            for (seen, y) in self.measurements(stop) {
-                let r = self.variance(&seen);
-                let own = self.noise.place_of(&seen.of);
-                let column = covariance.seen(&seen);
-                let s = column.seen(&seen) + r;
-                let e = self.innovation(&seen, y, &mean);
-                for (k, follower) in followers.iter_mut().enumerate() {
+            for (observation, y) in self.measurements(instant) {
+                let r = self.variance(&observation);
+                let own = self.noise.place_of(&observation.of);
+                let column = covariance.observed_by(&observation);
+                let s = column.observed_by(&observation) + r;
+                let e = self.innovation(&observation, y, &mean);
+                for (k, sensitivity) in sensitivities.iter_mut().enumerate() {
                     let r_by = if k == own { 2.0 * r } else { 0.0 };
-                    let (e_by, s_by) = follower.correct(&seen, (e, s), r_by, &column);
+                    let (e_by, s_by) = sensitivity.correct(&observation, (e, s), r_by, &column);
                     row[k] = e_by;
                     variances[k] = s_by / s;
                     slope.gradient[k] += 0.5 * s_by / s * (1.0 - e * e / s);
                 }
-                // The information of a variance is ½ S_i S_j / S².
+                // The Fisher information of a variance is ½ S_i S_j / S².
                 slope.add(0.0, 2.0, &variances);
                 slope.add(e, s, &row);
                 slope.cost += half_log(e, s);
-                self.correct(&seen, y, &mut mean, &mut covariance);
+                self.correct(&observation, y, &mut mean, &mut covariance);
             }
-            for state in self.begun(stop) {
-                mean.forget(state);
-                covariance.forget(state);
-                for follower in &mut followers {
-                    follower.mean.forget(state);
-                    follower.covariance.forget(state);
+            for state in self.reset_states(instant) {
+                mean.reset(state);
+                covariance.reset(state);
+                for sensitivity in &mut sensitivities {
+                    sensitivity.mean.reset(state);
+                    sensitivity.covariance.reset(state);
                 }
             }
         }
@@ -316,45 +321,51 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         finite(slope, &mean)
     }
 
-    fn first_mean(&self) -> State<N, M> {
-        let stop = &self.schedule.stops[0];
+    fn initial_mean(&self) -> State<N, M> {
+        let instant = &self.schedule.instants[0];
         let [north, east] = self.current;
         let velocity = self.plant.on_axes(&self.schedule.start);
         let still = with_down(&velocity, || self.schedule.start_down);
-        let water = self.water_column(stop, 0) * north + self.water_column(stop, 1) * east;
+        let water = self.water_column(instant, 0) * north + self.water_column(instant, 1) * east;
         let mut first = State { motion: still - water, ..State::zeros(self.schedule.layout.count) };
-        self.first_navigation(&mut first);
+        self.set_initial_navigation(&mut first);
         first
     }
 
-    /// A covariance of nothing.
-    fn no_covariance(&self) -> Covariance<N, M> {
+    /// Returns a zero covariance.
+    fn zero_covariance(&self) -> Covariance<N, M> {
         Covariance::zeros(self.schedule.layout.count)
     }
 
-    /// The states that begin anew from zero after a stop.
-    fn begun<'a>(&self, stop: &'a Stop) -> impl Iterator<Item = usize> + use<'a, N, M> {
-        stop.begun.iter().copied()
+    /// Returns the navigation states that restart from zero after an instant.
+    fn reset_states<'a>(
+        &self,
+        instant: &'a FilterInstant,
+    ) -> impl Iterator<Item = usize> + use<'a, N, M> {
+        instant.reset_states.iter().copied()
     }
 
-    fn first_covariance(&self) -> Covariance<N, M> {
+    fn initial_covariance(&self) -> Covariance<N, M> {
         let mut first = Covariance {
-            xx: (0..N).map(|place| self.first_of_velocity(place)).sum(),
+            xx: (0..N).map(|place| self.initial_velocity_covariance(place)).sum(),
             ff: SMatrix::from_diagonal(&self.noise.disturbance.map(|x| x * x)),
-            ..self.no_covariance()
+            ..self.zero_covariance()
         };
-        self.first_covariance_of_navigation(&mut first);
+        self.set_initial_navigation_covariance(&mut first);
         if M > N {
-            let of_down = self.first_of_down() * self.noise.attitude.powi(2);
-            add_of_down(&mut first.xx, &of_down);
+            let of_down = self.initial_down_covariance() * self.noise.attitude.powi(2);
+            add_down_covariance(&mut first.xx, &of_down);
         }
-        first.of_first_water(&self.first_water(), self.noise.of_water().std_m_s.powi(2));
+        first.add_initial_current(
+            &self.initial_current_map(),
+            self.noise.of_water().std_m_s.powi(2),
+        );
         first
     }
 
-    /// What noise of the first sample in a place makes of the motion's covariance: of a rate it is in
-    /// translations of the origin as well, as they are readings less `ω × r`.
-    fn first_of_velocity(&self, place: usize) -> SMatrix<f64, M, M> {
+    /// Returns the initial covariance of motion from the noise of the first sample at an index.
+    /// Noise of a rate also enters the translations of the origin, which are samples minus `ω × r`.
+    fn initial_velocity_covariance(&self, place: usize) -> SMatrix<f64, M, M> {
         let mut by = SVector::<f64, M>::zeros();
         if !self.is_measured(place) {
             let axis = self.plant.axes()[place];
@@ -363,45 +374,47 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         }
         by[place] = self.noise.velocity[place];
         for other in 0..N {
-            let turns = self.turns(other).into_iter().flatten();
-            let own = turns.filter(|(rate, _)| *rate == place);
+            let lever_terms = self.lever_terms(other).into_iter().flatten();
+            let own = lever_terms.filter(|(rate, _)| *rate == place);
             own.for_each(|(_, arm)| by[other] -= arm * self.noise.velocity[place]);
         }
         by * by.transpose()
     }
 
-    /// What noise of attitude makes of the world's down at first, beside its variance: `1 − k kᵀ`.
-    fn first_of_down(&self) -> Matrix3<f64> {
+    /// Returns the initial covariance of the down vector k for unit attitude variance: `1 − k kᵀ`.
+    fn initial_down_covariance(&self) -> Matrix3<f64> {
         let down = &self.schedule.start_down;
         Matrix3::identity() - down * down.transpose()
     }
 
-    /// The current's part of the first measurement, shape (M, 2).
-    fn first_water(&self) -> SMatrix<f64, M, 2> {
-        let stop = &self.schedule.stops[0];
-        SMatrix::from_columns(&[self.water_column(stop, 0), self.water_column(stop, 1)])
+    /// Returns the map from the horizontal current to the first velocity measurement, shape (M, 2).
+    fn initial_current_map(&self) -> SMatrix<f64, M, 2> {
+        let instant = &self.schedule.instants[0];
+        SMatrix::from_columns(&[self.water_column(instant, 0), self.water_column(instant, 1)])
     }
 
-    fn water_column(&self, stop: &Stop, direction: usize) -> SVector<f64, M> {
+    fn water_column(&self, instant: &FilterInstant, direction: usize) -> SVector<f64, M> {
         let axes = self.plant.axes();
         SVector::from_fn(|i, _| match axes.get(i) {
-            Some(Some(axis @ 0..3)) => stop.water[(*axis, direction)],
+            Some(Some(axis @ 0..3)) => instant.water[(*axis, direction)],
             _ => 0.0,
         })
     }
 
-    /// What a metre along an axis between the origin and an instrument adds to the translation in a
-    /// place, `∂(ω × r)/∂r`, 1/s, of the rates that are axes: of others what is measured may be noise
-    /// alone. Zero of one that is the slope of positions, or no translation.
-    fn turning(&self, motion: &SVector<f64, M>, place: usize, along: usize) -> f64 {
+    /// Computes `∂(ω × r)/∂r`, 1/s: the change of the measured translation at an index per metre of
+    /// lever along a body axis. Uses only rates that are axes of the plant, as other measured rates
+    /// may be noise alone. Returns 0 for a rotation, or for a translation differentiated from
+    /// positions.
+    fn lever_derivative(&self, motion: &SVector<f64, M>, place: usize, along: usize) -> f64 {
         let Some(axis) = self.translation_measured(place) else { return 0.0 };
         let metre = Vector3::from_fn(|k, _| if k == along { 1.0 } else { 0.0 });
         let omega = Vector3::from_fn(|k, _| self.place_of(3 + k).map_or(0.0, |at| motion[at]));
         omega.cross(&metre)[axis]
     }
 
-    /// The rates that the instrument of a place sees, and how far from their axes it sits.
-    fn turns(&self, place: usize) -> Option<[(usize, f64); 2]> {
+    /// Returns the indices of the rates that the sensor of a translation also measures, with their
+    /// lever arms, m.
+    fn lever_terms(&self, place: usize) -> Option<[(usize, f64); 2]> {
         let axis: usize = self.plant.axes()[place]?;
         let r = self.schedule.levers_m.get(axis).filter(|r| **r != Vector3::zeros())?;
         // (ω × r)ᵢ = ωⱼ rₖ − ωₖ rⱼ
@@ -412,109 +425,112 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         Some([arm(j, r[k]), arm(k, -r[j])])
     }
 
-    /// Returns true if an instrument measures the velocity in a place.
+    /// Returns true if a sensor measures the velocity at an index.
     fn is_measured(&self, place: usize) -> bool {
         self.plant.axes()[place].is_none_or(|axis| self.schedule.is_measured[axis])
     }
 
-    /// Where an axis stands, in SNAME order.
+    /// Returns the index of an axis, given in SNAME order, among the plant's axes.
     fn place_of(&self, axis: usize) -> Option<usize> {
         self.plant.axes().iter().position(|own| *own == Some(axis))
     }
 
-    /// The place of a velocity that may be measured late.
-    fn may_be_late(&self, seen: &Seen) -> Option<usize> {
-        let Of::Velocity(place) = seen.of else { return None };
+    /// Returns the index of a measured velocity that may be delayed.
+    fn may_be_late(&self, observation: &Observation) -> Option<usize> {
+        let Observed::Velocity(place) = observation.of else { return None };
         self.translation_measured(place).map(|_| place)
     }
 
-    /// The axis of a place that is a translation whose velocity an instrument measures.
+    /// Returns the axis at an index if it is a translation with a velocity sensor.
     fn translation_measured(&self, place: usize) -> Option<usize> {
         let axis = self.plant.axes().get(place).copied().flatten()?;
         (axis < 3 && self.schedule.is_measured[axis]).then_some(axis)
     }
 
-    /// What was measured at a stop: velocities by their places among the plant's axes, and where it
-    /// is a state the world's down, whose component across the one that is measured is zero.
+    /// Returns the measurements at an instant: velocities; where attitude is a state, the
+    /// components of the down vector perpendicular to the measured one, which are zero; and
+    /// navigation states.
     fn measurements<'a>(
         &self,
-        stop: &'a Stop,
-    ) -> impl Iterator<Item = (Seen, f64)> + use<'a, N, M> {
+        instant: &'a FilterInstant,
+    ) -> impl Iterator<Item = (Observation, f64)> + use<'a, N, M> {
         let axes = *self.plant.axes();
-        let (measured, spread, water) = (stop.measured, stop.spread, stop.water);
-        let turns: [_; N] = std::array::from_fn(|place| self.turns(place));
+        let (measured, spread, water) = (instant.measured, instant.spread, instant.water);
+        let lever_terms: [_; N] = std::array::from_fn(|place| self.lever_terms(place));
         let velocity = move |place: usize| {
             let axis: usize = axes[place]?;
             let water = match axis {
                 0..3 => water.row(axis).transpose(),
                 _ => Vector2::zeros(),
             };
-            let (of, turns) = (Of::Velocity(place), turns[place]);
-            let seen = Seen { of, water, turns, spread: spread[axis] };
-            Some((seen, measured[axis]?))
+            let (of, lever_terms) = (Observed::Velocity(place), lever_terms[place]);
+            let observation = Observation { of, water, lever_terms, spread: spread[axis] };
+            Some((observation, measured[axis]?))
         };
-        let (across, spread) = (stop.across, stop.spread_across);
+        let (across, spread) = (instant.across, instant.spread_across);
         let down = move |turn: usize| {
-            let of = Of::Down(across[turn]?);
+            let of = Observed::Down(across[turn]?);
             let water = Vector2::zeros();
-            Some((Seen { of, water, turns: None, spread: spread[turn] }, 0.0))
+            Some((Observation { of, water, lever_terms: None, spread: spread[turn] }, 0.0))
         };
-        let turns = if M > N { 2 } else { 0 };
+        let directions = if M > N { 2 } else { 0 };
         let navigation = |reading: &'a Reading| {
             let Reading { state, number, axis, value, spread } = *reading;
-            let of = Of::Navigation { state, number, axis };
-            (Seen { of, water: Vector2::zeros(), turns: None, spread }, value)
+            let of = Observed::Navigation { state, number, axis };
+            (Observation { of, water: Vector2::zeros(), lever_terms: None, spread }, value)
         };
-        let navigation = stop.readings.iter().map(navigation);
-        (0..N).filter_map(velocity).chain((0..turns).filter_map(down)).chain(navigation)
+        let navigation = instant.readings.iter().map(navigation);
+        (0..N).filter_map(velocity).chain((0..directions).filter_map(down)).chain(navigation)
     }
 
-    /// What noise makes of a sample, (m/s)², (rad/s)² or rad².
-    fn variance(&self, seen: &Seen) -> f64 {
-        let std = match seen.of {
-            Of::Velocity(place) => self.noise.velocity[place],
-            Of::Down(_) => self.noise.attitude,
-            Of::Navigation { number, .. } => self.noise.instruments.numbers[number],
+    /// Returns the measurement noise variance, (m/s)², (rad/s)² or rad².
+    fn variance(&self, observation: &Observation) -> f64 {
+        let std = match observation.of {
+            Observed::Velocity(place) => self.noise.velocity[place],
+            Observed::Down(_) => self.noise.attitude,
+            Observed::Navigation { number, .. } => self.noise.instruments.numbers[number],
         };
-        std * std * seen.spread
+        std * std * observation.spread
     }
 
-    /// A sample less what the state makes of it. A heading is another by at most half a turn: over a
-    /// gap it may have turned further than a log without jumps can say.
-    fn innovation(&self, seen: &Seen, y: f64, mean: &State<N, M>) -> f64 {
+    /// Returns measurement minus prediction. Heading errors are wrapped to ±π: over a gap the
+    /// vehicle may have turned further than an unwrapped log can show.
+    fn innovation(&self, observation: &Observation, y: f64, mean: &State<N, M>) -> f64 {
         let [north, east] = self.current;
-        let e = y - (mean.seen(seen) + (seen.water[0] * north + seen.water[1] * east));
-        match seen.of {
-            Of::Navigation { number: InstrumentNoise::HEADING, .. } => wrapped(e),
+        let e = y
+            - (mean.observed_by(observation)
+                + (observation.water[0] * north + observation.water[1] * east));
+        match observation.of {
+            Observed::Navigation { number: InstrumentNoise::HEADING, .. } => wrapped(e),
             _ => e,
         }
     }
 
-    fn move_mean(&self, stop: &Stop, mean: &mut State<N, M>, flow: &mut Flow<N, M>) {
-        let slices = &self.schedule.slices[stop.slices.clone()];
-        let pushes = &self.pushes[stop.slices.clone()];
+    fn move_mean(&self, instant: &FilterInstant, mean: &mut State<N, M>, flow: &mut Flow<N, M>) {
+        let slices = &self.schedule.slices[instant.slices.clone()];
+        let pushes = &self.pushes[instant.slices.clone()];
         let decay = self.noise.decay();
         advance(self.plant, (slices, pushes), &mean.motion, &mean.disturbance, &decay, flow);
         let ends = Ends { before: &mean.motion, after: &flow.motion };
-        self.move_navigation(stop, &ends, &mut mean.navigation);
+        self.move_navigation(instant, &ends, &mut mean.navigation);
         mean.motion = flow.motion;
-        mean.disturbance.component_mul_assign(&self.fade(stop.length_s));
+        mean.disturbance.component_mul_assign(&self.fade(instant.length_s));
     }
 
     fn predict(
         &self,
-        stop: &Stop,
+        instant: &FilterInstant,
         mean: &mut State<N, M>,
         flow: &mut Flow<N, M>,
     ) -> Transition<N, M> {
         let before = mean.motion;
-        self.move_mean(stop, mean, flow);
+        self.move_mean(instant, mean, flow);
         let ends = Ends { before: &before, after: &mean.motion };
         Transition {
             by_motion: flow.by_motion(),
             by_disturbance: flow.by_disturbance(),
-            fade: self.fade(stop.length_s),
-            rows: self.rows(stop, &ends),
+            fade: self.fade(instant.length_s),
+            rows: self.rows(instant, &ends),
         }
     }
 
@@ -524,14 +540,14 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
 
     fn correct(
         &self,
-        seen: &Seen,
+        observation: &Observation,
         y: f64,
         mean: &mut State<N, M>,
         covariance: &mut Covariance<N, M>,
     ) -> (f64, Gain<N, M>) {
-        let e = self.innovation(seen, y, mean);
-        let column = covariance.seen(seen);
-        let variance = column.seen(seen) + self.variance(seen);
+        let e = self.innovation(observation, y, mean);
+        let column = covariance.observed_by(observation);
+        let variance = column.observed_by(observation) + self.variance(observation);
         let gain = Gain { state: column.scaled(1.0 / variance), variance };
         mean.add(&gain.state, e);
         covariance.subtract(&gain.state, &column);
@@ -539,13 +555,13 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 }
 
-/// Adds a covariance of the world's down to that of the motion that it is a part of.
-fn add_of_down<const M: usize>(motion: &mut SMatrix<f64, M, M>, of_down: &Matrix3<f64>) {
+/// Adds a covariance of the down vector to its block of the motion covariance.
+fn add_down_covariance<const M: usize>(motion: &mut SMatrix<f64, M, M>, of_down: &Matrix3<f64>) {
     let mut own = motion.view_mut((M - 3, M - 3), (3, 3));
     own += of_down;
 }
 
-/// An angle less the whole turns in it, rad.
+/// Wraps an angle to ±π, rad.
 fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }

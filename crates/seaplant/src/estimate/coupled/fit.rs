@@ -1,4 +1,4 @@
-//! Filter error of a coupled plant: from a start to the optimum.
+//! Filter error estimation of a coupled plant: from a start to the optimum.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,75 +14,75 @@ use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
 use crate::{CoupledRecord, Dof, Error, ThrustUncertainty, Timed, parallel};
 
-/// Everything that is fitted.
+/// All estimated quantities.
 #[derive(Clone, Debug)]
 pub(super) struct Point<const N: usize, const M: usize> {
-    /// Free numbers of the plant.
+    /// Free parameters of the plant.
     pub(super) free: DVector<f64>,
-    /// How thrust follows what is logged of it.
+    /// Model of the thrust between log and vehicle.
     pub(super) actuator: Actuator,
-    /// The current of each trial, north and east, m/s.
+    /// Mean current of each trial, north and east, m/s.
     pub(super) currents: Vec<[f64; 2]>,
-    /// Disturbance and noise of every trial.
+    /// Disturbance and measurement noise, common to all trials.
     pub(super) noise: Noise<N, M>,
 }
 
-/// A coupled fit of N axes to some trials.
+/// Estimation problem of a plant with N axes from several trials.
 pub(super) struct Problem {
     pub(super) structure: Structure,
     pub(super) physical: Physical,
     /// Names of the trials.
     pub(super) trials: Arc<[String]>,
-    /// What is fitted: each trial whole, or pieces of it.
+    /// The fitted data: complete trials, or pieces of them.
     pub(super) schedules: Arc<[Schedule]>,
-    /// Pieces of the trials, to begin with.
+    /// Pieces of the trials for the first steps.
     pieces: Option<Arc<[Schedule]>>,
-    pushed: Arc<Pushed>,
+    forces: Arc<ForceCache>,
     rigid_body: Option<Matrix6<f64>>,
-    /// Which numbers of the actuator are fitted.
+    /// True for the numbers of the actuator that are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
-    /// Whether thrusters push, of which any was logged; else a wrench does.
+    /// True if thrusters are logged; otherwise the input is a wrench.
     pub(super) has_thrusters: bool,
-    /// How well the strength of the thrusters is known: the least of them.
+    /// Uncertainty of the thrusters' strength: the greatest of any thruster.
     pub(super) thrust_uncertainty: ThrustUncertainty,
-    /// Known forces that act together, by the number that slices have …
+    /// Known forces that act together, by the index that slices refer to.
     pub(super) known: Arc<[Vec<KnownForce>]>,
-    /// … and their sums.
+    /// Their sums, by the same index.
     pub(super) loads: Arc<[Load]>,
-    /// What differences of the samples of each axis show of their noise, m/s or rad/s.
+    /// Noise of each axis estimated from differences of its samples, m/s or rad/s.
     pub(super) sample_noise: Vec<f64>,
-    /// Whether the velocity of an axis is the slope of positions in any trial, in SNAME order.
+    /// True for axes whose velocity is differentiated from positions in any trial, in SNAME order.
     pub(super) by_slope: [bool; 6],
-    /// Whether an instrument of its own measures each translation in all trials, likewise.
+    /// True for translations with a velocity sensor in all trials, in SNAME order.
     may_be_late: [bool; 6],
-    /// Whether a current is fitted: there is a translation for it to show in.
+    /// True if a current is fitted: at least one translation is measured over ground.
     pub(super) has_current: bool,
-    /// Whether attitude is known or a state.
+    /// Attitude as known input or as state.
     pub(super) attitude: Attitude,
-    /// What differences of the samples of roll and pitch show of their noise, rad.
+    /// Noise of roll and pitch estimated from differences of their samples, rad.
     attitude_noise: f64,
-    /// Noise of positions and accelerations, from differences of their samples.
+    /// Sensor noise of positions and accelerations, estimated from differences of their samples.
     pub(super) instruments: InstrumentNoise,
-    /// Whether the motion is left to itself: no disturbance, all misfit is of the measurement.
+    /// True for output error: no disturbance, so that all misfit is measurement noise.
     pub(super) is_free: bool,
 }
 
-/// The force over every slice of all schedules, by the actuator that was asked for last: most passes
-/// ask for the same.
+/// Cache of the force over each slice of all schedules for the last actuator: most passes use the
+/// same one.
 #[derive(Default)]
-struct Pushed(Mutex<Option<(Actuator, Pushes)>>);
+struct ForceCache(Mutex<Option<(Actuator, HeldForces)>>);
 
-/// The force over every slice of each schedule.
-type Pushes = Arc<[Vec<HeldForce>]>;
+/// Force over each slice of each schedule.
+type HeldForces = Arc<[Vec<HeldForce>]>;
 
-impl Pushed {
-    fn by(&self, actuator: &Actuator, schedules: &[Schedule]) -> Pushes {
+impl ForceCache {
+    fn get(&self, actuator: &Actuator, schedules: &[Schedule]) -> HeldForces {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match last.as_ref().filter(|(own, _)| own == actuator) {
             Some((_, pushes)) => Arc::clone(pushes),
             None => {
                 let of = |k: usize| actuator.pushes(&schedules[k].thrust, &schedules[k].slices);
-                let pushes: Pushes = parallel::of_each(schedules.len(), of).into();
+                let pushes: HeldForces = parallel::of_each(schedules.len(), of).into();
                 *last = Some((*actuator, Arc::clone(&pushes)));
                 pushes
             }
@@ -90,48 +90,48 @@ impl Pushed {
     }
 }
 
-/// The optimum.
+/// Result of the optimisation.
 #[derive(Clone, Debug)]
 pub(super) struct Optimum<const N: usize, const M: usize> {
     pub(super) point: Point<N, M>,
     /// Negative log-likelihood.
     pub(super) cost: f64,
-    /// Fisher information of coefficients and currents, priors included.
+    /// Fisher information of coefficients, actuator and currents, including priors.
     pub(super) information: DMatrix<f64>,
-    /// Fisher information of the logarithms of the noise; of motion left to itself, none.
+    /// Fisher information of the logarithms of the noise; zero for output error.
     pub(super) noise_information: DMatrix<f64>,
-    /// Steps made.
+    /// Number of iterations.
     pub(super) iterations: usize,
 }
 
-/// The slope of the likelihood by all that is fitted and by how translations are reported.
-pub(super) struct ByReport {
+/// Gradient and information of the likelihood by all fitted quantities and by delay, lag and lever
+/// arm of the velocity sensor.
+pub(super) struct ReportSlope {
     slope: Slope,
-    /// Where delay and lag stand in it …
+    /// Index of the delay; the lag, if any, follows.
     late: usize,
-    /// … and the three levers behind them.
+    /// Index of the first of the three components of the lever arm.
     levers: usize,
 }
 
-/// A step of Gauss and Newton by some numbers, others being free as well, and their covariance.
+/// A Gauss–Newton step of selected numbers and its covariance, with other numbers free.
 pub(super) type Step = (DVector<f64>, DMatrix<f64>);
 
-impl ByReport {
-    /// By how much delay and lag are greater than they are taken to be, s: the delay alone where no
-    /// lag is. Levers are free or what they are taken to be.
-    pub(super) fn of_lateness(&self, are_free: [bool; 3]) -> Step {
+impl ReportSlope {
+    /// Computes the step of delay and lag, s; of the delay alone where there is no lag. The
+    /// selected components of the lever arm are free, the others fixed.
+    pub(super) fn delay_and_lag_step(&self, are_free: [bool; 3]) -> Step {
         let free = (0..3).filter(|along| are_free[*along]).map(|along| self.levers + along);
         self.step(free.collect(), (self.late..self.levers).collect())
     }
 
-    /// By how much the lag is greater than it is taken to be, s, where there is no delay and levers are
-    /// as they are taken to be.
-    pub(super) fn of_lag(&self) -> Step {
+    /// Computes the step of the lag, s, with delay and lever arm fixed.
+    pub(super) fn lag_step(&self) -> Step {
         self.step(Vec::new(), vec![self.late + 1])
     }
 
-    /// By how much each lever is longer than it is taken to be, m, delay and lag being free.
-    pub(super) fn of_levers(&self) -> Step {
+    /// Computes the step of the lever arm, m, with delay and lag free.
+    pub(super) fn lever_step(&self) -> Step {
         let levers = self.levers..self.levers + 3;
         self.step((self.late..self.levers).collect(), levers.collect())
     }
@@ -147,76 +147,77 @@ impl ByReport {
     }
 }
 
-/// What a descent does with the noise.
+/// Treatment of the noise during a descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum WithNoise {
     Fitted,
     Kept,
 }
 
-/// Standard deviation of a current's component before anything is measured, m/s.
+/// Prior standard deviation of each component of a current, m/s.
 pub(super) const CURRENT_STD: f64 = 1.0;
 
-/// Information of a coefficient that is known, by its square: 1e-9 of it is its error.
+/// Information of a held coefficient times its square: a relative standard deviation of 1e-9.
 const KNOWN: f64 = 1e18;
 
-/// Steps after which a fit is given up.
+/// Maximum number of iterations of a fit.
 const MOST_STEPS: usize = 60;
 
-/// How near to the optimum a fit has to come.
+/// Convergence tolerance of a fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
-    /// A step that would gain less than this in log-likelihood is the last.
+    /// The iteration stops when the expected gain in log-likelihood of a step is below this.
     plant: f64,
-    /// The same of the noise, whose numbers matter less.
+    /// The same for a step of the noise, whose parameters matter less.
     pub(super) noise: f64,
     /// True where the noise may be fitted to pieces of the trials.
     is_coarse: bool,
 }
 
 impl Tolerance {
-    /// No coefficient moves by more than 3 % of its standard deviation any more.
+    /// Steps of every coefficient are below 3 % of its standard deviation.
     pub(super) const FINE: Self = Self { plant: 5e-4, noise: 5e-3, is_coarse: false };
-    /// No coefficient moves by more than half of its standard deviation: near enough to ask what
-    /// the plant lacks, and to go on from.
+    /// Steps of every coefficient are below half of its standard deviation: sufficient for a search
+    /// of missing terms and as a start for a finer fit.
     pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5, is_coarse: true };
 
-    /// The same of motion left to itself, of whose samples a hundred say about as much as one.
-    fn of_free(self) -> Self {
+    /// Returns the tolerance for output error, where the correlated misfit makes about a hundred
+    /// samples worth one independent sample.
+    fn for_output_error(self) -> Self {
         Self { plant: 100.0 * self.plant, noise: 100.0 * self.noise, ..self }
     }
 
-    /// A step that did gain less than this is the last, whatever was expected of it.
-    fn nothing(self) -> f64 {
+    /// Returns the actual gain below which a step is the last, whatever gain was expected.
+    fn least_gain(self) -> f64 {
         0.1 * self.plant
     }
 }
 
-/// Numbers measured for each coefficient in pieces of the trials, that these say enough.
+/// Minimum number of scalar measurements per coefficient in the pieces of the trials.
 const SAMPLES_PER_TERM: usize = 50;
 
-/// The greatest step of a logarithm of the noise.
+/// Maximum step of a logarithm of the noise.
 const GREATEST_LOG_STEP: f64 = 1.0;
 
-/// The greatest step down of that of a disturbance.
+/// Maximum downward step of the logarithm of a disturbance.
 const GREATEST_FALL: f64 = 3.0;
 
-/// Correlation times of the disturbance, s: below, it could not be told from noise; above,
-/// it is a constant.
+/// Limits of the disturbance's correlation time, s: a shorter one is indistinguishable from
+/// measurement noise, a longer one from a constant.
 const CORRELATION_S: [f64; 2] = [0.2, 300.0];
 
-/// Standard deviations of a current's changes, m/s: more is no current that a vehicle works in.
+/// Limits of the standard deviation of the current's variation, m/s.
 const DRIFT_STD_M_S: [f64; 2] = [1e-4, 1.0];
 
-/// Correlation times of a current's changes, s: below, it is turbulence or a sensor; above, it is
-/// constant in a trial.
+/// Limits of the correlation time of the current's variation, s: shorter is turbulence or sensor
+/// noise, longer is constant during a trial.
 const DRIFT_CORRELATION_S: [f64; 2] = [10.0, 1000.0];
 
-/// The noise of a velocity is not below this part of what differences of its samples show: a
-/// disturbance that explains every sample would let it vanish.
+/// Lower limit of measurement noise as a fraction of the estimate from differences of samples:
+/// otherwise a disturbance that explains every sample could reduce it to zero.
 const LEAST_NOISE_PART: f64 = 0.1;
 
-/// Damping of Gauss–Newton steps: its start, how it changes, where it gives up.
+/// Damping of Gauss–Newton steps: initial value, factor, limits.
 const DAMPING: f64 = 1e-4;
 const DAMPING_FACTOR: f64 = 8.0;
 const MOST_DAMPING: f64 = 1e8;
@@ -251,7 +252,7 @@ impl Problem {
             instruments: first_instruments(records, &schedules),
             schedules,
             pieces: are_enough.then_some(pieces),
-            pushed: Arc::default(),
+            forces: Arc::default(),
             rigid_body,
             fits: Actuator::fitted(records, axes),
             has_thrusters,
@@ -263,38 +264,38 @@ impl Problem {
             may_be_late: std::array::from_fn(|k| {
                 records.iter().all(|record| record.may_be_late(k))
             }),
-            has_current: axes.iter().any(|dof| is_seen_over_ground(*dof, records)),
+            has_current: axes.iter().any(|dof| is_measured_over_ground(*dof, records)),
             attitude,
             attitude_noise: sample_noise(inclinations).unwrap_or(0.0).max(LEAST_NOISE),
             is_free,
         }
     }
 
-    /// The same for other records of the same trials.
+    /// Returns the problem for other records of the same trials.
     pub(super) fn of(&self, records: &[&CoupledRecord]) -> Self {
         let Self { structure, rigid_body, is_free, attitude, fits, .. } = self;
         Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free, *attitude) }
     }
 
-    /// The same with attitude as a state.
+    /// Returns the problem with attitude as a state.
     pub(super) fn with_attitude(&self, records: &[&CoupledRecord]) -> Self {
         let Self { structure, rigid_body, is_free, fits, .. } = self;
         let attitude = Attitude::State;
         Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free, attitude) }
     }
 
-    /// Returns true if an instrument of its own measures a translation in all trials, and may report
-    /// it late.
+    /// Returns true if a sensor measures the velocity of a translation in all trials, so that a
+    /// delay of that sensor can be estimated.
     pub(super) fn may_be_late(&self, dof: Dof) -> bool {
         self.may_be_late[dof.index()]
     }
 
-    /// How many numbers were measured.
+    /// Returns the number of scalar measurements.
     pub(super) fn samples(&self) -> usize {
         self.schedules.iter().map(Schedule::samples).sum()
     }
 
-    /// The same trials for other terms on the same axes.
+    /// Returns the problem for the same trials and axes with other terms.
     pub(super) fn with_terms(&self, structure: Structure) -> Self {
         Self {
             physical: Physical::new(&structure, self.rigid_body),
@@ -302,7 +303,7 @@ impl Problem {
             trials: Arc::clone(&self.trials),
             schedules: Arc::clone(&self.schedules),
             pieces: self.pieces.clone(),
-            pushed: Arc::clone(&self.pushed),
+            forces: Arc::clone(&self.forces),
             rigid_body: self.rigid_body,
             fits: self.fits,
             has_thrusters: self.has_thrusters,
@@ -320,11 +321,11 @@ impl Problem {
         }
     }
 
-    /// The same plant on pieces of the trials, if these say enough.
+    /// Returns the problem on pieces of the trials if these have enough samples.
     pub(super) fn in_pieces(&self) -> Option<Self> {
         let schedules = Arc::clone(self.pieces.as_ref()?);
         let whole = self.with_terms(self.structure.clone());
-        Some(Self { schedules, pieces: None, pushed: Arc::default(), ..whole })
+        Some(Self { schedules, pieces: None, forces: Arc::default(), ..whole })
     }
 
     pub(super) fn plant(&self, free: &DVector<f64>) -> Result<Plant, Error> {
@@ -336,14 +337,14 @@ impl Problem {
         Prepared::with_loads(&self.plant(free).ok()?, &self.loads).ok()
     }
 
-    /// Runs one pass over every schedule, each in its own thread; results come in their order.
+    /// Runs one pass over each schedule in parallel; results are in the order of the schedules.
     pub(super) fn each<const N: usize, const M: usize, T: Send>(
         &self,
         point: &Point<N, M>,
         plant: &Prepared<N>,
         work: impl Fn(usize, Pass<'_, N, M>) -> T + Sync,
     ) -> Vec<T> {
-        let pushes = self.pushed.by(&point.actuator, &self.schedules);
+        let pushes = self.forces.get(&point.actuator, &self.schedules);
         parallel::of_each(self.schedules.len(), |k| {
             let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
             let current = point.currents[schedule.trial];
@@ -351,7 +352,8 @@ impl Problem {
         })
     }
 
-    /// Slope and information by coefficients and currents, and the gains they belong to.
+    /// Computes gradient and information by coefficients, actuator and currents, and the gains of
+    /// the filter.
     pub(super) fn by_plant<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
@@ -362,9 +364,9 @@ impl Problem {
         Some((self.summed(point, &slopes)?, gains))
     }
 
-    /// Returns what a number of the actuator would gain in twice the ln-likelihood beside all that is
-    /// fitted, to second order: `g² / (I_kk − I_kr I_rr⁻¹ I_rk)`. One pass of the filter; `None` where
-    /// it diverges.
+    /// Computes the score statistic of a number of the actuator that is not fitted: the gain in
+    /// twice the log-likelihood, to second order, in addition to all that is fitted,
+    /// `g² / (I_kk − I_kr I_rr⁻¹ I_rk)`. Takes one pass of the filter; `None` where it diverges.
     ///
     /// # Source
     /// \[Rao1948\].
@@ -382,8 +384,8 @@ impl Problem {
         Some(slope.gradient[place].powi(2) / left)
     }
 
-    /// The information by all coefficients, numbers of the actuator and currents, whether they are
-    /// fitted or not, and without what was known of them before.
+    /// Computes the information of all coefficients, numbers of the actuator and currents,
+    /// including those that are not fitted, without priors.
     pub(super) fn information_of_all<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
@@ -393,23 +395,23 @@ impl Problem {
         Some(self.gathered(&slopes)?.information)
     }
 
-    /// What the trials ask for of how translations are reported, beside what they are taken to be: by
-    /// delay, lag and levers.
-    pub(super) fn by_report<const N: usize, const M: usize>(
+    /// Computes gradient and information including changes of the velocity sensor's delay, lag and
+    /// lever arm from their present values.
+    pub(super) fn slope_by_report<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
         lag_s: f64,
-    ) -> Option<ByReport> {
+    ) -> Option<ReportSlope> {
         let plant = self.prepared(&point.free)?;
         let slopes = self.each(point, &plant, |_, pass| pass.by_plant_and_report(lag_s));
         let slope = self.summed(point, &slopes)?;
         let levers = slope.gradient.len() - 3;
         let late = levers - if lag_s > 0.0 { 2 } else { 1 };
-        Some(ByReport { slope, late, levers })
+        Some(ReportSlope { slope, late, levers })
     }
 
-    /// The slopes of all schedules, with a current for each trial; what comes after the current
-    /// stands last.
+    /// Sums the gradients of all schedules, with separate currents for each trial; derivatives
+    /// after the current come last.
     fn gathered(&self, slopes: &[Slope]) -> Option<Slope> {
         let of_all = 2 * (self.trials.len() - 1);
         let mut sum = Slope::zeros(slopes.first()?.gradient.len() + of_all);
@@ -419,7 +421,7 @@ impl Problem {
         Some(sum)
     }
 
-    /// Adds the slope of a schedule of a trial to that of all.
+    /// Adds the gradient of one schedule of a trial to the sum.
     fn add(&self, slope: &Slope, trial: usize, sum: &mut Slope) {
         let p = self.structure.terms().len() + Actuator::COUNT;
         let place = |k: usize| match k.checked_sub(p) {
@@ -438,7 +440,7 @@ impl Problem {
         }
     }
 
-    /// The slope of what is fitted, and the part of it that each trial makes.
+    /// Computes the gradient of all fitted quantities, and the contribution of each trial to it.
     pub(super) fn by_trial<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
@@ -453,7 +455,7 @@ impl Problem {
         Some((all, parts))
     }
 
-    /// The same of what is fitted, with what was known of it before.
+    /// Sums the gradients of all schedules for the fitted quantities, including priors.
     fn summed<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
@@ -477,7 +479,8 @@ impl Problem {
         sum.cost.is_finite().then_some(sum)
     }
 
-    /// Coefficients that are known have no gradient, and no error.
+    /// Sets the gradient of held coefficients to zero and their information to that of known
+    /// values.
     pub(super) fn hold(&self, slope: &mut Slope) {
         for (k, term) in self.structure.terms().iter().enumerate() {
             let Some(value) = self.structure.held(term) else { continue };
@@ -494,8 +497,8 @@ impl Problem {
         of_terms.chain(self.prior_numbers(point)).map(half_square).sum()
     }
 
-    /// The numbers of the actuator and the currents, with the standard deviation that each has before
-    /// anything is measured.
+    /// Returns the numbers of the actuator and the currents, each with its prior standard
+    /// deviation.
     fn prior_numbers<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
@@ -509,8 +512,8 @@ impl Problem {
         point.actuator.numbers().into_iter().zip(std).chain(currents)
     }
 
-    /// Coefficients of which something is known before, by their places: each with its value and the
-    /// standard deviation about zero.
+    /// Returns the coefficients that have a prior about zero: index, value and prior standard
+    /// deviation.
     fn prior_coefficients<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
@@ -535,14 +538,14 @@ impl Problem {
         costs.iter().sum::<f64>() + self.prior(point)
     }
 
-    /// The negative log-likelihood.
+    /// Computes the negative log-likelihood, including priors.
     pub(super) fn cost<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> f64 {
         let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
         let costs = self.each(point, &plant, |_, pass| pass.innovations().0);
         costs.iter().sum::<f64>() + self.prior(point)
     }
 
-    /// The innovations of each schedule.
+    /// Computes the innovations of each schedule.
     pub(super) fn innovations<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
@@ -551,7 +554,7 @@ impl Problem {
         Ok(self.each(point, &plant, |_, pass| pass.innovations().1))
     }
 
-    /// Slope and information by the logarithms of the noise.
+    /// Computes gradient and information by the logarithms of the noise.
     pub(super) fn by_noise<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
@@ -562,15 +565,16 @@ impl Problem {
         sum.cost.is_finite().then_some(sum)
     }
 
-    /// Whether output error is there if this does not settle: no second try is worth its time.
+    /// Returns true if output error is the fallback when this fit does not converge, so that
+    /// further attempts are not worth their time.
     pub(super) fn has_rival(&self) -> bool {
         !self.is_free && self.structure.reads_beside_thrusters()
     }
 
-    /// Goes from a start to the optimum, at first on pieces of the trials.
+    /// Finds the optimum from a start, with the first steps on pieces of the trials.
     ///
     /// # Errors
-    /// [`Error::Plant`] if no step leads to an optimum.
+    /// [`Error::Plant`] if the fit does not converge.
     pub(super) fn optimum<const N: usize, const M: usize>(
         &self,
         start: Point<N, M>,
@@ -587,11 +591,11 @@ impl Problem {
         found.map_or_else(|| self.descent(start, tolerance), Ok)
     }
 
-    /// Goes from a start to the optimum: in turn a step of plant and currents at the filter's
-    /// gains, and one of the noise.
+    /// Finds the optimum from a start: alternates steps of plant and currents at fixed filter gains
+    /// with steps of the noise.
     ///
     /// # Errors
-    /// [`Error::Plant`] if no step leads to an optimum.
+    /// [`Error::Plant`] if the fit does not converge.
     pub(super) fn descent<const N: usize, const M: usize>(
         &self,
         start: Point<N, M>,
@@ -600,7 +604,8 @@ impl Problem {
         self.descend(start, tolerance, WithNoise::Fitted)
     }
 
-    /// The same with the noise as it is: for a plant that lacks little of the one it was fitted with.
+    /// Finds the optimum at fixed noise: for a plant with few more terms than the one with which
+    /// the noise was fitted.
     ///
     /// # Errors
     /// As [`Self::descent`].
@@ -620,7 +625,7 @@ impl Problem {
     ) -> Result<Optimum<N, M>, Error> {
         let refuse =
             |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
-        let tolerance = if self.is_free { tolerance.of_free() } else { tolerance };
+        let tolerance = if self.is_free { tolerance.for_output_error() } else { tolerance };
         let mut point = start;
         let mut damping = DAMPING;
         let count = point.noise.count();
@@ -648,7 +653,8 @@ impl Problem {
         ))
     }
 
-    /// A damped Gauss–Newton step of plant and currents; what it would gain without damping.
+    /// Makes a damped Gauss–Newton step of plant and currents; returns the expected gain of an
+    /// undamped step.
     fn step_plant<const N: usize, const M: usize>(
         &self,
         point: &mut Point<N, M>,
@@ -674,21 +680,21 @@ impl Problem {
             if there <= at {
                 *point = moved;
                 *damping = (*damping / DAMPING_FACTOR).max(LEAST_DAMPING);
-                // At a limit that it nears but does not reach, a step gains less than expected.
+                // Where a limit shortens the step, the gain is less than expected.
                 let gained = at - there;
-                return if gained < tolerance.nothing() { gained } else { expected };
+                return if gained < tolerance.least_gain() { gained } else { expected };
             }
             if expected < tolerance.plant {
                 return expected;
             }
             *damping *= DAMPING_FACTOR;
         }
-        // No step however short helps: the cost is at its least, but for rounding.
+        // No shorter step reduces the cost: this is the minimum, within rounding.
         *damping = DAMPING;
         0.0
     }
 
-    /// Between what each number of a point stays.
+    /// Returns the lower and upper limit of each number of a point.
     fn limits<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> Vec<(f64, f64)> {
         let lowest = self.physical.lowest().into_iter();
         let of_plant = lowest.map(|low| (low.unwrap_or(f64::NEG_INFINITY), f64::INFINITY));
@@ -697,7 +703,7 @@ impl Problem {
         of_plant.chain(Actuator::LIMITS).chain(of_currents).collect()
     }
 
-    /// Whether a number of a point is not fitted.
+    /// Returns true if a number of a point is not fitted.
     fn is_held<const N: usize, const M: usize>(&self, point: &Point<N, M>, k: usize) -> bool {
         let p = point.free.len();
         match k.checked_sub(p) {
@@ -706,8 +712,7 @@ impl Problem {
         }
     }
 
-    /// Gradient and information of coefficients and currents, by the free numbers in place of
-    /// the coefficients.
+    /// Converts gradient and information from coefficients to the plant's free parameters.
     fn in_free_numbers(&self, free: &DVector<f64>, slope: &Slope) -> (DVector<f64>, DMatrix<f64>) {
         let (p, all) = (free.len(), slope.gradient.len());
         let mut jacobian = DMatrix::identity(all, all);
@@ -716,7 +721,8 @@ impl Problem {
         (jacobian.transpose() * &slope.gradient, hessian)
     }
 
-    /// One step of the noise, whose information comes with it; whether it is settled.
+    /// Makes one step of the noise and stores its information; returns true if the noise has
+    /// converged.
     fn step_noise<const N: usize, const M: usize>(
         &self,
         point: &mut Point<N, M>,
@@ -726,13 +732,14 @@ impl Problem {
         if self.is_free {
             return self.step_misfit(point, tolerance);
         }
-        // To come near, pieces of the trials say enough of the noise; where positions or accelerations
-        // are measured its slope takes so long that they have to at the optimum, too.
+        // For a coarse fit, pieces of the trials determine the noise well enough. With position or
+        // acceleration sensors its gradient takes so long that they have to do at the optimum as
+        // well.
         let is_enough = tolerance.is_coarse || self.instruments.count() > 0;
         let pieces = if is_enough { self.in_pieces() } else { None };
-        let told_by = pieces.as_ref().unwrap_or(self);
+        let data = pieces.as_ref().unwrap_or(self);
         let needed = tolerance.noise * if pieces.is_some() { PIECES_PART } else { 1.0 };
-        let Some(slope) = told_by.by_noise(point) else { return true };
+        let Some(slope) = data.by_noise(point) else { return true };
         noise_information.copy_from(&slope.information);
         let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
@@ -749,19 +756,20 @@ impl Problem {
             if 0.5 * parabola.promise(&step) < needed {
                 return true;
             }
-            // Each by itself: one that runs away must not hold the others back.
+            // Each component is limited separately, so that one that diverges does not slow the
+            // others.
             let reached = step.iter().enumerate().map(|(k, x)| {
-                // A disturbance that is not there has a long way to go.
+                // An absent disturbance has to decrease by orders of magnitude.
                 let down = if k < N { GREATEST_FALL } else { GREATEST_LOG_STEP };
                 x.clamp(-down, GREATEST_LOG_STEP)
             });
             let step = DVector::from_iterator(step.len(), reached);
             let moved = clamped(&logarithms + step, &limits);
             let moved = Point { noise: point.noise.with_logarithms(&moved), ..point.clone() };
-            let gained = slope.cost + self.prior(point) - told_by.cost(&moved);
+            let gained = slope.cost + self.prior(point) - data.cost(&moved);
             if gained > 0.0 {
                 *point = moved;
-                // A disturbance that is not there fades for ever and gains nothing by it.
+                // An absent disturbance decreases without limit and gains nothing.
                 return gained < needed;
             }
             damping *= DAMPING_FACTOR;
@@ -769,13 +777,13 @@ impl Problem {
         true
     }
 
-    /// Returns true if no trial has a measured velocity of the axis in a place.
+    /// Returns true if no trial has a measured velocity of the axis at an index.
     pub(super) fn is_unmeasured(&self, place: usize) -> bool {
         let Some(dof) = self.structure.axes().get(place) else { return false };
         self.schedules.iter().all(|schedule| !schedule.is_measured[dof.index()])
     }
 
-    /// Between which logarithms the noise stays, shape as of these.
+    /// Returns the lower and upper limit of each logarithm of the noise.
     fn noise_limits<const N: usize, const M: usize>(&self, noise: &Noise<N, M>) -> Vec<(f64, f64)> {
         let mut limits = vec![(f64::NEG_INFINITY, f64::INFINITY); noise.count()];
         if noise.drift.is_some() {
@@ -807,7 +815,7 @@ impl Problem {
 }
 
 impl<const N: usize> Point<N, N> {
-    /// The same where attitude is a state.
+    /// Returns the point for a filter with attitude states.
     pub(super) fn with_attitude(self, problem: &Problem) -> Point<6, 9> {
         let Self { free, actuator, currents, noise } = self;
         let noise = noise.with_attitude(problem.attitude_noise);
@@ -816,14 +824,14 @@ impl<const N: usize> Point<N, N> {
 }
 
 impl<const N: usize, const M: usize> Point<N, M> {
-    /// Free numbers of the plant, numbers of the actuator, currents.
+    /// Returns the free parameters of the plant, the numbers of the actuator and the currents.
     fn numbers(&self) -> DVector<f64> {
         let (free, actuator) = (self.free.iter().copied(), self.actuator.numbers());
         let all = free.chain(actuator).chain(self.currents.as_flattened().iter().copied());
         DVector::from_vec(all.collect())
     }
 
-    /// The same after a step of these.
+    /// Returns the point after a step of these numbers, within limits.
     fn moved(&self, step: &DVector<f64>, limits: &[(f64, f64)]) -> Self {
         let numbers = clamped(self.numbers() + step, limits);
         let (p, q) = (self.free.len(), self.free.len() + Actuator::COUNT);
@@ -836,7 +844,7 @@ impl<const N: usize, const M: usize> Point<N, M> {
     }
 }
 
-/// A step may end beside its limit by rounding.
+/// Clamps numbers to their limits, which a step may exceed by rounding.
 fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
     for (x, (low, high)) in numbers.iter_mut().zip(limits) {
         *x = x.clamp(*low, *high);
@@ -844,14 +852,16 @@ fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
     numbers
 }
 
-/// Returns true if some trial measures the velocity of a translation over ground, or its position.
-fn is_seen_over_ground(dof: Dof, records: &[&CoupledRecord]) -> bool {
-    let is_seen = |record: &&CoupledRecord| record.is_measured(dof) || record.fixes.is_some();
-    matches!(dof, Dof::Surge | Dof::Sway) && records.iter().any(is_seen)
+/// Returns true if any trial measures the velocity over ground of a translation, or a horizontal
+/// position.
+fn is_measured_over_ground(dof: Dof, records: &[&CoupledRecord]) -> bool {
+    let has_measurement =
+        |record: &&CoupledRecord| record.is_measured(dof) || record.fixes.is_some();
+    matches!(dof, Dof::Surge | Dof::Sway) && records.iter().any(has_measurement)
         || dof == Dof::Heave && records.iter().any(|record| record.is_measured(dof))
 }
 
-/// Estimates the noise of the instruments that schedules read from differences of their samples.
+/// Estimates the noise of the sensors that schedules read from differences of their samples.
 fn first_instruments(records: &[&CoupledRecord], schedules: &[Schedule]) -> InstrumentNoise {
     let mut noise = InstrumentNoise::NONE;
     let mut set = |number: usize, value: f64| {
@@ -880,26 +890,27 @@ fn first_instruments(records: &[&CoupledRecord], schedules: &[Schedule]) -> Inst
     noise
 }
 
-/// Where the standard deviation of an accelerometer's offset starts, m/s²: a third of a degree of
-/// attitude.
+/// Initial standard deviation of the accelerometer offset, m/s²: corresponds to an attitude error
+/// of a third of a degree.
 const FIRST_OFFSET_M_S2: f64 = 0.05;
-/// Between which it stays.
+/// Its limits, m/s².
 const OFFSET_M_S2: [f64; 2] = [1e-4, 2.0];
-/// Where its correlation time starts, s, …
+/// Initial correlation time of the offset, s.
 const FIRST_OFFSET_CORRELATION_S: f64 = 60.0;
-/// … and between which it stays: below, it is noise; above, it is constant.
+/// Its limits, s: shorter is measurement noise, longer is a constant.
 const OFFSET_CORRELATION_S: [f64; 2] = [3.0, 3000.0];
 
-/// A sensor is not better than that, m/s or rad/s.
+/// Lower limit of any sensor noise, in the sensor's unit.
 const LEAST_NOISE: f64 = 1e-6;
 
-/// The first noise of a fit: what the equation of motion misses on each axis is disturbance.
+/// Returns the initial noise of a fit: the residual of equation error on each axis counts as
+/// disturbance.
 pub(super) fn first_noise<const N: usize, const M: usize>(
     problem: &Problem,
     residual: &[f64],
 ) -> Noise<N, M> {
     Noise {
-        // What a place without an axis holds does not matter, as long as it is a number.
+        // The value at an unused index has no effect but must be finite.
         disturbance: SVector::from_fn(|i, _| residual.get(i).map_or(1.0, |r| r.max(1e-9))),
         correlation_s: SVector::repeat(FIRST_CORRELATION_S),
         velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).copied().unwrap_or(1.0)),
@@ -909,5 +920,5 @@ pub(super) fn first_noise<const N: usize, const M: usize>(
     }
 }
 
-/// Where correlation times start, s.
+/// Initial correlation time of disturbances, s.
 const FIRST_CORRELATION_S: f64 = 3.0;

@@ -1,9 +1,9 @@
-//! Output error of a coupled plant: its motion is left to itself, and all misfit is the
-//! measurement's.
+//! Output error estimation of a coupled plant: open-loop simulation, with all misfit attributed to
+//! the measurement.
 //!
-//! In the filter's terms: no disturbance, so that its gain fades, and a noise as large as the
-//! misfit. The misfit is coloured, which the information of independent samples does not know:
-//! covariance is that of the scores of blocks.
+//! In terms of the filter: no disturbance, so that its gain decays to zero, and measurement noise
+//! as large as the misfit. The misfit is correlated in time, which the information of independent
+//! samples ignores; therefore the covariance comes from the scores of blocks.
 
 use std::collections::BTreeMap;
 
@@ -16,13 +16,14 @@ use crate::motion::PUSHED_BY;
 use crate::statistics::robust_covariance;
 use crate::{CoupledRecord, Dof, Error};
 
-/// Blocks of trials for each number that is fitted, whose scores make the covariance.
+/// Number of blocks per fitted number, for the covariance of the scores.
 const BLOCKS_PER_NUMBER: f64 = 2.0;
 
-/// Lags after which the correlation of a misfit is no longer summed, as part of a trial.
+/// The autocorrelation of the misfit is summed up to this lag: the length of the trial divided by
+/// this number.
 const MOST_LAGS_PART: usize = 10;
 
-/// The first noise: all motion is misfit.
+/// Returns the initial noise: all motion counts as misfit.
 pub(super) fn first_noise<const N: usize, const M: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
@@ -46,8 +47,8 @@ pub(super) fn first_noise<const N: usize, const M: usize>(
 }
 
 impl Problem {
-    /// Starts brought to where pieces of the trials lead each of them, the likeliest first: left to
-    /// itself, motion far from the truth has optima of its own.
+    /// Optimises each start on pieces of the trials and sorts by cost. In open loop, a start far
+    /// from the truth may lead to a local minimum.
     pub(super) fn nearer<const N: usize, const M: usize, T>(
         &self,
         starts: Vec<(Point<N, M>, T)>,
@@ -64,7 +65,7 @@ impl Problem {
         found.into_iter().map(|(_, point, of)| (point, of)).collect()
     }
 
-    /// Sets the noise of each axis to its misfit; whether that is settled.
+    /// Sets the noise of each axis to its misfit; returns true if it has converged.
     pub(super) fn step_misfit<const N: usize, const M: usize>(
         &self,
         point: &mut Point<N, M>,
@@ -96,8 +97,8 @@ impl Problem {
         gain < tolerance.noise
     }
 
-    /// Covariance of coefficients, actuators and currents, whatever the colour of the misfit:
-    /// `H⁻¹ Σ g gᵀ H⁻¹`, g being the scores of blocks of the trials.
+    /// Computes the covariance of coefficients, actuator and currents for a misfit of any
+    /// autocorrelation: `H⁻¹ Σ g gᵀ H⁻¹`, where g are the scores of blocks of the trials.
     ///
     /// # Source
     /// [White1982].
@@ -109,7 +110,7 @@ impl Problem {
         let plant = self.prepared(&point.free)?;
         let (p, all) = (plant.count() + PUSHED_BY, information.nrows());
         let duration_s: f64 =
-            self.schedules.iter().flat_map(|x| &x.stops).map(|stop| stop.length_s).sum();
+            self.schedules.iter().flat_map(|x| &x.instants).map(|instant| instant.length_s).sum();
         let spacing_s = duration_s / (BLOCKS_PER_NUMBER * all as f64);
         let marks = self.each(point, &plant, |_, pass| {
             let mut marks: Vec<DVector<f64>> = Vec::new();
@@ -137,14 +138,14 @@ impl Problem {
                 scores.iter_mut().for_each(|score| score[k] = 0.0);
             }
         }
-        // Every number that is fitted takes one block's worth of freedom.
+        // Each fitted number takes the freedom of one block.
         let n = scores.len() as f64;
         let few = (n - 1.0) / (n - all as f64).max(1.0);
         Some(robust_covariance(information, &scores)? * few)
     }
 
-    /// How many samples of each axis say as much as one would if their misfits did not follow
-    /// from each other: `1 + 2 Σ r_k`, summed while the correlations r_k are above zero.
+    /// Computes, for each axis, how many samples are worth one independent sample: `1 + 2 Σ r_k`,
+    /// summed while the autocorrelations r_k of the misfit are positive.
     pub(super) fn samples_per_independent<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,

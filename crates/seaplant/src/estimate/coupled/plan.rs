@@ -1,37 +1,39 @@
-//! Which plant of several axes to fit.
+//! Choice of the plant of several axes to fit.
 
 use std::collections::BTreeMap;
 
 use crate::plant::{Basis, EffectForce, HullModel, Signal, Structure, Symmetry};
 use crate::{Dof, Error, Vehicle, VehicleEffect};
 
-/// A plant of several axes that is asked for.
+/// The plant of several axes to be fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoupledPlan {
-    /// Its axes.
+    /// Axes of the plant.
     pub axes: Vec<Dof>,
-    /// Which of them M may couple.
+    /// Symmetry of the hull, which determines the couplings in M.
     pub symmetry: Symmetry,
-    /// Hull forces of a ship in place of the usual damping; all of them without a search, else
-    /// those of second order and more that the trials ask for.
+    /// Hull force model of a ship, in place of the usual damping. Without a search all its terms
+    /// are fitted; with it, terms of second and higher order are added only where the trials
+    /// support them.
     pub model: Option<HullModel>,
-    /// Terms beside the usual ones of [`Structure::of`], or of the model.
+    /// Terms in addition to the usual ones of [`Structure::of`] or those of the model.
     pub terms: Vec<Basis>,
-    /// Effects of the vehicle beside its usual ones, by name: `wind.sway`, `rudder.race`.
+    /// Effects of the vehicle in addition to its usual ones, by name: `wind.sway`, `rudder.race`.
     pub effects: Vec<String>,
-    /// Coefficients that are known, by name, and stay as they are.
+    /// Known coefficients, by name, which are held at these values.
     pub hold: BTreeMap<String, f64>,
-    /// Whether damping of one axis by another, and constant forces, are added where the trials ask for it.
+    /// True if cross damping and constant forces are added where the trials support them.
     pub search: bool,
 }
 
 impl CoupledPlan {
-    /// The terms of the plant of a vehicle; `is_logged` says which signals its trials hold.
+    /// Builds the structure for a vehicle; `is_logged` returns true for signals that its trials
+    /// contain.
     ///
     /// # Errors
     /// As [`Structure::of`], [`Structure::with`], [`Structure::with_effect`] and
-    /// [`Structure::holding`]; [`Error::Plant`] if an effect is asked for that the vehicle does
-    /// not have.
+    /// [`Structure::holding`]; [`Error::Plant`] for a requested effect that the vehicle does not
+    /// have.
     pub fn structure(
         &self,
         vehicle: &Vehicle,
@@ -41,16 +43,17 @@ impl CoupledPlan {
         let effects = vehicle.effects();
         self.check_names(&structure, &effects)?;
         for VehicleEffect { effect, is_usual, known } in effects {
-            let is_asked = self.effects.contains(&effect.name);
+            let is_requested = self.effects.contains(&effect.name);
             let acts = effect.axes().iter().any(|dof| self.axes.contains(dof));
-            let is_told = effect.signals().iter().all(&is_logged);
-            if !acts || !(is_usual || is_asked || is_told) {
+            let is_known_input = effect.signals().iter().all(&is_logged);
+            if !acts || !(is_usual || is_requested || is_known_input) {
                 continue;
             }
             let name = effect.name.clone();
-            // Wind that is there pushes: without it the start of a fit may be far off.
-            let blows = is_told && matches!(effect.force, EffectForce::Wind { .. });
-            let has_term = is_usual || is_asked || blows || self.hold.contains_key(&name);
+            // A fit without the wind force may start far off where wind was logged.
+            let is_logged_wind = is_known_input && matches!(effect.force, EffectForce::Wind { .. });
+            let has_term =
+                is_usual || is_requested || is_logged_wind || self.hold.contains_key(&name);
             structure = structure.with_effect(effect, has_term)?;
             if let Some((term, known)) = structure.term_named(&name).zip(known) {
                 structure = structure.holding(term, known)?;
@@ -69,7 +72,8 @@ impl CoupledPlan {
         Ok(structure)
     }
 
-    /// The structure without effects: the usual terms, or those of a model, and those asked for.
+    /// Returns the structure without effects: the usual terms or those of a model, and the
+    /// requested ones.
     fn of_hull(&self, usual: Structure) -> Result<Structure, Error> {
         let with_own =
             |structure: Structure| self.terms.iter().try_fold(structure, |s, term| s.with(*term));
@@ -85,11 +89,11 @@ impl CoupledPlan {
 
     fn check_names(&self, structure: &Structure, known: &[VehicleEffect]) -> Result<(), Error> {
         let names: Vec<&str> = known.iter().map(|known| known.effect.name.as_str()).collect();
-        let Some(strange) = self.effects.iter().find(|name| !names.contains(&name.as_str())) else {
+        let Some(unknown) = self.effects.iter().find(|name| !names.contains(&name.as_str())) else {
             return Ok(());
         };
         let reason = format!(
-            "the vehicle has no effect `{strange}`; it has {}, and terms read as \"yaw: |v|r\"",
+            "the vehicle has no effect `{unknown}`; it has {}, and terms read as \"yaw: |v|r\"",
             names.join(", ")
         );
         Err(Error::Plant { axes: structure.name(), reason })

@@ -1,4 +1,4 @@
-//! A trial cut into slices between its measurements, once for all passes of the filter.
+//! A trial divided into slices between its measurements, once for all passes of the filter.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,20 +17,22 @@ use crate::series::{ROUNDING_S, median, union};
 use crate::signal::rms;
 use crate::{CoupledRecord, Dof, Timed};
 
-/// The longest slice, s: a Runge–Kutta step of a vehicle that rolls at 4 rad/s is then right
-/// to 1e-4.
+/// Maximum length of a slice, s: keeps the Runge–Kutta error of a vehicle that rolls at 4 rad/s
+/// below 1e-4.
 const LONGEST_SLICE_S: f64 = 0.05;
 
-/// How far through some trials one is, from −½ of the first to ½ of the last; 0 of the only one.
-fn place(trial: usize, trials: usize) -> f64 {
+/// Returns the position of a trial in the sequence: from −½ for the first to ½ for the last; 0 for
+/// a single one.
+fn order(trial: usize, trials: usize) -> f64 {
     if trials > 1 { trial as f64 / (trials - 1) as f64 - 0.5 } else { 0.0 }
 }
 
-/// Pieces of each trial, evenly spread, on which a fit begins, and what part of it they are.
+/// Number of evenly spaced pieces of each trial with which a fit starts, and the fraction of the
+/// trial that they cover.
 const PIECES: usize = 4;
 pub(super) const PIECES_PART: f64 = 0.25;
 
-/// Whether attitude is known as it was measured, or a state beside ν.
+/// Treatment of attitude: known from measurements, or a state of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Attitude {
     Known,
@@ -38,11 +40,11 @@ pub(super) enum Attitude {
 }
 
 impl Attitude {
-    /// A state where roll and pitch are axes of the plant and both they and their rates were measured
-    /// in every trial.
+    /// Selects a state where roll and pitch are axes of the plant and these angles and their rates
+    /// were measured in every trial.
     ///
-    /// Smoothed by the rates, attitude holds of their noise what a filter is asked to predict, and
-    /// the more the worse its own sensor is.
+    /// Attitude smoothed with the rates contains their noise, which the filter would have to
+    /// predict; the worse the attitude sensor, the more.
     pub(super) fn of(records: &[&CoupledRecord], structure: &Structure) -> Self {
         let has = |dof: &Dof| structure.axes().contains(dof);
         let is_measured = |record: &&CoupledRecord| record.inclination.iter().all(Option::is_some);
@@ -53,66 +55,66 @@ impl Attitude {
     }
 }
 
-/// An instant at which some axes were measured, and how it is reached.
-pub(super) struct Stop {
-    /// When it is, s.
+/// A filter instant: the measurements at one time, and the slices that lead to it.
+pub(super) struct FilterInstant {
+    /// Time, s.
     time_s: f64,
-    /// The slices from the stop before.
+    /// Slices since the previous instant.
     pub(super) slices: Range<usize>,
-    /// How long these last, s.
+    /// Their total length, s.
     pub(super) length_s: f64,
-    /// Velocity over ground by axis in SNAME order, where it was measured: of the origin, and what
-    /// turning about axes of the plant makes of that where an instrument sits.
+    /// Measured velocity over ground by axis in SNAME order: of the origin, plus `ω × r` at the
+    /// sensor for rates that are axes of the plant.
     pub(super) measured: [Option<f64>; 6],
-    /// The variance of each beside that of its axis.
+    /// Variance of each, relative to that of its axis.
     pub(super) spread: [f64; 6],
-    /// The directions across the world's down in body axes, as roll and pitch are measured, in
-    /// which more of either moves it.
+    /// For measured roll and pitch, the direction in body axes, perpendicular to the down vector,
+    /// in which an increase of the angle moves it.
     pub(super) across: [Option<Vector3<f64>>; 2],
-    /// The variance of each beside that of all.
+    /// Variance of each, relative to the nominal one.
     pub(super) spread_across: [f64; 2],
-    /// The two columns of R(η)ᵀ that turn a horizontal current into body axes.
+    /// The two columns of R(η)ᵀ that convert a horizontal current to body axes.
     pub(super) water: Matrix3x2<f64>,
-    /// The same at the stop before.
+    /// The same columns at the previous instant.
     pub(super) water_before: Matrix3x2<f64>,
     /// Measurements of navigation states.
     pub(super) readings: Vec<Reading>,
-    /// Navigation states that restart from zero after it: windows of mean accelerations begin.
-    pub(super) begun: Vec<usize>,
+    /// Navigation states that restart from zero afterwards, where windows of mean acceleration
+    /// start.
+    pub(super) reset_states: Vec<usize>,
 }
 
-/// A step longer than this, s, and than so many usual ones is a gap.
+/// A step is a gap if it is longer than this, s, and than `GAP` median steps.
 const LONGEST_STEP_S: f64 = 2.0;
 const GAP: f64 = 5.0;
 
-/// A trial, or a stretch of it, as the filter goes through it.
+/// A trial, or a continuous section of it, as processed by the filter.
 pub(super) struct Schedule {
-    /// Which of the trials.
+    /// Index of the trial.
     pub(super) trial: usize,
-    /// Where the instruments of surge, sway and heave sit, m.
+    /// Lever arms of the sensors of surge, sway and heave, m.
     pub(super) levers_m: [Vector3<f64>; 3],
-    /// Velocity over ground at the first stop, of all axes that are known.
+    /// Velocity over ground at the first instant, on all known axes.
     pub(super) start: Vector6<f64>,
-    /// Its standard deviation on axes without a measured velocity, in SNAME order.
+    /// Its standard deviation on axes without a velocity sensor, in SNAME order.
     pub(super) start_std: [f64; 6],
-    /// True for axes with a measured velocity, likewise; the others have navigation states.
+    /// True for axes with a measured velocity, in SNAME order; others have navigation states.
     pub(super) is_measured: [bool; 6],
-    /// The navigation states.
+    /// Indices of the navigation states.
     pub(super) layout: Layout,
-    /// Their values at the first stop.
+    /// Their values at the first instant.
     pub(super) first_navigation: [f64; MOST_NAVIGATION],
-    /// The world's down in body axes there, as measured.
+    /// Measured down vector in body axes at the first instant.
     pub(super) start_down: Vector3<f64>,
-    /// The stops; the first has no slices.
-    pub(super) stops: Vec<Stop>,
-    /// All slices.
+    /// The filter instants; the first has no slices.
+    pub(super) instants: Vec<FilterInstant>,
     pub(super) slices: Vec<Slice>,
-    /// What pushes, as logged.
+    /// Logged inputs of the actuators.
     pub(super) thrust: Arc<LoggedThrust>,
 }
 
 impl Schedule {
-    /// Cuts every record for a plant of some axes.
+    /// Prepares all records for a plant.
     pub(super) fn whole(
         records: &[&CoupledRecord],
         structure: &Structure,
@@ -120,14 +122,13 @@ impl Schedule {
     ) -> Arc<[Self]> {
         let loads = &loads(records);
         let of = |(trial, record): (usize, &&CoupledRecord)| {
-            let thrust = LoggedThrust::of(record, place(trial, records.len()));
+            let thrust = LoggedThrust::of(record, order(trial, records.len()));
             Self::stretches(trial, record, &thrust, record.window_s, (structure, attitude, loads))
         };
         records.iter().enumerate().flat_map(of).collect()
     }
 
-    /// A quarter of every record in evenly spread pieces, each with a state of its own to begin
-    /// with.
+    /// Prepares a quarter of each record, in evenly spaced pieces with separate initial states.
     pub(super) fn pieces(
         records: &[&CoupledRecord],
         structure: &Structure,
@@ -136,7 +137,7 @@ impl Schedule {
         let loads = &loads(records);
         let of = |(trial, record): (usize, &&CoupledRecord)| {
             let (from, to) = record.window_s;
-            let thrust = LoggedThrust::of(record, place(trial, records.len()));
+            let thrust = LoggedThrust::of(record, order(trial, records.len()));
             let spacing = (to - from) / PIECES as f64;
             let piece = |k: usize| {
                 let middle = from + (k as f64 + 0.5) * spacing;
@@ -149,11 +150,11 @@ impl Schedule {
         records.iter().enumerate().flat_map(of).collect()
     }
 
-    /// Cuts a window of a record at gaps, in which nothing was measured: each stretch has a state of its
-    /// own to begin with.
+    /// Splits a window of a record at gaps without measurements; each section has its own initial
+    /// state.
     ///
-    /// Over a gap a vehicle goes where its thrust alone takes it: far from where a plant that is not yet
-    /// right has it, and a heading by any number of turns.
+    /// Over a gap only the model propagates the state: an inaccurate plant ends far from the
+    /// vehicle, with a heading off by any number of turns.
     fn stretches(
         trial: usize,
         record: &CoupledRecord,
@@ -161,22 +162,24 @@ impl Schedule {
         (from, to): (f64, f64),
         how: (&Structure, Attitude, &[Load]),
     ) -> Vec<Self> {
-        let of = |window| Self::of(trial, record, thrust, window, how);
-        let Some(whole) = of((from, to)) else { return Vec::new() };
-        let mut steps: Vec<f64> = whole.stops[1..].iter().map(|stop| stop.length_s).collect();
+        let schedule = |window| Self::new(trial, record, thrust, window, how);
+        let Some(whole) = schedule((from, to)) else { return Vec::new() };
+        let mut steps: Vec<f64> =
+            whole.instants[1..].iter().map(|instant| instant.length_s).collect();
         let longest = LONGEST_STEP_S.max(GAP * median(&mut steps).unwrap_or(0.0));
-        let is_gap = |stop: &&Stop| stop.length_s > longest;
-        let gaps: Vec<f64> = whole.stops.iter().filter(is_gap).map(|stop| stop.time_s).collect();
+        let is_gap = |instant: &&FilterInstant| instant.length_s > longest;
+        let gaps: Vec<f64> =
+            whole.instants.iter().filter(is_gap).map(|instant| instant.time_s).collect();
         if gaps.is_empty() {
             return vec![whole];
         }
         let starts = std::iter::once(from).chain(gaps.iter().copied());
         let ends = gaps.iter().map(|after| after - longest).chain([to]);
-        starts.zip(ends).filter_map(of).collect()
+        starts.zip(ends).filter_map(schedule).collect()
     }
 
-    /// Cuts a window of a record; none if nothing was measured in it.
-    fn of(
+    /// Prepares a window of a record; `None` if it has no measurements.
+    fn new(
         trial: usize,
         record: &CoupledRecord,
         thrust: &Arc<LoggedThrust>,
@@ -184,7 +187,7 @@ impl Schedule {
         (structure, attitude, loads): (&Structure, Attitude, &[Load]),
     ) -> Option<Self> {
         let axes = structure.axes();
-        let driven = Driven::of(record, axes, (from, to));
+        let navigation = NavigationData::new(record, axes, (from, to));
         let is_measured = Dof::ALL.map(|dof| record.is_measured(dof));
         let windowed = |dof: &Dof| {
             let axis = dof.index();
@@ -202,14 +205,14 @@ impl Schedule {
         };
         let inclined = [inclined(0), inclined(1)];
         let all = measured.iter().map(|(_, series)| series).chain(inclined.iter().flatten());
-        let starts = driven.starts();
-        let driven_times = driven.times().chain(starts.iter().map(Vec::as_slice));
-        let times = union(all.map(Timed::time_s).chain(driven_times));
-        let drives = record.signals.iter().filter(|(signal, _)| signal.is_held());
-        let drives = drives.filter(|(signal, _)| structure.signals().contains(signal));
-        let held = record.force.iter().flatten().chain(drives.map(|(_, series)| series));
-        let hung = known_changes(&record.known);
-        let changes = union(held.map(Timed::time_s).chain([hung.as_slice()]));
+        let starts = navigation.starts();
+        let navigation_times = navigation.times().chain(starts.iter().map(Vec::as_slice));
+        let times = union(all.map(Timed::time_s).chain(navigation_times));
+        let held_inputs = record.signals.iter().filter(|(signal, _)| signal.is_held());
+        let held_inputs = held_inputs.filter(|(signal, _)| structure.signals().contains(signal));
+        let held = record.force.iter().flatten().chain(held_inputs.map(|(_, series)| series));
+        let known_force_changes = known_changes(&record.known);
+        let changes = union(held.map(Timed::time_s).chain([known_force_changes.as_slice()]));
         let mut before = *times.first()?;
         let mut schedule = Self {
             trial,
@@ -217,20 +220,20 @@ impl Schedule {
             start: record.velocity_at(before),
             start_std: std::array::from_fn(|axis| start_std(record, axis)),
             is_measured,
-            layout: driven.layout,
-            first_navigation: driven.first(before),
+            layout: navigation.layout,
+            first_navigation: navigation.first(before),
             start_down: start_down(record, before),
-            stops: Vec::new(),
+            instants: Vec::new(),
             slices: Vec::new(),
             thrust: Arc::clone(thrust),
         };
-        let (mut readers, mut of_inclined) = (vec![0; measured.len()], [0; 2]);
-        let mut of_driven = driven.reader();
-        let mut water_before = water(record, before);
+        let (mut readers, mut inclined_readers) = (vec![0; measured.len()], [0; 2]);
+        let mut navigation_reader = navigation.reader();
+        let mut water_before = current_columns(record, before);
         for &time_s in &times {
             let first = schedule.slices.len();
             schedule.slice(record, (structure, loads), &changes, before, time_s);
-            let mut stop = Stop {
+            let mut instant = FilterInstant {
                 time_s,
                 slices: first..schedule.slices.len(),
                 length_s: time_s - before,
@@ -238,49 +241,50 @@ impl Schedule {
                 spread: [1.0; 6],
                 across: [None; 2],
                 spread_across: [1.0; 2],
-                water: water(record, time_s),
+                water: current_columns(record, time_s),
                 water_before,
                 readings: Vec::new(),
-                begun: Vec::new(),
+                reset_states: Vec::new(),
             };
-            water_before = stop.water;
-            of_driven.read(time_s, &mut stop);
+            water_before = instant.water;
+            navigation_reader.read(time_s, &mut instant);
             for ((dof, series), at) in measured.iter().zip(&mut readers) {
                 let is_now = series.time_s().get(*at).is_some_and(|t| *t <= time_s + ROUNDING_S);
                 if is_now {
-                    let others = turned_by_others(record, axes, dof.index(), time_s);
-                    stop.measured[dof.index()] = Some(series.values()[*at] - others);
+                    let others = velocity_from_other_rates(record, axes, dof.index(), time_s);
+                    instant.measured[dof.index()] = Some(series.values()[*at] - others);
                     if let Some(spread) = &record.spread[dof.index()] {
-                        stop.spread[dof.index()] = spread.held_at(time_s + ROUNDING_S);
+                        instant.spread[dof.index()] = spread.held_at(time_s + ROUNDING_S);
                     }
                     *at += 1;
                 }
             }
-            for (which, at) in of_inclined.iter_mut().enumerate() {
+            for (which, at) in inclined_readers.iter_mut().enumerate() {
                 let Some(series) = &inclined[which] else { continue };
                 let is_now = series.time_s().get(*at).is_some_and(|t| *t <= time_s + ROUNDING_S);
                 if is_now {
-                    stop.across[which] = Some(across(record, which, series.values()[*at], time_s));
+                    instant.across[which] =
+                        Some(down_direction(record, which, series.values()[*at], time_s));
                     if let Some(spread) = &record.inclination_spread[which] {
-                        stop.spread_across[which] = spread.held_at(time_s + ROUNDING_S);
+                        instant.spread_across[which] = spread.held_at(time_s + ROUNDING_S);
                     }
                     *at += 1;
                 }
             }
-            schedule.stops.push(stop);
+            schedule.instants.push(instant);
             before = time_s;
         }
         Some(schedule)
     }
 
-    /// How many numbers were measured after the first stop.
+    /// Returns the number of scalar measurements after the first instant.
     pub(super) fn samples(&self) -> usize {
-        let of = |stop: &Stop| {
-            stop.measured.iter().flatten().count()
-                + stop.across.iter().flatten().count()
-                + stop.readings.len()
+        let of = |instant: &FilterInstant| {
+            instant.measured.iter().flatten().count()
+                + instant.across.iter().flatten().count()
+                + instant.readings.len()
         };
-        self.stops.iter().skip(1).map(of).sum()
+        self.instants.iter().skip(1).map(of).sum()
     }
 
     fn slice(
@@ -308,7 +312,8 @@ impl Schedule {
     }
 }
 
-/// The known forces that act together at any time in some trials; those of equal sums once.
+/// Returns the sets of known forces that act together at any time of some trials, one for each
+/// distinct sum.
 pub(super) fn known_together(records: &[&CoupledRecord]) -> Vec<Vec<KnownForce>> {
     let (mut loads, mut together): (Vec<Load>, Vec<Vec<KnownForce>>) = Default::default();
     for record in records {
@@ -324,25 +329,25 @@ pub(super) fn known_together(records: &[&CoupledRecord]) -> Vec<Vec<KnownForce>>
     together
 }
 
-/// Their sums.
+/// Returns the sums of the known forces that act together.
 fn loads(records: &[&CoupledRecord]) -> Vec<Load> {
     known_together(records).iter().map(|acting| Load::of(acting)).collect()
 }
 
-/// Measurements of navigation states in a window.
-struct Driven {
+/// Measurements of the navigation states in a window.
+struct NavigationData {
     layout: Layout,
     position: Option<[Timed; 2]>,
     depth: Option<Timed>,
     heading: Option<Timed>,
     acceleration: [Option<MeanAcceleration>; 3],
-    /// Which axis the innovations of position, depth and heading count to: none that has an
-    /// accelerometer.
+    /// Axes to which innovations of position north and east, depth and heading are assigned; `None`
+    /// for axes with an accelerometer.
     axes: [Option<usize>; 4],
 }
 
-impl Driven {
-    fn of(record: &CoupledRecord, axes: &[Dof], (from, to): (f64, f64)) -> Self {
+impl NavigationData {
+    fn new(record: &CoupledRecord, axes: &[Dof], (from, to): (f64, f64)) -> Self {
         let wants = |dof: Dof| axes.contains(&dof) && !record.is_measured(dof);
         let window = |series: &Option<Timed>| series.as_ref()?.window(from, to);
         let translations = [Dof::Surge, Dof::Sway, Dof::Heave];
@@ -352,26 +357,27 @@ impl Driven {
         let depth = window(&record.depth).filter(|_| wants(Dof::Heave));
         let heading = window(&record.heading).filter(|_| wants(Dof::Yaw));
         let acceleration = translations.map(|dof| {
-            let felt = record.acceleration[dof.index()].as_ref().filter(|_| wants(dof))?;
-            felt.window(from, to)
+            let windows = record.acceleration[dof.index()].as_ref().filter(|_| wants(dof))?;
+            windows.window(from, to)
         });
-        let felt = acceleration.each_ref().map(Option::is_some);
-        let layout = Layout::of(position.is_some(), depth.is_some(), heading.is_some(), felt);
-        let counts = |axis: usize| (axis > 2 || !felt[axis]).then_some(axis);
+        let has_acceleration = acceleration.each_ref().map(Option::is_some);
+        let layout =
+            Layout::of(position.is_some(), depth.is_some(), heading.is_some(), has_acceleration);
+        let counts = |axis: usize| (axis > 2 || !has_acceleration[axis]).then_some(axis);
         let axes = [0, 1, 2, 5].map(counts);
         Self { layout, position, depth, heading, acceleration, axes }
     }
 
-    /// When something was measured.
+    /// Returns the times of the measurements.
     fn times(&self) -> impl Iterator<Item = &[f64]> {
-        let felt = self.acceleration.iter().flatten().map(|felt| &felt.mean);
-        let alone = self.position.iter().flatten().chain(&self.depth).chain(&self.heading);
-        alone.chain(felt).map(Timed::time_s)
+        let means = self.acceleration.iter().flatten().map(|windows| &windows.mean);
+        let readings = self.position.iter().flatten().chain(&self.depth).chain(&self.heading);
+        readings.chain(means).map(Timed::time_s)
     }
 
-    /// When windows of mean accelerations begin.
+    /// Returns the start times of windows of mean acceleration.
     fn starts(&self) -> Vec<Vec<f64>> {
-        self.acceleration.iter().flatten().map(|felt| felt.from_s.to_vec()).collect()
+        self.acceleration.iter().flatten().map(|windows| windows.from_s.to_vec()).collect()
     }
 
     fn first(&self, time_s: f64) -> [f64; MOST_NAVIGATION] {
@@ -389,10 +395,10 @@ impl Driven {
         first
     }
 
-    fn reader(&self) -> DrivenReader<'_> {
-        let mut alone = Vec::new();
+    fn reader(&self) -> NavigationReader<'_> {
+        let mut readings = Vec::new();
         let mut add = |state: usize, number: usize, axis: Option<usize>, series| {
-            alone.push((series, Reading { state, number, axis, value: 0.0, spread: 1.0 }, 0));
+            readings.push((series, Reading { state, number, axis, value: 0.0, spread: 1.0 }, 0));
         };
         if let (Some(north), Some(both)) = (self.layout.position, &self.position) {
             for (k, series) in both.iter().enumerate() {
@@ -405,59 +411,66 @@ impl Driven {
         if let (Some(state), Some(series)) = (self.layout.heading, &self.heading) {
             add(state, InstrumentNoise::HEADING, self.axes[3], series);
         }
-        DrivenReader { driven: self, alone, felt: [0; 3], begun: [0; 3] }
+        NavigationReader {
+            navigation: self,
+            readings,
+            windows_ended: [0; 3],
+            windows_started: [0; 3],
+        }
     }
 }
 
-/// Goes through what was measured in order of time.
-struct DrivenReader<'a> {
-    driven: &'a Driven,
-    /// Series, what a sample of each is a reading of, and how many are read.
-    alone: Vec<(&'a Timed, Reading, usize)>,
-    /// The number of windows of acceleration that have ended, and begun.
-    felt: [usize; 3],
-    begun: [usize; 3],
+/// Reader of the measurements in order of time.
+struct NavigationReader<'a> {
+    navigation: &'a NavigationData,
+    /// Series, template of the reading, and the number of samples already read.
+    readings: Vec<(&'a Timed, Reading, usize)>,
+    /// Number of acceleration windows that have ended, by axis.
+    windows_ended: [usize; 3],
+    /// Number of acceleration windows that have started, by axis.
+    windows_started: [usize; 3],
 }
 
-impl DrivenReader<'_> {
-    /// Adds the measurements since the stop before to a stop.
-    fn read(&mut self, time_s: f64, stop: &mut Stop) {
+impl NavigationReader<'_> {
+    /// Adds the measurements at a time to a filter instant.
+    fn read(&mut self, time_s: f64, instant: &mut FilterInstant) {
         let is_now = |t: Option<&f64>| t.is_some_and(|t| *t <= time_s + ROUNDING_S);
-        for (series, reading, at) in &mut self.alone {
+        for (series, reading, at) in &mut self.readings {
             if is_now(series.time_s().get(*at)) {
-                stop.readings.push(Reading { value: series.values()[*at], ..*reading });
+                instant.readings.push(Reading { value: series.values()[*at], ..*reading });
                 *at += 1;
             }
         }
-        for (axis, felt) in self.driven.acceleration.iter().enumerate() {
-            let (Some(felt), Some(state)) = (felt, self.driven.layout.gained[axis]) else {
+        for (axis, windows) in self.navigation.acceleration.iter().enumerate() {
+            let (Some(windows), Some(state)) = (windows, self.navigation.layout.gained[axis])
+            else {
                 continue;
             };
-            let at = &mut self.felt[axis];
-            if is_now(felt.mean.time_s().get(*at)) {
-                let window_s = felt.mean.time_s()[*at] - felt.from_s[*at];
-                let value = felt.mean.values()[*at] * window_s;
+            let at = &mut self.windows_ended[axis];
+            if is_now(windows.mean.time_s().get(*at)) {
+                let window_s = windows.mean.time_s()[*at] - windows.from_s[*at];
+                let value = windows.mean.values()[*at] * window_s;
                 let number = InstrumentNoise::ACCELERATION + axis;
                 let spread = window_s * window_s;
-                stop.readings.push(Reading { state, number, axis: Some(axis), value, spread });
+                instant.readings.push(Reading { state, number, axis: Some(axis), value, spread });
                 *at += 1;
             }
-            let at = &mut self.begun[axis];
-            if is_now(felt.from_s.get(*at)) {
-                stop.begun.push(state);
+            let at = &mut self.windows_started[axis];
+            if is_now(windows.from_s.get(*at)) {
+                instant.reset_states.push(state);
                 *at += 1;
             }
         }
     }
 }
 
-/// The standard deviation of an axis's first velocity where no instrument measures it.
+/// Returns the initial standard deviation of an axis's velocity where no sensor measures it.
 fn start_std(record: &CoupledRecord, axis: usize) -> f64 {
     let of_axis = record.velocity[axis].as_ref();
     of_axis.map_or(0.0, |series| rms(series.values().iter().copied())).max(LEAST_START)
 }
 
-/// At least so much, m/s or rad/s.
+/// Its lower limit, m/s or rad/s.
 const LEAST_START: f64 = 1e-3;
 
 fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Slice {
@@ -473,7 +486,7 @@ fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Sl
             known.map_or(0.0, |series| series.at(t))
         })
     };
-    // Like force, a drive is that of the slice's middle.
+    // Held inputs take their value at the middle of the slice, as force does.
     let held = record.signals_at(structure.signals(), instants[1]);
     let changing = structure.signals().iter().enumerate().filter(|(_, x)| !x.is_held());
     let changing: Vec<(usize, &Signal)> = changing.collect();
@@ -492,9 +505,9 @@ fn slice(record: &CoupledRecord, structure: &Structure, from: f64, h: f64) -> Sl
     }
 }
 
-/// The direction across the world's down in which more of roll (0) or pitch (1) moves it: ∂k/∂φ or
-/// ∂k/∂θ, of length 1, at such an angle.
-fn across(record: &CoupledRecord, which: usize, angle: f64, t: f64) -> Vector3<f64> {
+/// Returns the unit direction of ∂k/∂φ for roll (0) or ∂k/∂θ for pitch (1) in body axes, at a
+/// measured angle, rad; k is the down vector.
+fn down_direction(record: &CoupledRecord, which: usize, angle: f64, t: f64) -> Vector3<f64> {
     if which == 0 {
         return Vector3::new(0.0, angle.cos(), -angle.sin());
     }
@@ -502,7 +515,7 @@ fn across(record: &CoupledRecord, which: usize, angle: f64, t: f64) -> Vector3<f
     Vector3::new(-angle.cos(), -angle.sin() * roll.sin(), -angle.sin() * roll.cos())
 }
 
-/// The world's down in body axes as it was measured.
+/// Returns the measured down vector in body axes.
 fn start_down(record: &CoupledRecord, t: f64) -> Vector3<f64> {
     let [roll, pitch] = [0, 1].map(|which| {
         let measured = record.inclination[which].as_ref().or(record.attitude[which].as_ref());
@@ -511,14 +524,14 @@ fn start_down(record: &CoupledRecord, t: f64) -> Vector3<f64> {
     down_body(roll, pitch)
 }
 
-fn water(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {
+fn current_columns(record: &CoupledRecord, t: f64) -> Matrix3x2<f64> {
     let angles = record.attitude.each_ref().map(|angle| interpolated_attitude(angle.as_ref(), t));
     body_from_world(angles).fixed_columns::<2>(0).into_owned()
 }
 
-/// What turning about that which is no axis of the plant makes of a translation where its instrument
-/// sits, (ω × r) with such ω as it was measured.
-fn turned_by_others(record: &CoupledRecord, axes: &[Dof], axis: usize, t: f64) -> f64 {
+/// Returns the component of ω × r at the sensor of an axis that is due to measured rates that are
+/// not axes of the plant.
+fn velocity_from_other_rates(record: &CoupledRecord, axes: &[Dof], axis: usize, t: f64) -> f64 {
     let lever = record.levers_m.get(axis).filter(|lever| **lever != Vector3::zeros());
     let (Some(lever), Some(rates)) = (lever, &record.rates) else { return 0.0 };
     let is_axis = |k: usize| axes.contains(&Dof::ALL[3 + k]);

@@ -1,4 +1,4 @@
-//! Where a fit begins: the optimum that the likeliest of several starts leads to.
+//! Start of a fit: the optimum from the likeliest of several initial points.
 
 use super::actuator::Actuator;
 use super::equation_error::{self, Solved};
@@ -7,17 +7,17 @@ use super::{Fitted, free, search};
 use crate::plant::{Basis, Parameterisation, Plant};
 use crate::{CoupledRecord, Error};
 
-/// Lengths of the test functions of starts, s: short for small vehicles, long for ships.
+/// Lengths of the test functions for equation error, s: short for small vehicles, long for ships.
 const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
 
-/// The lag that fits begin with, s.
+/// Initial lag of the actuator, s.
 const FIRST_LAG_S: f64 = 0.1;
 
-/// The first optimum; where none is reached, from that of fewer terms: without products of three
-/// velocities and more, and then without couplings.
+/// Finds the first optimum. If the fit does not converge, starts from one with fewer terms: first
+/// without products of three or more velocities, then without couplings.
 ///
 /// # Errors
-/// That of the whole structure, if it has no such terms or leaving them out does not help.
+/// The error of the complete structure, if fewer terms are not possible or do not help.
 pub(super) fn begun<const N: usize>(
     problem: Problem,
     records: &[&CoupledRecord],
@@ -43,12 +43,12 @@ pub(super) fn begun<const N: usize>(
     Err(refused)
 }
 
-/// Whether a term is a product of three velocities or more.
+/// Returns true if a term is a product of three or more velocities.
 fn is_high(term: &Basis) -> bool {
     matches!(term, Basis::Product(_, product) if product.factors().count() > 2)
 }
 
-/// Whether a term has one axis act on another.
+/// Returns true if a term couples axes.
 fn is_coupling(term: &Basis) -> bool {
     match term {
         Basis::Mass(a, b) => a != b,
@@ -57,11 +57,10 @@ fn is_coupling(term: &Basis) -> bool {
     }
 }
 
-/// The optimum that the likeliest of several starts leads to; from the next one, if that does
-/// not settle.
+/// Finds the optimum from the likeliest of several starts; tries the next if it does not converge.
 ///
 /// # Errors
-/// That of the likeliest start, if none settles.
+/// The error of the likeliest start, if none converges.
 fn first_optimum<const N: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],
@@ -84,7 +83,7 @@ fn first_optimum<const N: usize>(
     Err(refused.unwrap_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 }))
 }
 
-/// Starts by equation error with test functions of several lengths, the likeliest first.
+/// Computes starts by equation error with test functions of several lengths, sorted by cost.
 fn starts<const N: usize>(
     problem: &Problem,
     records: &[&CoupledRecord],

@@ -1,4 +1,4 @@
-//! What trials that a plant was not fitted to would have of it.
+//! Change of the estimates that trials outside the fit indicate.
 
 use std::collections::BTreeMap;
 
@@ -15,28 +15,29 @@ use crate::motion::with_places;
 use crate::plant::Parameterisation;
 use crate::{CoupledRecord, Dof, Error, Method, VelocityReport};
 
-/// By how much some trials would have the coefficients of a fit greater, and how well its noise
-/// explains what it does not predict of them.
+/// The Newton step of the coefficients on trials outside the fit, and a test of the fit's noise on
+/// them.
 #[derive(Clone, Debug)]
 pub(crate) struct LikelihoodStep {
-    /// Of each coefficient.
+    /// Step of each coefficient.
     pub(crate) change: DVector<f64>,
-    /// Its covariance, of these trials alone.
+    /// Its covariance, from these trials alone.
     pub(crate) covariance: DMatrix<f64>,
-    /// Box and Pierce's statistic of each axis's innovations, as of a fit.
+    /// Box–Pierce statistic of each axis's innovations, as for a fit.
     pub(crate) whiteness: BTreeMap<Dof, f64>,
-    /// The mean of `e²/S` over each axis's innovations: 1 where the noise is that of the fit.
+    /// Mean of `e²/S` over the innovations of each axis: 1 if the noise agrees with the fit.
     pub(crate) surprise: BTreeMap<Dof, f64>,
 }
 
 impl CoupledFit {
-    /// What trials ask for; nothing of a fit that takes all misfit for the measurement's.
+    /// Computes the step of the coefficients on some trials; `None` for an output error fit.
     ///
-    /// `−I⁻¹ g` with slope and information of the likelihood of these trials, by the coefficients
-    /// and by a current of each trial's own; disturbances, noise and thrust are those of the fit.
+    /// `−I⁻¹ g`, with gradient and information of the likelihood of these trials by the
+    /// coefficients and by a separate current for each trial; disturbance, noise and actuator are
+    /// those of the fit.
     ///
     /// # Errors
-    /// [`Error::Plant`] if the fit's plant cannot be simulated; as [`Actuator::signals`].
+    /// [`Error::Plant`] if the plant cannot be simulated; as [`Actuator::signals`].
     pub(crate) fn likelihood_step(
         &self,
         records: &[&CoupledRecord],
@@ -44,7 +45,7 @@ impl CoupledFit {
         if self.method == Method::OutputError {
             return Ok(None);
         }
-        let seen = |record: &&CoupledRecord| {
+        let corrected = |record: &&CoupledRecord| {
             let signals = self.actuator.signals(record)?;
             let prompt = match self.report == VelocityReport::default() {
                 true => (*record).clone(),
@@ -52,20 +53,21 @@ impl CoupledFit {
             };
             Ok(CoupledRecord { signals, ..prompt })
         };
-        let records: Vec<CoupledRecord> = records.iter().map(seen).collect::<Result<_, Error>>()?;
+        let records: Vec<CoupledRecord> =
+            records.iter().map(corrected).collect::<Result<_, Error>>()?;
         match self.attitude_noise {
-            Some(_) => self.step_of::<6, 9>(&records),
-            None => with_places!(self.plant.axes().len(), N => self.step_of::<N, N>(&records)),
+            Some(_) => self.step_for::<6, 9>(&records),
+            None => with_places!(self.plant.axes().len(), N => self.step_for::<N, N>(&records)),
         }
     }
 
-    fn step_of<const N: usize, const M: usize>(
+    fn step_for<const N: usize, const M: usize>(
         &self,
         records: &[CoupledRecord],
     ) -> Result<Option<LikelihoodStep>, Error> {
-        let seen: Vec<&CoupledRecord> = records.iter().collect();
+        let references: Vec<&CoupledRecord> = records.iter().collect();
         let attitude = if M > N { Attitude::State } else { Attitude::Known };
-        let mut problem = Problem::new(self.plant.structure(), &seen, None, false, attitude);
+        let mut problem = Problem::new(self.plant.structure(), &references, None, false, attitude);
         problem.fits = [false; Actuator::COUNT];
         let mut point = Point {
             free: problem.physical.free(&DVector::from_row_slice(self.plant.coefficients())),
@@ -95,11 +97,11 @@ impl CoupledFit {
         Ok(Some(LikelihoodStep { change, covariance, whiteness, surprise }))
     }
 
-    /// Disturbance and noise as a filter takes them.
+    /// Returns disturbance and noise in the form that the filter takes.
     fn noise<const N: usize, const M: usize>(&self) -> Noise<N, M> {
         let axes = self.plant.axes();
         let of = |number: fn(&AxisNoise) -> (f64, f64)| {
-            // What a place without an axis holds does not matter, as long as it is a number.
+            // The value at an unused index has no effect but must be finite.
             let own = |i: usize| self.disturbances.get(axes.get(i)?);
             SVector::from_fn(|i, _| own(i).map_or(1.0, |noise| number(noise).0))
         };

@@ -1,4 +1,4 @@
-//! How certain the numbers of a fit are, and whether its innovations are white.
+//! Uncertainty of the estimates, and whiteness of the innovations.
 
 use std::collections::BTreeMap;
 
@@ -11,8 +11,8 @@ use crate::estimate::PRECISION;
 use crate::plant::{Plant, Structure};
 use crate::{Dof, Error};
 
-/// The covariance of a plant's coefficients: a held one has no error, and no other less than a log
-/// leaves.
+/// Computes the covariance of the plant's coefficients: zero for held ones, with a lower limit from
+/// the precision of a log for the others.
 pub(super) fn of_coefficients(plant: &Plant, all: &DMatrix<f64>) -> DMatrix<f64> {
     let structure = plant.structure();
     let terms = structure.terms().iter();
@@ -24,16 +24,16 @@ pub(super) fn of_coefficients(plant: &Plant, all: &DMatrix<f64>) -> DMatrix<f64>
     })
 }
 
-/// Numbers that trials ask for, with their covariance.
+/// Estimates with their covariance.
 pub(super) struct Asked {
     pub(super) numbers: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
 }
 
 impl Asked {
-    /// Sets to zero, one after the other, the number that is worth least beside the others, as one can
-    /// stand for another, while θ²/σ² of it is less than is needed; what is left follows. Which these
-    /// are.
+    /// Eliminates insignificant numbers one by one: sets to zero the one with the smallest ratio of
+    /// θ²/σ² to `needed`, as long as that is below 1, and conditions the others on it. Returns
+    /// their indices.
     pub(super) fn without_unseen(&mut self, needed: impl Fn(usize, f64) -> f64) -> Vec<usize> {
         let Self { numbers, covariance } = self;
         let (mut left, mut unseen): (Vec<usize>, Vec<usize>) =
@@ -51,7 +51,7 @@ impl Asked {
     }
 }
 
-/// What each coefficient's variance is multiplied with because others look like it.
+/// Computes the variance inflation factors of the first p numbers, `(I⁻¹)_kk I_kk`.
 pub(super) fn inflation(information: &DMatrix<f64>, p: usize) -> Vec<f64> {
     let covariance = inverse(information);
     (0..p).map(|k| covariance[(k, k)] * information[(k, k)]).collect()
@@ -86,7 +86,7 @@ pub(super) fn attitude_noise<const N: usize, const M: usize>(
     (M > N).then(|| (noise.attitude, noise.attitude * covariance[(k, k)].sqrt()))
 }
 
-/// Noise of the instruments, by its name in results.
+/// Returns the noise of the sensors by its name in results, with standard deviations.
 pub(super) fn instruments<const N: usize, const M: usize>(
     noise: &Noise<N, M>,
     covariance: &DMatrix<f64>,
@@ -110,8 +110,8 @@ pub(super) fn current_drift<const N: usize, const M: usize>(
     })
 }
 
-/// The inverse of an information matrix, scaled first; what it does not tell gets a variance
-/// that says so.
+/// Inverts an information matrix, scaled to a unit diagonal first; undetermined directions get a
+/// very large variance.
 pub(super) fn inverse(information: &DMatrix<f64>) -> DMatrix<f64> {
     let n = information.nrows();
     let scale = DVector::from_fn(n, |k, _| {
@@ -126,19 +126,21 @@ pub(super) fn inverse(information: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
-/// Eigenvalues of scaled information below this are rounding.
+/// Lower limit of the eigenvalues of the scaled information: smaller ones are rounding.
 const LEAST_INFORMATION: f64 = 1e-12;
 
-/// Every so many of an axis's innovations are tested where neighbours share the error of one fix.
+/// Interval of the innovations tested on axes differentiated from positions, where neighbouring
+/// samples share a fix.
 const APART_OF_SLOPES: usize = 2;
 
-/// Lags over which innovations are to be white.
+/// Number of lags of the whiteness test.
 const LAGS: usize = 40;
 
-/// Box and Pierce's statistic of each axis over [`LAGS`], divided by these.
+/// Computes the Box–Pierce statistic of each axis over [`LAGS`], divided by the number of lags.
 ///
-/// Where translations are behind a lag, noise may come before it or after: white are innovations
-/// then, or what they are behind it. `keep` is what the lag leaves of a report to the next.
+/// Where translations have a lag, noise may enter before it or after it: either the innovations are
+/// white, or the innovations filtered by the lag. `keep` is the part of a sample that the lag
+/// carries into the next.
 pub(super) fn whiteness<const N: usize, const M: usize>(
     problem: &Problem,
     point: &Point<N, M>,
@@ -163,12 +165,12 @@ pub(super) fn whiteness<const N: usize, const M: usize>(
     Ok(problem.structure.axes().iter().enumerate().map(of).collect())
 }
 
-/// Puts a series behind a lag that leaves `keep` of a report to the next.
+/// Filters a series by a lag that carries the part `keep` of a sample into the next.
 pub(super) fn put_behind(series: &mut [f64], keep: f64) {
     (1..series.len()).for_each(|k| series[k] += keep * series[k - 1]);
 }
 
-/// The mean over [`LAGS`] and series of `n r²`: 1 of white noise.
+/// Computes the mean over [`LAGS`] and series of `n r²`: 1 for white noise.
 fn colour(series: &[Vec<f64>]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for e in series {

@@ -1,4 +1,4 @@
-//! Equation error over a record in shards: what each shard says, put together exactly.
+//! Equation error over a record in shards, combined exactly.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,36 +12,34 @@ use crate::regression::{Regression, Row, Sums, batches_of};
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{AxisRecord, Caveat, Dof, Error, Grid, Terms};
 
-/// The clock that all shards of a record share: row k of the regression is at
-/// `start_s + k / sample_hz`.
+/// Common clock of all shards of a record: row k of the regression is at `start_s + k / sample_hz`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShardClock {
-    /// What the record is called; shards of several records may be put together.
+    /// Name of the record; shards of several records may be combined.
     pub record: String,
-    /// The first instant of the record, s.
+    /// First instant of the record, s.
     pub start_s: f64,
-    /// The rate of the regression's rows, Hz: that at which motion or force was logged, whichever
-    /// is faster.
+    /// Rate of the regression's rows, Hz: the higher of the rates of motion and force.
     pub sample_hz: f64,
-    /// The rate at which motion was logged, Hz.
+    /// Rate of the logged motion, Hz.
     pub source_hz: f64,
 }
 
-/// What shards of records say of one degree of freedom, enough for the estimate of equation
-/// error and its intervals.
+/// Sufficient statistics of shards of records on one degree of freedom, for the equation error
+/// estimate and its intervals.
 ///
-/// Every four seconds of rows `[F v̇]` are kept as the triangle R of their QR decomposition.
-/// Triangles of the same rows in other shards, and of neighbouring batches, combine by
-/// `[R₁; R₂] = Q R` without squaring the condition number: the estimate is that of all rows in
-/// one piece, to rounding, whatever the shards and the order of merging. A day takes 4 MB at
-/// any rate.
+/// For every four seconds, the rows `[F v̇]` are reduced to the triangle R of their QR
+/// decomposition. Triangles of the same rows in other shards, and of neighbouring batches, combine
+/// by `[R₁; R₂] = Q R` without squaring the condition number: the estimate is that of all rows
+/// together, within rounding, for any division into shards and order of merging. A day takes 4 MB
+/// at any rate.
 ///
-/// Rows are those of [`EquationError::fit`], which finds the same
-/// values for a record without gaps; its batches of 20 s, from which intervals come, are the
-/// same where the record lasts no longer than 20 minutes. Intervals are by batch means.
+/// Rows are those of [`EquationError::fit`], which gives the same estimate for a record without
+/// gaps; its batches of 20 s, from which intervals follow, are the same for records up to 20
+/// minutes. Intervals are from batch means.
 ///
 /// # Source
-/// QR of blocks of rows, put together by more of the same: \[Demmel2012\].
+/// Incremental QR of blocks of rows: \[Demmel2012\].
 ///
 /// # Example
 /// ```
@@ -75,36 +73,37 @@ pub struct EquationErrorStatistics {
     records: BTreeMap<String, RecordSums>,
 }
 
-/// What is known of one record.
+/// Statistics of one record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct RecordSums {
     clock: ShardClock,
-    /// Rows that shards have answered for, in order, each span once.
+    /// Rows that are covered by shards, in order, without overlap.
     covered: Vec<Range<u64>>,
     sums: Sums,
 }
 
-/// Time of a batch as it is kept, s: a fifth of those that intervals are formed of.
+/// Duration of a stored batch, s: a fifth of the batches for the intervals.
 const KEPT_S: f64 = 4.0;
 
-/// Instants this part of an interval off the grid are on it.
+/// Tolerance of an instant on the grid, as a fraction of its period.
 const ON_GRID: f64 = 1e-6;
 
-/// Part of a record, and which of its rows are wanted.
+/// A part of a record, and the rows to take from it.
 #[derive(Clone, Copy, Debug)]
 pub struct Shard<'a> {
-    /// The part, with [`ShardClock::margin_s`] more on either side, where the record has it.
+    /// The part, with an additional margin of [`ShardClock::margin_s`] on either side, where the
+    /// record has it.
     pub part: &'a AxisRecord,
-    /// Seconds to add to its times to have those of the clock.
+    /// Offset that converts its times to the clock, s.
     pub offset_s: f64,
-    /// The first row is at this instant of the clock or later; at its start if not given.
+    /// The first row is at or after this instant of the clock; absent for the start of the record.
     pub from_s: Option<f64>,
-    /// The last row is before this instant of the clock; at the record's end if not given.
+    /// The last row is before this instant of the clock; absent for the end of the record.
     pub to_s: Option<f64>,
 }
 
 impl EquationErrorStatistics {
-    /// What the rows of a shard say.
+    /// Computes the statistics of a shard.
     ///
     /// # Errors
     /// [`Error::Shard`] for a clock without rates, and for a shard without its margin;
@@ -127,11 +126,11 @@ impl EquationErrorStatistics {
         Ok(Self { dof: part.dof, terms: terms.fitted(), filters, caveats, records })
     }
 
-    /// Takes in what other shards, of this record or others, have said.
+    /// Adds the statistics of other shards, of this record or others.
     ///
     /// # Errors
-    /// [`Error::Shard`] of another degree of freedom, other terms or filters, another clock,
-    /// or with rows that are in already.
+    /// [`Error::Shard`] for another degree of freedom, other terms or filters, another clock, or
+    /// rows that are already included.
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         let of = |sums: &Self| (sums.dof, sums.terms.clone(), sums.filters);
         let name = || other.records.keys().next().cloned().unwrap_or_default();
@@ -156,12 +155,12 @@ impl EquationErrorStatistics {
         Ok(())
     }
 
-    /// Rows taken in.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.records.values().map(|record| record.sums.rows()).sum()
     }
 
-    /// The plant of all rows.
+    /// Fits the plant to all rows.
     ///
     /// # Errors
     /// [`Error::NoTrial`] without rows, [`Error::NotExciting`].
@@ -179,7 +178,7 @@ impl EquationErrorStatistics {
 }
 
 impl ShardClock {
-    /// The clock of a record that is there in one piece.
+    /// Returns the clock of a complete record.
     ///
     /// # Errors
     /// Those of [`AxisRecord::uniform`].
@@ -189,8 +188,8 @@ impl ShardClock {
         Ok(Self { record: record.trial.clone(), start_s, sample_hz, source_hz })
     }
 
-    /// How much of its neighbours a shard needs on either side, s, so that the filters have
-    /// forgotten where it was cut.
+    /// Returns the margin that a shard needs on either side, s, after which the filters have
+    /// forgotten its edges.
     ///
     /// # Errors
     /// [`Error::Shard`] for a clock without rates, [`Error::Cutoff`].
@@ -200,7 +199,7 @@ impl ShardClock {
 
     fn margin_of(&self, filters: &Filters) -> Result<f64, Error> {
         let rows = margin_rows(filters, self.sample_hz)?.max(self.least_rows(filters));
-        // Velocity is differentiated, and force averaged, over neighbours.
+        // Differentiation of velocity and averaging of force use neighbouring rows.
         Ok((rows + 2) as f64 / self.sample_hz)
     }
 
@@ -218,7 +217,7 @@ impl ShardClock {
         Ok((filters_for(self.source_hz, options, &mut caveats), caveats))
     }
 
-    /// The wanted rows of part of a record, reduced.
+    /// Reduces the requested rows of a part of a record.
     fn sums(
         &self,
         part: &AxisRecord,
@@ -248,7 +247,7 @@ impl ShardClock {
         Error::Shard { record: self.record.clone(), reason }
     }
 
-    /// Whether a shard reaches far enough beyond the rows that are wanted of it.
+    /// Checks that a shard extends far enough beyond the requested rows.
     fn check_margin(
         &self,
         [first_s, last_s]: [f64; 2],
@@ -274,7 +273,7 @@ impl ShardClock {
         }
     }
 
-    /// Numbers of the rows from `from_s` to before `to_s`, or to the last.
+    /// Returns the indices of the rows from `from_s` to before `to_s`, or to the last.
     fn rows(&self, from_s: f64, to_s: Option<f64>, last_s: f64) -> Range<u64> {
         let row =
             |time_s: f64| ((time_s - self.start_s) * self.sample_hz - ON_GRID).ceil().max(0.0);
@@ -287,7 +286,7 @@ impl ShardClock {
         ((last_s - self.start_s) * self.sample_hz + ON_GRID).floor().max(0.0) as u64
     }
 
-    /// The rows of a stretch: the number of the first, and its instants in the time of the
+    /// Returns the index of the first row of a section and the grid of its rows in the time of the
     /// shard; `None` if it has none.
     fn lay(&self, stretch: &ReadyStretch, offset_s: f64) -> Option<(u64, Grid)> {
         let from_s = stretch.grid.start_s + offset_s;
@@ -301,7 +300,7 @@ impl ShardClock {
 }
 
 impl RecordSums {
-    /// Notes that a shard answers for some rows.
+    /// Marks rows as covered by a shard.
     fn cover(&mut self, rows: Range<u64>) -> Result<(), Error> {
         if let Some(twice) =
             self.covered.iter().find(|known| rows.start < known.end && known.start < rows.end)
@@ -344,7 +343,7 @@ mod tests {
     use crate::twin::{TwinSpec, make};
     use crate::{Estimate, Trial, TrialSetup, VelocitySource};
 
-    /// The whole record, and a shard of it, of a twin's surge trial.
+    /// Returns the surge trial of a simulated twin, complete or a shard of it.
     fn record(from_s: Option<f64>, to_s: Option<f64>) -> AxisRecord {
         let spec = TwinSpec { dofs: [Dof::Surge].into(), ..TwinSpec::jason2() };
         let twin = make(&spec).expect("valid");
@@ -368,7 +367,7 @@ mod tests {
         shard(whole, clock, [None, None]).expect("whole")
     }
 
-    /// Relative difference of the estimates of two fits, and that of their deviations.
+    /// Returns the relative differences of two fits' estimates and of their standard deviations.
     fn differences(one: &Fit, two: &Fit) -> [f64; 2] {
         let of = |fit: &Fit| {
             let estimates = fit.estimates();
@@ -382,9 +381,10 @@ mod tests {
         [greatest(|estimate| estimate.value), greatest(|estimate| estimate.std)]
     }
 
-    /// Part of an estimate: filters forget their past to rounding, and no further.
+    /// Relative error of an estimate: filters forget their past within rounding.
     const EXACT: f64 = 1e-12;
-    /// Part of a deviation: residuals are a thousandth of what they are the difference of.
+    /// Relative error of a standard deviation: residuals are a thousandth of the numbers that they
+    /// are the difference of.
     const EXACT_STD: f64 = 1e-10;
 
     fn is_same(one: &Fit, two: &Fit) -> bool {
@@ -393,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn shards_say_what_the_record_says_in_one_piece() {
+    fn shards_give_the_estimate_of_the_complete_record() {
         let whole = record(None, None);
         let clock = ShardClock::of(&whole).expect("long");
         let one = whole_sums(&whole, &clock);
@@ -404,7 +404,7 @@ mod tests {
             let part = record(wanted[0].map(|t| t - margin), wanted[1].map(|t| t + margin));
             shard(&part, &clock, wanted).expect("with its margin")
         });
-        // Any order, and some put together before.
+        // In any order, some of them merged before.
         let shards: Vec<_> = shards.collect();
         let mut later = shards[3].clone();
         later.merge(&shards[1]).expect("apart");
@@ -422,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shard_on_another_clock_is_brought_to_the_record_s() {
+    fn a_shard_on_another_clock_is_converted_to_that_of_the_record() {
         let whole = record(None, None);
         let clock = ShardClock::of(&whole).expect("long");
         let here = shard(&whole, &clock, [Some(100.0), Some(200.0)]).expect("inside");
@@ -432,14 +432,14 @@ mod tests {
         let (terms, options) = (Terms::default(), EquationError::default());
         let shifted = EquationErrorStatistics::of(shifted, &there, terms, &options);
         let shifted = shifted.expect("inside");
-        // Ten thousand seconds have instants to 2e-12 s.
+        // Times near ten thousand seconds are rounded to 2e-12 s.
         let [value, _] =
             differences(&here.fit().expect("exciting"), &shifted.fit().expect("exciting"));
         assert!(value < 1e-9, "{value}");
     }
 
     #[test]
-    fn what_is_written_down_is_read_back() {
+    fn statistics_survive_serialisation() {
         let whole = record(None, None);
         let sums = whole_sums(&whole, &ShardClock::of(&whole).expect("long"));
         let text = serde_json::to_string(&sums).expect("numbers");
@@ -447,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_shards_without_margin_and_rows_that_are_in_already() {
+    fn refuses_shards_without_margin_and_duplicate_rows() {
         let whole = record(None, None);
         let clock = ShardClock::of(&whole).expect("long");
         let part = record(Some(100.0), Some(200.0));
@@ -468,7 +468,7 @@ mod tests {
     }
 
     #[test]
-    fn records_of_several_dives_are_put_together() {
+    fn combines_records_of_several_dives() {
         let whole = record(None, None);
         let clock = ShardClock::of(&whole).expect("long");
         let mut dives = whole_sums(&whole, &clock);

@@ -1,4 +1,4 @@
-//! Samples of one axis: thrust as it acts, and velocity through the water.
+//! Samples of one axis: delayed and lagged thrust, and velocity through the water.
 
 use nalgebra::Vector6;
 
@@ -8,18 +8,18 @@ use crate::estimate::{Fit, drive_over};
 use crate::trial::ReadyStretch;
 use crate::{AxisRecord, Error, Grid, Model};
 
-/// So many parts of the step between two samples have a mean force each.
+/// Number of parts of a step, each with its own mean force.
 const PARTS: usize = 4;
 
-/// The stretches of a record of one axis.
+/// Returns the continuous sections of a record of one axis.
 ///
-/// With a fit of the same trials beside, thrust lags, comes late and is lost to inflow as that fit
-/// found, velocity is corrected for what its sensor does to it, and the current is taken off.
+/// With a fit of the same trials, `beside`, its nuisances are applied: thrust is delayed, lagged
+/// and reduced by inflow, velocity is corrected for sensor errors, and the current is subtracted.
 pub(super) fn stretches(axis: &AxisRecord, beside: Option<&Fit>) -> Result<Vec<Stretch>, Error> {
     let beside = beside.map(|fit| (fit, fit.model()));
     let beside = beside.as_ref();
     let ready = axis.ready(LEAST_SAMPLES)?;
-    // Between two measurements nothing is known of motion: steps are no shorter.
+    // Steps are not shorter than the interval of the measurements, which determine the motion.
     let hz = if ready.source_hz > 0.0 { ready.source_hz } else { ready.sample_hz };
     let period_s = 1.0 / hz.min(ready.sample_hz);
     let grid = |stretch: &ReadyStretch| {
@@ -41,12 +41,12 @@ fn samples(
 ) -> Result<Stretch, Error> {
     let (at, measured) = stretch.velocity_between(grid)?;
     let v = through_water(axis, at, measured, beside);
-    let push = Pushes::of(axis, grid, beside.map(|(_, model)| model));
+    let inputs = MeanInputs::new(axis, grid, beside.map(|(_, model)| model));
     let weights = weights(at.len < grid.len);
     let unit = Vector6::from_fn(|i, _| f64::from(u8::from(i == axis.dof.index())));
     let sample = |k: usize| {
         let next = v.get(k + 1).copied().unwrap_or(v[k]);
-        let force = push.mean(k * PARTS, &weights, 0.5 * (v[k] + next), beside);
+        let force = inputs.mean(k * PARTS, &weights, 0.5 * (v[k] + next), beside);
         Sample {
             time_s: at.time(k),
             velocity: unit * v[k],
@@ -64,8 +64,8 @@ fn samples(
     Ok(Stretch { trial: axis.trial.clone(), samples })
 }
 
-/// The part of each of the following means that a step between two samples has: the same for
-/// velocities; for means of velocity between positions, those of their second difference.
+/// Returns the weights of consecutive part means in a step between two samples: equal for measured
+/// velocity; for velocity differentiated from positions, those of their second difference.
 fn weights(is_slope: bool) -> Vec<f64> {
     let n = PARTS as f64;
     if !is_slope {
@@ -75,7 +75,7 @@ fn weights(is_slope: bool) -> Vec<f64> {
     rise.iter().chain(rise.iter().rev()).copied().collect()
 }
 
-/// Measured velocity without what the sensor adds and without the current.
+/// Returns the measured velocity corrected for sensor errors and current.
 fn through_water(
     axis: &AxisRecord,
     at: Grid,
@@ -95,16 +95,16 @@ fn through_water(
     v
 }
 
-/// What pushes, in means over equal parts of the steps of a grid.
-struct Pushes {
+/// Means of the inputs over equal parts of the steps of a grid.
+struct MeanInputs {
     tau: Vec<f64>,
-    /// Σ lever² |n| of the propellers that push forward, and of those that push backward.
+    /// Σ lever² |n| of the propellers with forward thrust, and of those with reverse thrust.
     gamma: Vec<[f64; 2]>,
     turning: Vec<f64>,
 }
 
-impl Pushes {
-    fn of(axis: &AxisRecord, grid: Grid, model: Option<&Model>) -> Self {
+impl MeanInputs {
+    fn new(axis: &AxisRecord, grid: Grid, model: Option<&Model>) -> Self {
         let (part_s, count) = (grid.period_s / PARTS as f64, grid.len * PARTS);
         let middles = Grid { start_s: grid.start_s + 0.5 * part_s, period_s: part_s, len: count };
         let Some(model) = model else {
@@ -124,17 +124,17 @@ impl Pushes {
             }
             k += usize::from(part > 0.0 && edges.get(k + 1).is_some_and(|end| *end <= step.time_s));
         }
-        // What is measured of motion lags and is averaged; thrust is brought to the same.
+        // Measured motion is lagged and averaged; the same is applied to thrust.
         let times: Vec<f64> = middles.times().collect();
         let alike = crate::VelocitySensor { scale: 1.0, ..model.sensor };
         all.tau = alike.shows(&times, &all.tau);
         all
     }
 
-    /// The mean force of a step from one of the parts on, at a velocity through the water.
+    /// Computes the mean force over a step that starts at a part, for a velocity through the water.
     fn mean(&self, from: usize, weights: &[f64], v: f64, beside: Option<&Beside<'_>>) -> f64 {
         let mean = |of: &dyn Fn(usize) -> f64| -> f64 {
-            // A slope's last step ends with the record.
+            // The last step of a differentiated velocity ends with the record.
             let last = self.tau.len() - 1;
             let parts = weights.iter().enumerate();
             parts.map(|(k, weight)| weight * of((from + k).min(last))).sum()
@@ -144,7 +144,7 @@ impl Pushes {
         let [forward, backward] = [0, 1].map(|way| mean(&|k| self.gamma[k][way]));
         let ahead = if v < 0.0 { backward } else { forward };
         let lost = thrust.inflow * (forward + backward) + thrust.inflow_ahead * ahead;
-        // Turning moves the vehicle as a force on its mass would.
+        // The acceleration due to turning, as an equivalent force on the mass.
         let turned = fit.physical().mass * thrust.turning * mean(&|k| self.turning[k]);
         tau - lost * v + turned
     }

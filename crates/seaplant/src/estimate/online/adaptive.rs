@@ -6,28 +6,28 @@ use super::factor::Factor;
 use super::possible::Possible;
 use super::step::Step;
 
-/// Gains hold for so long, then for twice as long, and so on, s.
+/// Duration of the first gain, s; each further one lasts twice as long.
 const FIRST_GAIN_S: f64 = 10.0;
 
-/// The longest that gains hold, s.
+/// Maximum duration of a gain, s.
 const LONGEST_GAIN_S: f64 = 600.0;
 
-/// The power of regressors has this added, as a part of its diagonal: directions that nothing
-/// excites are followed no faster.
+/// Fraction of its diagonal that is added to the power of the regressors: limits the adaptation
+/// rate in directions without excitation.
 const RIDGE: f64 = 1e-4;
 
-/// An observer of ν with coefficients that adapt, and no acceleration measured.
+/// Observer of ν with adaptive coefficients, without a measured acceleration.
 ///
 /// ```text
 /// ν̂̇ = M̂⁻¹ (τ − n̂(ν, η)) − a Δ,   Δ = ν̂ − ν,   θ̂̇ = Γ Yᵀ(ν̂̇ + a Δ, ν, η) Δ
 /// ```
 ///
-/// With `V = ½ Δᵀ M Δ + ½ θ̃ᵀ Γ⁻¹ θ̃` it has `V̇ = −a Δᵀ M Δ`. Γ is `(a/T) S⁻¹`, S the mean of
-/// `Yᵀ M̂⁻¹ Y` so far, and constant in between: what is excited is followed with the time constant
-/// T where motion is slower than a.
+/// With `V = ½ Δᵀ M Δ + ½ θ̃ᵀ Γ⁻¹ θ̃` it has `V̇ = −a Δᵀ M Δ`. Γ is `(a/T) S⁻¹`, where S is the
+/// mean of `Yᵀ M̂⁻¹ Y` so far, and constant between updates: excited coefficients adapt with the
+/// time constant T where motion is slower than a.
 ///
 /// # Source
-/// \[Smallwood2003\] for one axis.
+/// \[Smallwood2003\], for one axis.
 pub(super) struct Adaptive {
     observer_rate: f64,
     adaptation_s: f64,
@@ -55,7 +55,7 @@ impl Adaptive {
             mass: Matrix6::identity(),
             inverse: Matrix6::identity(),
             power: vec![0.0; count * count],
-            gain: Factor::of(count),
+            gain: Factor::new(count),
             gain_time_s: 0.0,
             next_gain_s: FIRST_GAIN_S,
             has_gain: false,
@@ -63,13 +63,13 @@ impl Adaptive {
         }
     }
 
-    /// Takes coefficients to go on from.
+    /// Starts from given coefficients.
     pub(super) fn start(&mut self, theta: &[f64], possible: &Possible) {
         self.theta.copy_from_slice(theta);
         self.set_mass(possible);
     }
 
-    /// Follows measured velocity at another rate, 1/s.
+    /// Sets the observer rate a, 1/s.
     pub(super) fn set_rate(&mut self, observer_rate: f64) {
         self.observer_rate = observer_rate;
     }
@@ -82,22 +82,22 @@ impl Adaptive {
         }
     }
 
-    /// Begins anew after a gap.
+    /// Restarts the motion after a gap.
     pub(super) fn restart(&mut self) {
         self.delta = Vector6::zeros();
     }
 
-    /// The coefficients.
+    /// Returns the coefficients.
     pub(super) fn theta(&self) -> &[f64] {
         &self.theta
     }
 
-    /// Δ = ν̂ − ν.
+    /// Returns Δ = ν̂ − ν.
     pub(super) fn error(&self) -> &Vector6<f64> {
         &self.delta
     }
 
-    /// Takes a step in, solved exactly for coefficients that stay within it.
+    /// Processes a step, with the exact solution for coefficients that are constant over it.
     pub(super) fn update(&mut self, step: &Step, possible: &Possible, adapts: bool) {
         let (h, a) = (step.length_s, self.observer_rate);
         let rate = self.rate(step);
@@ -123,24 +123,25 @@ impl Adaptive {
             *theta += part * slope;
         }
         for k in possible.not_negative() {
-            self.lift(k);
+            self.raise_to_zero(k);
         }
         self.set_mass(possible);
     }
 
-    /// How much the rate of ν̂ changes with the change of the coefficients, over the Δ that it comes
-    /// of, by the norm of M: a step is shortened where one of its length would overshoot.
+    /// Computes the loop gain, by the norm of M: the change of ν̂'s rate through the change of the
+    /// coefficients, relative to Δ. A step is shortened where its length would make the loop
+    /// overshoot.
     fn loop_gain(&self, mean: &Vector6<f64>) -> f64 {
         let columns = self.columns.iter().zip(&self.slope);
-        let push: Vector6<f64> = columns.map(|(column, slope)| column * *slope).sum();
-        let kick = push.dot(&(self.inverse * push)).max(0.0);
+        let force: Vector6<f64> = columns.map(|(column, slope)| column * *slope).sum();
+        let response = force.dot(&(self.inverse * force)).max(0.0);
         let error = mean.dot(&(self.mass * mean));
-        if error > 0.0 { (kick / error).sqrt() } else { 0.0 }
+        if error > 0.0 { (response / error).sqrt() } else { 0.0 }
     }
 
-    /// Moves a coefficient from below zero to zero, by the way that is shortest by Γ⁻¹: V does
-    /// not rise.
-    fn lift(&mut self, k: usize) {
+    /// Moves a negative coefficient to zero, along the shortest path in the norm of Γ⁻¹, so that V
+    /// does not increase.
+    fn raise_to_zero(&mut self, k: usize) {
         let below = self.theta[k];
         if below >= 0.0 {
             return;
@@ -156,17 +157,17 @@ impl Adaptive {
         }
     }
 
-    /// M̂⁻¹ (τ − n̂) on the plant's axes.
+    /// Returns M̂⁻¹ (τ − n̂) on the plant's axes.
     fn rate(&self, step: &Step) -> Vector6<f64> {
-        let push = step.force - step.resistance(&self.theta);
-        let rate = self.inverse * push;
+        let force = step.force - step.resistance(&self.theta);
+        let rate = self.inverse * force;
         Vector6::from_fn(|i, _| if step.own()[i] { rate[i] } else { 0.0 })
     }
 
     fn measure_power(&mut self, h: f64) {
         let p = self.theta.len();
         self.gain_time_s += h;
-        // A mean over all of the time so far.
+        // A mean over the whole time so far.
         let part = h / self.gain_time_s;
         for i in 0..p {
             let weighted = self.inverse * self.columns[i];
@@ -181,7 +182,7 @@ impl Adaptive {
         }
     }
 
-    /// Γ from the mean power so far.
+    /// Updates Γ from the mean power so far.
     fn take_gain(&mut self) {
         self.gain.set(&self.power, RIDGE);
         self.next_gain_s += self.next_gain_s.min(LONGEST_GAIN_S);
@@ -198,7 +199,7 @@ mod tests {
     use crate::motion::{Inputs, simulate};
     use crate::plant::{Plant, Structure, Symmetry};
 
-    /// The part of V̇ that steps of 2 ms leave over.
+    /// Relative error of V̇ with steps of 2 ms.
     const STEPS: f64 = 2e-2;
 
     fn plant(structure: &Structure, by: f64) -> Plant {
@@ -207,7 +208,7 @@ mod tests {
         Plant::new(structure.clone(), truth.map(|x| by * x).to_vec()).expect("possible")
     }
 
-    /// Samples of a planar vehicle in seconds, at steps of h.
+    /// Returns `n` samples of a planar vehicle in steps of `h` seconds.
     fn samples(truth: &Plant, h: f64, n: usize) -> Vec<Sample> {
         let times: Vec<f64> = (0..=n).map(|k| h * k as f64).collect();
         let mut inputs = Inputs::default();
@@ -229,14 +230,14 @@ mod tests {
     }
 
     #[test]
-    fn the_lyapunov_function_falls_at_the_rate_of_theory() {
+    fn lyapunov_function_decreases_at_the_theoretical_rate() {
         let axes = [Dof::Surge, Dof::Sway, Dof::Yaw];
         let structure = Structure::of(&axes, Symmetry::PortStarboard).expect("three axes");
         let truth = plant(&structure, 1.0);
         let (h, a) = (0.002, 1.5);
         let samples = samples(&truth, h, 19_500);
         let possible = Possible::of(&structure, None);
-        let mut step = Step::of(&structure);
+        let mut step = Step::new(&structure);
         let mut adaptive = Adaptive::new(structure.terms().len(), a, 10.0);
         adaptive.start(plant(&structure, 1.15).coefficients(), &possible);
         let (mut paid, mut first, mut last) = (0.0, None, 0.0);
@@ -244,7 +245,7 @@ mod tests {
         for k in 1..samples.len() {
             let before = (k > 1).then(|| &samples[k - 2]);
             step.take(before, &samples[k - 1], &samples[k]);
-            // After 20 s the gains stay as they are.
+            // After 20 s the gains are constant.
             let had = adaptive.next_gain_s;
             adaptive.update(&step, &possible, true);
             if adaptive.next_gain_s < 40.0 {
@@ -266,7 +267,7 @@ mod tests {
         assert!(first > 1.2 * last && off < STEPS, "{first} − {last} against {paid}");
     }
 
-    /// θ̃ᵀ Γ⁻¹ θ̃ with the power that the gain was made of.
+    /// Computes θ̃ᵀ Γ⁻¹ θ̃ with the power from which Γ was computed.
     fn gain_norm(adaptive: &Adaptive, wrong: &[f64]) -> f64 {
         let scale = adaptive.adaptation_s / adaptive.observer_rate;
         scale * adaptive.gain.norm(wrong)

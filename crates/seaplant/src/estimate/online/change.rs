@@ -1,48 +1,47 @@
-//! When the plant changed.
+//! Detection of changes of the plant.
 
-use super::colour::White;
+use super::colour::Whitening;
 use super::factor::Factor;
 use super::recursive::Row;
 
-/// A change of the plant.
+/// A detected change of the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
-    /// When it began, as far as blocks tell, s of the samples.
+    /// Estimated start of the change, to the resolution of a block, s of the samples' time.
     pub since_s: f64,
-    /// When it was noticed, s of the samples.
+    /// Time of detection, s of the samples' time.
     pub noticed_s: f64,
-    /// The sum that crossed the threshold.
+    /// Value of the cumulative sum that exceeded the threshold.
     pub statistic: f64,
 }
 
-/// Blocks of this length, s, are each tested for another plant.
+/// Length of a block, s; each is tested for a different plant.
 const BLOCK_S: f64 = 15.0;
 
-/// So many blocks tell what is usual.
+/// Number of blocks from which the normal statistics are learnt.
 const LEARNT: usize = 8;
 
-/// What a block must exceed the usual by to count, in standard deviations.
+/// Slack of the cumulative sum, in standard deviations.
 const SLACK: f64 = 1.0;
 
-/// The standard deviation of the logarithm is taken as no smaller than this.
+/// Lower limit of the standard deviation of the logarithm.
 const LEAST_SPREAD: f64 = 0.5;
 
-/// What is usual is remembered over so many blocks.
+/// Memory of the normal statistics, blocks.
 const BLOCKS: f64 = 40.0;
 
-/// Added to the information of a block, as a part of its diagonal.
+/// Fraction of its diagonal that is added to the information of a block.
 const RIDGE: f64 = 1e-3;
 
-/// A change is said to be seen if so many blocks, two minutes, add up to the threshold.
+/// A change counts as detectable if this many blocks, two minutes, reach the threshold.
 const SEEN_IN: f64 = 8.0;
 
-/// A cumulative sum over blocks.
+/// Change detection by a cumulative sum over blocks.
 ///
-/// Each block has the score statistic `g = sᵀ J⁻¹ s` of another plant, s = Σ φ e/σ² and
-/// J = Σ φ φᵀ/σ², of residuals and regressors that pass the filter that makes residuals white:
-/// slow forces that nobody logs hide no change that is faster. What colour is left makes g large
-/// by itself, so that ln g is measured against its own mean and spread; what exceeds them by more
-/// than the slack is added up.
+/// For each block it computes the score statistic `g = sᵀ J⁻¹ s` of a different plant, with s = Σ φ
+/// e/σ² and J = Σ φ φᵀ/σ². Residuals and regressors pass a whitening filter first, so that slow
+/// unlogged forces do not hide faster changes. Remaining autocorrelation enlarges g, so that ln g
+/// is compared with its own mean and standard deviation; the excess over the slack is accumulated.
 ///
 /// # Source
 /// [Basseville1993, ch. 2]: cumulative sums.
@@ -52,21 +51,21 @@ pub(super) struct Changes {
     solved: Vec<f64>,
     information: Vec<f64>,
     factor: Factor,
-    white: [White; 6],
+    whitening: [Whitening; 6],
     is_mass: Vec<bool>,
     block_s: f64,
     from_s: f64,
     learnt: usize,
     mean: f64,
     square: f64,
-    /// Mean over blocks of `θᵀ J θ` of the masses.
+    /// Mean over blocks of `θᵀ J θ` over the masses.
     power: f64,
     sum: f64,
     since_s: f64,
 }
 
 impl Changes {
-    /// A detector for coefficients of which some are masses.
+    /// Creates a detector; `is_mass` marks the coefficients that are masses.
     pub(super) fn new(is_mass: Vec<bool>, threshold: f64) -> Self {
         let count = is_mass.len();
         Self {
@@ -74,8 +73,8 @@ impl Changes {
             score: vec![0.0; count],
             solved: vec![0.0; count],
             information: vec![0.0; count * count],
-            factor: Factor::of(count),
-            white: std::array::from_fn(|_| White::of(count)),
+            factor: Factor::new(count),
+            whitening: std::array::from_fn(|_| Whitening::new(count)),
             is_mass,
             block_s: 0.0,
             from_s: 0.0,
@@ -88,21 +87,21 @@ impl Changes {
         }
     }
 
-    /// Residuals begin anew after a gap.
+    /// Restarts the whitening after a gap.
     pub(super) fn restart(&mut self) {
-        self.white.iter_mut().for_each(White::restart);
+        self.whitening.iter_mut().for_each(Whitening::restart);
     }
 
-    /// Adds what a sample of so many seconds says.
+    /// Adds one axis of a sample that lasts `h` seconds.
     pub(super) fn add(&mut self, row: &Row<'_>, h: f64) {
         let p = self.score.len();
-        let Some(white) = self.white[row.axis].take(row.residual, row.regressors, h) else {
+        let Some(white) = self.whitening[row.axis].take(row.residual, row.regressors, h) else {
             return;
         };
         let weight = 1.0 / white.variance.max(f64::MIN_POSITIVE);
         for (a, (&i, phi)) in row.terms.iter().zip(white.regressors).enumerate() {
             self.score[i] += weight * phi * white.residual;
-            // The lower half is all that is read.
+            // Only the lower triangle is used.
             let information = &mut self.information[i * p..(i + 1) * p];
             for (&j, other) in row.terms[..=a].iter().zip(white.regressors) {
                 information[j] += weight * phi * other;
@@ -110,7 +109,7 @@ impl Changes {
         }
     }
 
-    /// Ends a sample; tells of a change when a block ends that says so. `theta` are the
+    /// Ends a sample; returns a change if a block ends with one detected. `theta` are the
     /// coefficients, shape (p,).
     pub(super) fn end(&mut self, until_s: f64, h: f64, theta: &[f64]) -> Option<Change> {
         if self.block_s == 0.0 {
@@ -135,7 +134,7 @@ impl Changes {
         found
     }
 
-    /// `θᵀ J θ` of the masses alone.
+    /// Computes `θᵀ J θ` over the masses.
     fn mass_power(&self, theta: &[f64]) -> f64 {
         let p = theta.len();
         let masses = || (0..p).filter(|k| self.is_mass[*k]);
@@ -174,10 +173,10 @@ impl Changes {
         None
     }
 
-    /// By what part every mass must change at once to be noticed within two minutes; `None`
-    /// before it is known what is usual.
+    /// Returns the relative change of all masses that would be detected within two minutes; `None`
+    /// until the normal statistics are known.
     ///
-    /// A change by the part f adds `f² θᵀ J θ` to g.
+    /// A relative change f adds `f² θᵀ J θ` to g.
     pub(super) fn noticeable(&self) -> Option<f64> {
         let needed = (SLACK + self.threshold / SEEN_IN) * self.spread();
         let part = (self.mean.exp() * needed.exp_m1() / self.power).sqrt();

@@ -1,23 +1,23 @@
-//! Takes the colour off residuals.
+//! Whitening of residuals.
 
-/// Residuals are averaged over no more than this, s.
+/// Maximum averaging time of the residuals' products, s.
 const MEMORY_S: f64 = 120.0;
 
-/// Correlations are taken this part smaller: a filter that leaves nothing tells nothing.
-const LESS: f64 = 1e-6;
+/// Fraction by which autocorrelations are reduced, to keep the filter's output from vanishing.
+const SHRINKAGE: f64 = 1e-6;
 
-/// The least variance that is left, as a part of that of the residual.
+/// Lower limit of the output variance, as a fraction of that of the residual.
 const LEAST_LEFT: f64 = 1e-9;
 
-/// The filter `x_k − a₁ x_{k−1} − a₂ x_{k−2}` that leaves least of a residual, by its mean products
-/// so far, and what it makes of residual and regressors.
+/// The whitening filter `x_k − a₁ x_{k−1} − a₂ x_{k−2}` with the least output variance by the mean
+/// products so far, applied to residual and regressors.
 ///
 /// # Source
-/// [Jategaonkar2015, ch. 6]: generalised least squares with residuals of their own colour.
-pub(super) struct White {
-    /// Mean products of residuals that are none, one and two samples apart.
+/// [Jategaonkar2015, ch. 6]: generalised least squares with coloured residuals.
+pub(super) struct Whitening {
+    /// Mean products of residuals at lags of 0, 1 and 2 samples.
     products: [f64; 3],
-    /// Mean square of what the filter leaves.
+    /// Mean square of the output.
     left: f64,
     elapsed_s: f64,
     /// The last two residuals and regressors, the latest first.
@@ -27,17 +27,17 @@ pub(super) struct White {
     filtered: Vec<f64>,
 }
 
-/// A sample without colour.
-pub(super) struct WhiteRow<'a> {
+/// A whitened sample.
+pub(super) struct WhitenedRow<'a> {
     pub(super) residual: f64,
     /// Its mean square so far.
     pub(super) variance: f64,
     pub(super) regressors: &'a [f64],
 }
 
-impl White {
-    /// A filter for at most so many regressors.
-    pub(super) fn of(count: usize) -> Self {
+impl Whitening {
+    /// Creates a filter for at most `count` regressors.
+    pub(super) fn new(count: usize) -> Self {
         let zeros = || vec![0.0; count];
         Self {
             products: [0.0; 3],
@@ -50,18 +50,18 @@ impl White {
         }
     }
 
-    /// Begins anew after a gap; what colour there is, is known still.
+    /// Restarts after a gap; the mean products are kept.
     pub(super) fn restart(&mut self) {
         self.seen = 0;
     }
 
-    /// Takes a sample of h seconds in; `None` of the first two.
+    /// Processes a sample of `h` seconds; `None` for the first two.
     pub(super) fn take(
         &mut self,
         residual: f64,
         regressors: &[f64],
         h: f64,
-    ) -> Option<WhiteRow<'_>> {
+    ) -> Option<WhitenedRow<'_>> {
         let [a, b] = self.weights();
         let n = regressors.len();
         let past = self.regressors[0].iter().zip(&self.regressors[1]);
@@ -84,15 +84,16 @@ impl White {
         self.regressors[0][..n].copy_from_slice(regressors);
         self.seen += 1;
         let variance = self.left.max(LEAST_LEFT * self.products[0]);
-        is_known.then(|| WhiteRow { residual: left, variance, regressors: &self.filtered[..n] })
+        is_known.then(|| WhitenedRow { residual: left, variance, regressors: &self.filtered[..n] })
     }
 
-    /// a₁ and a₂ by the equations of Yule and Walker; none while nothing is known.
+    /// Returns a₁ and a₂ by the Yule–Walker equations; zeros while nothing is known.
     fn weights(&self) -> [f64; 2] {
         if self.products[0] <= 0.0 {
             return [0.0; 2];
         }
-        let part = |k: usize| (self.products[k] / self.products[0]).clamp(-1.0, 1.0) * (1.0 - LESS);
+        let part =
+            |k: usize| (self.products[k] / self.products[0]).clamp(-1.0, 1.0) * (1.0 - SHRINKAGE);
         let (one, two) = (part(1), part(2));
         let rest = 1.0 - one * one;
         let second = ((two - one * one) / rest).clamp(-1.0, 1.0);
@@ -108,19 +109,19 @@ mod tests {
 
     use super::*;
 
-    /// Of means over 2000 samples with two minutes of memory.
+    /// Tolerance for means over 2000 samples with two minutes of memory.
     const CHANCE: f64 = 0.15;
 
     #[test]
-    fn a_residual_of_two_poles_is_left_white() {
+    fn whitens_a_second_order_autoregression() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
-        let mut white = White::of(1);
+        let mut whitening = Whitening::new(1);
         let (mut x, mut past, mut product, mut square) = ([0.0; 2], 0.0, 0.0, 0.0);
         for k in 0..4000 {
             let noise: f64 = StandardNormal.sample(&mut rng);
             let now = 1.6 * x[0] - 0.64 * x[1] + noise;
             x = [now, x[0]];
-            let Some(row) = white.take(now, &[1.0], 0.1) else { continue };
+            let Some(row) = whitening.take(now, &[1.0], 0.1) else { continue };
             if k >= 2000 {
                 product += row.residual * past;
                 square += row.residual * row.residual;

@@ -1,6 +1,7 @@
-//! Symmetric systems solved in place: nothing is allocated between samples.
+//! Solution of symmetric systems in place, without allocation between samples.
 
-/// A symmetric matrix A, lower half row by row, and the factor of its scaled sum with a ridge.
+/// Factors of a symmetric matrix A with a ridge, scaled to a unit diagonal; lower triangle, row by
+/// row.
 #[derive(Clone)]
 pub(super) struct Factor {
     n: usize,
@@ -9,12 +10,12 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    pub(super) fn of(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self { n, lower: vec![0.0; n * n], scale: vec![1.0; n] }
     }
 
-    /// Factors `A + ridge · diag(A)`, of which the lower half is read; a row and column without anything in them count as those of
-    /// the unit matrix.
+    /// Factors `A + ridge · diag(A)` from the lower triangle of A. Empty rows and columns are
+    /// replaced by those of the unit matrix.
     pub(super) fn set(&mut self, matrix: &[f64], ridge: f64) {
         let n = self.n;
         for i in 0..n {
@@ -32,16 +33,17 @@ impl Factor {
         }
     }
 
-    /// xᵀ A x of the matrix that was factored, ridge included; what nothing tells is left out.
+    /// Computes xᵀ A x for the factored matrix, including the ridge; entries of empty rows are left
+    /// out.
     #[cfg(test)]
     pub(super) fn norm(&self, x: &[f64]) -> f64 {
         let n = self.n;
-        let told = |k: usize| if self.scale[k] > 0.0 { x[k] / self.scale[k] } else { 0.0 };
-        let along = |j: usize| (j..n).map(|i| self.lower[i * n + j] * told(i)).sum::<f64>();
+        let scaled = |k: usize| if self.scale[k] > 0.0 { x[k] / self.scale[k] } else { 0.0 };
+        let along = |j: usize| (j..n).map(|i| self.lower[i * n + j] * scaled(i)).sum::<f64>();
         (0..n).map(|j| along(j).powi(2)).sum()
     }
 
-    /// Solves for a right side, in its place.
+    /// Solves for a right-hand side in place.
     pub(super) fn solve(&self, x: &mut [f64]) {
         let n = self.n;
         for (i, row) in self.lower.chunks_exact(n).enumerate() {
@@ -58,7 +60,7 @@ impl Factor {
     }
 }
 
-/// Σ a b, in four sums that do not wait for each other.
+/// Computes Σ a b in four independent sums, for speed.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (fours, rest) = a.as_chunks::<4>();
     let (of_fours, of_rest) = b.as_chunks::<4>();
@@ -75,10 +77,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scaled_system_is_solved() {
+    fn solves_a_badly_scaled_system() {
         // [4, 2; 2, 1e6] x = [6, 2e6 + 4] has x = [0.5…, 2].
         let matrix = [4.0, 2.0, 2.0, 1e6];
-        let mut factor = Factor::of(2);
+        let mut factor = Factor::new(2);
         factor.set(&matrix, 0.0);
         let mut x = [4.0 * 0.5 + 2.0 * 2.0, 2.0 * 0.5 + 1e6 * 2.0];
         factor.solve(&mut x);
@@ -86,8 +88,8 @@ mod tests {
     }
 
     #[test]
-    fn what_nothing_tells_stays_at_zero() {
-        let mut factor = Factor::of(2);
+    fn undetermined_entries_stay_at_zero() {
+        let mut factor = Factor::new(2);
         factor.set(&[4.0, 0.0, 0.0, 0.0], 1e-9);
         let mut x = [8.0, 0.0];
         factor.solve(&mut x);

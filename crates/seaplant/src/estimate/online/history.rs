@@ -1,39 +1,39 @@
-//! How parameters went to where they ended, as data.
+//! History of the parameter estimates, as data.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How parameters went to where they ended.
+/// History of the parameter estimates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OnlineHistory {
-    /// Motion so far, s, over all fitted trials in turn.
+    /// Duration of the motion so far, s, over all fitted trials in sequence.
     pub time_s: Vec<f64>,
     /// Each parameter at these instants.
     pub parameters: BTreeMap<String, Vec<f64>>,
-    /// When each came within 5 % of its last value to stay there, s of motion; absent if it had
-    /// not before the last tenth.
+    /// Time, s of motion, after which each parameter stays within 5 % of its last value; absent if
+    /// that is only within the last tenth.
     pub settled_s: BTreeMap<String, Option<f64>>,
-    /// The least eigenvalue of the information at a unit diagonal: 1 if each parameter is
-    /// determined by itself, 0 if some combination is not at all.
+    /// Smallest eigenvalue of the information at a unit diagonal: 1 if the parameters are
+    /// determined independently of each other, 0 if some combination is not determined at all.
     pub excitation: f64,
-    /// When the plant seemed to change.
+    /// Detected changes of the plant.
     pub changes: Vec<PlantChanged>,
-    /// By what part every mass would have had to change at once to be noticed within two minutes;
-    /// absent where the motion is too short to tell.
+    /// Relative change of all masses at once that would have been detected within two minutes;
+    /// absent where the motion is too short.
     pub noticeable_change: Option<f64>,
 }
 
-/// A change of the plant that was noticed.
+/// A detected change of the plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlantChanged {
-    /// In which trial.
+    /// The trial.
     pub trial: String,
-    /// When it began, to blocks of 15 s, s of the log.
+    /// Estimated start, to the resolution of blocks of 15 s, s of the log.
     pub since_s: f64,
-    /// When it was noticed, s of the log.
+    /// Time of detection, s of the log.
     pub noticed_s: f64,
-    /// The sum of what blocks exceed the usual by, in standard deviations.
+    /// Cumulative sum of the blocks' excess over the normal statistics, in standard deviations.
     pub statistic: f64,
 }

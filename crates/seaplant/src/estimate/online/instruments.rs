@@ -1,4 +1,5 @@
-//! A motion that noise and unlogged forces do not touch, and its regressors.
+//! Instrumental variables: a simulated motion without measurement noise and unlogged forces, and
+//! its regressors.
 
 use nalgebra::{Matrix6, Vector6};
 
@@ -6,18 +7,17 @@ use super::Sample;
 use super::possible::Possible;
 use super::step::Step;
 
-/// Simulated velocity comes back to the measured one within so long, s: forces that wander more
-/// slowly hardly show in acceleration, and a plant that does not keep its course stays near.
+/// Time constant with which the simulated velocity returns to the measured one, s: slower forces
+/// hardly affect acceleration, and a plant without course stability stays near.
 const BACK_S: f64 = 20.0;
 
-/// A simulation further off than so many times the usual speed begins anew.
+/// The simulation restarts when its deviation exceeds this many times the mean speed.
 const FAR: f64 = 3.0;
 
-/// The plant as it is estimated, driven by the logged force.
+/// Simulation of the estimated plant under the logged force.
 ///
-/// Noise of velocity, and forces that nobody logs, are in the regressors as they are in the
-/// residual: least squares take their product for less mass. The regressors of the simulated motion
-/// have none of it.
+/// Velocity noise and unlogged forces enter both the regressors and the residual; least squares
+/// takes their product for a smaller mass. The regressors of the simulated motion are free of them.
 ///
 /// # Source
 /// [Young2011]: instruments from the simulated plant.
@@ -32,7 +32,7 @@ pub(super) struct Instruments {
 }
 
 impl Instruments {
-    pub(super) fn of(step: &Step) -> Self {
+    pub(super) fn new(step: &Step) -> Self {
         let zeros = || vec![Vector6::zeros(); step.count()];
         Self {
             step: step.clone(),
@@ -44,13 +44,13 @@ impl Instruments {
         }
     }
 
-    /// Begins anew from measured motion with the next step.
+    /// Restarts from the measured motion with the next step.
     pub(super) fn restart(&mut self) {
         self.velocity = None;
     }
 
-    /// Takes a step in: `part` is that of the filter, `measured` are the filtered regressors of
-    /// measured motion, from which it begins.
+    /// Processes a step: `part` is the filter's coefficient; `measured` are the filtered regressors
+    /// of the measured motion, used at a restart.
     pub(super) fn update(
         &mut self,
         step: &Step,
@@ -76,7 +76,7 @@ impl Instruments {
             *second += (*first - *second) * part;
         }
         let off = to - step.velocity[2];
-        // What is no number is not near.
+        // NaN counts as far.
         let is_near =
             (0..6).all(|i| !step.own()[i] || off[i] * off[i] <= FAR * FAR * self.usual[i]);
         if !is_near {
@@ -93,7 +93,7 @@ impl Instruments {
         self.rate = step.acceleration;
     }
 
-    /// The simulated velocity at the end of a step.
+    /// Integrates the simulated velocity over a step.
     fn advance(&mut self, step: &Step, from: Vector6<f64>, inverse: &Matrix6<f64>) -> Vector6<f64> {
         let (h, own) = (step.length_s, step.own());
         let of_plant = |simulated: Vector6<f64>, measured: &Vector6<f64>| {

@@ -1,4 +1,4 @@
-//! The joint extended Kalman filter: motion, disturbance and coefficients in one state.
+//! Joint extended Kalman filter of motion, disturbance and coefficients.
 
 use nalgebra::{SVector, Vector6};
 
@@ -9,16 +9,16 @@ use crate::Error;
 use crate::motion::{Decay, Flow, HeldForce, Prepared, Slice, advance};
 use crate::plant::Plant;
 
-/// The longest slice of a step, s.
+/// Maximum length of a slice of a step, s.
 const SLICE_S: f64 = 0.1;
 
-/// Slices of a step at most.
+/// Maximum number of slices per step.
 const MOST_SLICES: usize = 64;
 
-/// Rows of ν and f before those of θ.
+/// Number of rows of ν and f, which precede those of θ.
 const MOTION: usize = 12;
 
-/// The filter of filter error with the coefficients as slow states:
+/// Kalman filter of the filter error method with the coefficients as slow states:
 ///
 /// ```text
 /// ν̇ = M⁻¹ (τ + f − n(ν, η)),   ḟ = −f/T + w,   θ̇ = w_θ,   y = ν + noise
@@ -34,27 +34,27 @@ pub(super) struct Joint {
     theta: Vec<f64>,
     velocity: SVector<f64, 6>,
     disturbance: SVector<f64, 6>,
-    /// Rows of ν (6), f (6) and θ; all of it, row by row.
+    /// Covariance with rows of ν (6), f (6) and θ, row by row.
     covariance: Vec<f64>,
-    /// Six numbers for each row: of ν in F P, then of what a sample takes off.
+    /// Six numbers per row: those of ν in F P, then the correction of a sample.
     top: Vec<[f64; 6]>,
-    /// Of each measured axis the gain, and the covariance with what is measured.
+    /// For each measured axis its gain, and the covariance with the measurement.
     gains: [Vec<f64>; 6],
     crossed: [Vec<f64>; 6],
     noise: JointNoise,
-    /// How fast coefficients wander, as a part of each in √s.
+    /// Random walk of the coefficients, relative to each, per √s.
     wander: f64,
-    /// Which coefficients are to be found.
+    /// True for coefficients to be estimated.
     is_free: Vec<bool>,
     is_moving: bool,
 }
 
 impl Joint {
-    /// A filter from a plant and the variances of its coefficients; those without stay as they
-    /// are.
+    /// Creates a filter from a plant and the variances of its coefficients; those without a
+    /// variance stay constant.
     ///
     /// # Errors
-    /// [`Error::Plant`] if M cannot be inverted.
+    /// [`Error::Plant`] if M is singular.
     pub(super) fn new(
         plant: &Plant,
         variances: &[f64],
@@ -85,27 +85,27 @@ impl Joint {
         })
     }
 
-    /// The coefficients.
+    /// Returns the coefficients.
     pub(super) fn theta(&self) -> &[f64] {
         &self.theta
     }
 
-    /// The variance of a coefficient.
+    /// Returns the variance of a coefficient.
     pub(super) fn variance(&self, k: usize) -> f64 {
         self.covariance[(MOTION + k) * (self.top.len() + 1)].max(0.0)
     }
 
-    /// Takes noise as it is seen now.
+    /// Sets the noise.
     pub(super) fn set_noise(&mut self, noise: JointNoise) {
         self.noise = noise;
     }
 
-    /// Begins anew after a gap: motion and disturbance are not known.
+    /// Restarts after a gap, with unknown motion and disturbance.
     pub(super) fn restart(&mut self) {
         self.is_moving = false;
     }
 
-    /// Lets coefficients wander further: by so large a part of each.
+    /// Adds a standard deviation to each coefficient, relative to its value.
     pub(super) fn reopen(&mut self, part: f64) {
         let n = self.top.len();
         for k in (0..self.theta.len()).filter(|k| self.is_free[*k]) {
@@ -113,7 +113,7 @@ impl Joint {
         }
     }
 
-    /// Takes a step in.
+    /// Processes a step.
     pub(super) fn update(&mut self, step: &Step, possible: &Possible) {
         if !self.is_moving {
             self.begin(&step.velocity[0]);
@@ -139,11 +139,11 @@ impl Joint {
         self.is_moving = true;
     }
 
-    /// Cuts a step into slices; tells how many.
+    /// Divides a step into slices; returns their number.
     fn slice(&mut self, step: &Step) -> usize {
         let count = (step.length_s / SLICE_S).ceil().clamp(1.0, MOST_SLICES as f64) as usize;
         let part = 1.0 / count as f64;
-        // Within a step, motion that is not the plant's and attitude change linearly.
+        // Attitude and motion on axes outside the plant are interpolated linearly within a step.
         let at = |x: f64| {
             let down = step.down_body[0] * (1.0 - x) + step.down_body[2] * x;
             (step.velocity[0] * (1.0 - x) + step.velocity[2] * x, down.normalize())
@@ -175,13 +175,13 @@ impl Joint {
         self.velocity = self.flow.motion;
         let fade = decay.rate.map(|rate| (-rate * step.length_s).exp());
         self.disturbance.component_mul_assign(&fade);
-        self.spread(&fade);
+        self.predict_covariance(&fade);
         self.add_noise(step.length_s);
     }
 
-    /// `P ← F P Fᵀ`: F is `[Φ_ν, Φ_f, Φ_θ]` in the rows of ν, fades those of f and leaves θ as it
-    /// is.
-    fn spread(&mut self, fade: &SVector<f64, 6>) {
+    /// Computes `P ← F P Fᵀ`: F is `[Φ_ν, Φ_f, Φ_θ]` in the rows of ν, the decay in those of f and
+    /// the identity in those of θ.
+    fn predict_covariance(&mut self, fade: &SVector<f64, 6>) {
         let Self { flow, covariance, top, .. } = self;
         let n = top.len();
         for (top, row) in top.iter_mut().zip(covariance.chunks_exact(n)) {
@@ -213,8 +213,8 @@ impl Joint {
         }
     }
 
-    /// What the disturbance adds within a step, by its own exact variance and that of its first
-    /// and second integral; and how far coefficients wander.
+    /// Adds the process noise of a step: exact variances of the disturbance and its integrals, and
+    /// the random walk of the coefficients.
     fn add_noise(&mut self, h: f64) {
         let n = self.top.len();
         let inverse = *self.plant.inverse();
@@ -240,7 +240,8 @@ impl Joint {
         }
     }
 
-    /// Takes measured velocity in, one axis after the other; the covariance follows at the end.
+    /// Corrects by the measured velocity, one axis after the other; the covariance is updated at
+    /// the end.
     fn correct(&mut self, measured: &Vector6<f64>) {
         let n = self.top.len();
         let axes = *self.plant.axes();
@@ -253,8 +254,8 @@ impl Joint {
             let (before, now) = self.crossed.split_at_mut(place);
             let crossed = &mut now[0];
             crossed.copy_from_slice(&self.covariance[place * n..(place + 1) * n]);
-            for (taken, gain) in before.iter().zip(&self.gains) {
-                let part = taken[place];
+            for (earlier, gain) in before.iter().zip(&self.gains) {
+                let part = earlier[place];
                 crossed.iter_mut().zip(gain).for_each(|(x, gain)| *x -= part * gain);
             }
             let inverse = 1.0 / (crossed[place] + self.noise.velocity[place].powi(2));
@@ -271,11 +272,12 @@ impl Joint {
                 *theta += gain * e;
             }
         }
-        self.take_off();
+        self.subtract_gains();
     }
 
-    /// P less the gains times what they are of: the lower half, and the upper as its mirror.
-    fn take_off(&mut self) {
+    /// Subtracts gains times covariances with the measurements from P: computes the lower triangle
+    /// and mirrors it.
+    fn subtract_gains(&mut self) {
         let n = self.top.len();
         let Self { covariance, gains: [a, b, c, d, e, f], crossed, .. } = self;
         for i in 0..n {
@@ -295,7 +297,7 @@ impl Joint {
     }
 }
 
-/// Σ_k x_k of each column.
+/// Computes the sum of the columns weighted by x.
 fn weighted(columns: &[SVector<f64, 6>], x: &[f64]) -> [f64; 6] {
     let mut sum = [0.0; 6];
     for (column, &x) in columns.iter().zip(x) {
@@ -304,7 +306,7 @@ fn weighted(columns: &[SVector<f64, 6>], x: &[f64]) -> [f64; 6] {
     sum
 }
 
-/// A slice with room for so many signals.
+/// Returns an empty slice with room for some signals.
 fn slice_for(signals: usize) -> Slice {
     Slice { signals: std::array::from_fn(|_| vec![0.0; signals]), ..Slice::default() }
 }

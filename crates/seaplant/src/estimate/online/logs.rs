@@ -1,4 +1,4 @@
-//! Online identification over logs: trials one after the other, sample by sample.
+//! Online identification from logs: trials in sequence, sample by sample.
 
 use nalgebra::Vector6;
 
@@ -9,31 +9,31 @@ use crate::motion::{down_body, interpolated_attitude};
 use crate::plant::{Basis, RigidBody, Signal, Structure};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Error, Grid, Timed};
 
-/// What online identification of some trials ends with.
+/// Result of online identification of some trials.
 #[derive(Clone, Debug)]
 pub struct OnlineFit {
     /// The last estimate.
     pub estimate: OnlineEstimate,
-    /// How the coefficients went there.
+    /// History of the coefficients.
     pub history: CoefficientHistory,
-    /// When the plant changed.
+    /// Detected changes of the plant, with the trial.
     pub changes: Vec<(String, Change)>,
-    /// Samples taken.
+    /// Number of samples.
     pub samples: usize,
-    /// Whether the scheme itself began; else the estimate is that of least squares.
+    /// True if the selected scheme started; else the estimate is that of least squares.
     pub has_started: bool,
 }
 
 /// Coefficients over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CoefficientHistory {
-    /// Motion so far, s.
+    /// Duration of the motion so far, s.
     pub time_s: Vec<f64>,
-    /// The coefficients at each instant, one list for each term.
+    /// Coefficients at each instant, one list per term.
     pub values: Vec<Vec<f64>>,
 }
 
-/// A part of a trial without gaps.
+/// A section of a trial without gaps.
 #[derive(Clone)]
 pub(super) struct Stretch {
     pub(super) trial: String,
@@ -41,32 +41,33 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// The steps between its samples, s.
+    /// Returns the steps between its samples, s.
     pub(super) fn steps_s(&self) -> impl Iterator<Item = f64> + '_ {
         self.samples.windows(2).map(|pair| pair[1].time_s - pair[0].time_s)
     }
 }
 
-/// Instants that a history keeps.
+/// Number of instants in a history.
 const INSTANTS: usize = 240;
 
-/// Stretches of fewer samples are left out.
+/// Minimum number of samples of a section.
 pub(super) const LEAST_SAMPLES: usize = 30;
 
-/// Within this part of its last value a coefficient has settled.
+/// A coefficient has settled when it stays within this fraction of its last value …
 const SETTLED_PART: f64 = 0.05;
 
-/// A coefficient that only comes to its last value in the last part of the motion has not.
+/// … from before this fraction of the motion.
 const SETTLED_BY: f64 = 0.9;
 
-/// A combination of coefficients with less information than this part is not told.
+/// Information below which a combination of coefficients counts as undetermined.
 const LEAST_EXCITATION: f64 = 1e-4;
 
-/// Takes the samples of coupled records in.
+/// Identifies a plant from the samples of coupled records.
 ///
 /// # Errors
-/// As [`fit_online`](super::fit_online); [`Error::MissingChannel`] if a record lacks what the plant's effects read;
-/// [`Error::Plant`] for axes on which no known force acts, which the adaptive observer needs.
+/// As [`fit_online`](super::fit_online); [`Error::MissingChannel`] if a record lacks a signal that
+/// the plant's effects use; [`Error::Plant`] for axes without a known force, which the adaptive
+/// observer needs.
 pub fn fit_online_coupled(
     structure: &Structure,
     scheme: Scheme,
@@ -83,8 +84,9 @@ pub fn fit_online_coupled(
     run(online, &stretches, options)
 }
 
-/// The adaptive observer needs a force of known size on each axis that an effect of unknown size
-/// moves: else that effect and all other coefficients of the axis grow alike, unseen.
+/// Checks that a known force acts on each axis with an effect of unknown size. Otherwise that
+/// effect and all other coefficients of the axis can grow in proportion without a change of the
+/// motion.
 fn check_forces(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), Error> {
     let is_driven = |dof: Dof| records.iter().any(|record| record.is_driven(dof));
     let acts = |term: &Basis, dof: Dof| structure.axes_of(term).contains(&dof);
@@ -108,20 +110,20 @@ fn check_forces(structure: &Structure, records: &[&CoupledRecord]) -> Result<(),
     Err(Error::Plant { axes: structure.name(), reason })
 }
 
-/// The grid whose intervals begin where those of another have their middle.
+/// Returns the grid whose intervals start at the middles of those of another.
 fn after(grid: Grid) -> Grid {
     Grid { start_s: grid.start_s + 0.5 * grid.period_s, ..grid }
 }
 
-/// Grids are no finer and no coarser, s.
+/// Limits of the grid's period, s.
 const PERIOD_S: [f64; 2] = [0.02, 1.0];
 
-/// For the sake of a slow sensor samples are no further apart than this, s: roll and pitch of a
-/// small vehicle change within it.
+/// Maximum period for the sake of a slow sensor, s: roll and pitch of a small vehicle change within
+/// it.
 const SLOW_S: f64 = 0.2;
 
-/// The grid of the slowest velocity: between its samples nothing new is known of it, and what is
-/// interpolated would pass for more samples, with less noise, than there are.
+/// Returns the grid of the slowest velocity: more samples would be interpolated ones, with less
+/// noise than stated.
 fn grid_of(record: &CoupledRecord, structure: &Structure) -> Grid {
     let series = || structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
     let fastest_s = series().map(Timed::period_s).fold(f64::INFINITY, f64::min);
@@ -160,7 +162,7 @@ fn of_record(record: &CoupledRecord, structure: &Structure) -> Result<Stretch, E
     Ok(Stretch { trial: record.trial.clone(), samples })
 }
 
-/// A signal as samples hold it: a drive in its mean until the next.
+/// Returns a signal as samples hold it: for an input, its mean until the next sample.
 fn column(record: &CoupledRecord, signal: &Signal, grid: Grid) -> Result<Vec<f64>, Error> {
     let series = record.signals.get(signal).ok_or_else(|| Error::MissingChannel {
         trial: record.trial.clone(),
@@ -170,7 +172,7 @@ fn column(record: &CoupledRecord, signal: &Signal, grid: Grid) -> Result<Vec<f64
     Ok(if signal.is_held() { series.held_means(after(grid)) } else { series.interpolate(grid) })
 }
 
-/// Feeds stretches, one after the other.
+/// Processes sections in sequence.
 pub(super) fn run(
     mut online: Online,
     stretches: &[Stretch],
@@ -213,8 +215,8 @@ impl CoefficientHistory {
         self.values.iter_mut().zip(coefficients).for_each(|(all, x)| all.push(*x));
     }
 
-    /// When a coefficient came within 5 % of its last value to stay there, s of motion; `None` if
-    /// it did not before the last tenth.
+    /// Returns the time, s of motion, after which a coefficient stays within 5 % of its last value;
+    /// `None` if that is only within the last tenth.
     pub fn settled_s(&self, k: usize) -> Option<f64> {
         let (values, last) = (self.values.get(k)?, *self.values.get(k)?.last()?);
         let is_off = |x: &f64| (x - last).abs() > SETTLED_PART * last.abs();
@@ -223,7 +225,7 @@ impl CoefficientHistory {
         (time_s <= SETTLED_BY * end_s).then_some(time_s)
     }
 
-    /// The same as data, by the names of the terms.
+    /// Converts to data, by the names of the terms.
     pub(crate) fn result(&self, names: &[String], fit: &OnlineFit) -> OnlineHistory {
         let named = |of: &dyn Fn(usize) -> Vec<f64>| {
             names.iter().cloned().enumerate().map(|(k, name)| (name, of(k))).collect()
@@ -245,7 +247,7 @@ fn changed(trial: &str, change: &Change) -> PlantChanged {
     PlantChanged { trial: trial.to_owned(), since_s, noticed_s, statistic }
 }
 
-/// Doubts that an estimator itself has.
+/// Returns the estimator's caveats.
 pub(crate) fn doubts(what: &str, names: &[String], fit: &OnlineFit) -> Vec<Caveat> {
     let mut all = Vec::new();
     for (trial, change) in &fit.changes {
@@ -283,7 +285,7 @@ pub(crate) fn doubts(what: &str, names: &[String], fit: &OnlineFit) -> Vec<Cavea
     all
 }
 
-/// The two coefficients that others look most like.
+/// Returns the two coefficients with the greatest variance inflation.
 fn worst(names: &[String], inflation: &[f64]) -> String {
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by(|a, b| inflation[*b].total_cmp(&inflation[*a]));

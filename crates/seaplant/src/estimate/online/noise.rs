@@ -1,50 +1,51 @@
-//! How strong what nobody logs is, and how long it lasts, by the residuals of least squares.
+//! Standard deviation and correlation time of unlogged forces, estimated from the residuals of
+//! least squares.
 
 use nalgebra::{Matrix6, Vector6};
 
-/// A disturbance lasts no longer than this, s: residuals are averaged over no more.
+/// Upper limit of the correlation time, s, and of the averaging time of residuals.
 const LONGEST_S: f64 = 60.0;
 
-/// A disturbance lasts no shorter than so many steps.
+/// Lower limit of the correlation time, in steps.
 const SHORTEST_STEPS: f64 = 1.0;
 
-/// The disturbance is no smaller than this part of the force that is typical.
+/// Lower limit of the disturbance, as a fraction of the root mean square force.
 const LEAST_DISTURBANCE: f64 = 1e-3;
 
-/// Halvings of the ratio that holds a correlation time: to better than 1 % of it.
+/// Number of halvings of the interval of the correlation time: its error is below 1 %.
 const HALVINGS: usize = 12;
 
-/// The noise of a joint filter, by place of the plant's axes.
+/// Noise of a joint filter, by index among the plant's axes.
 #[derive(Clone, Copy)]
 pub(super) struct JointNoise {
     /// Standard deviation of a sample of velocity, m/s or rad/s.
     pub(super) velocity: Vector6<f64>,
     /// Standard deviation of the disturbance, N or N m.
     pub(super) disturbance: Vector6<f64>,
-    /// How long the disturbance lasts, s.
+    /// Correlation time of the disturbance, s.
     pub(super) correlation_s: Vector6<f64>,
 }
 
-/// What least squares saw of an axis, its terms filtered by `1/(1 + s/ω)²`.
+/// Residual statistics of least squares on one axis, with terms filtered by `1/(1 + s/ω)²`.
 #[derive(Clone, Copy)]
-pub(super) struct Colour {
+pub(super) struct ResidualStatistics {
     /// The axis.
     pub(super) axis: usize,
     /// Mean square of the residual, N² or (N m)².
     pub(super) variance: f64,
-    /// Mean product of residuals that are `lag_s` apart.
+    /// Mean product of residuals at a lag of `lag_s`.
     pub(super) product: f64,
-    /// s.
+    /// Lag of `product`, s.
     pub(super) lag_s: f64,
 }
 
-/// What was seen so far, by axis.
-pub(super) struct Seen<'a> {
+/// Statistics of the motion so far, by axis.
+pub(super) struct MotionStatistics<'a> {
     /// Standard deviation of a sample of velocity, m/s or rad/s.
     pub(super) velocity: Vector6<f64>,
     /// Root mean square of force, N or N m.
     pub(super) force: Vector6<f64>,
-    /// M.
+    /// Mass matrix M.
     pub(super) mass: &'a Matrix6<f64>,
     /// The step between two samples, s.
     pub(super) step_s: f64,
@@ -53,50 +54,52 @@ pub(super) struct Seen<'a> {
 }
 
 impl JointNoise {
-    /// The noise that leaves such residuals: white noise on velocity, and on each axis a force f
-    /// with `ḟ = −f/T + w`.
-    pub(super) fn of(
+    /// Estimates the noise from the residuals: white noise on velocity, and a force f with
+    /// `ḟ = −f/T + w` on each axis.
+    pub(super) fn estimate(
         axes: &[Option<usize>; 6],
-        colours: impl Iterator<Item = Colour>,
-        seen: &Seen<'_>,
+        residual_statistics: impl Iterator<Item = ResidualStatistics>,
+        motion: &MotionStatistics<'_>,
     ) -> Self {
         let mut noise = Self {
             velocity: Vector6::repeat(1.0),
             disturbance: Vector6::repeat(1.0),
             correlation_s: Vector6::repeat(LONGEST_S),
         };
-        for colour in colours {
-            let i = colour.axis;
+        for residual in residual_statistics {
+            let i = residual.axis;
             let Some(place) = axes.iter().position(|axis| *axis == Some(i)) else { continue };
-            let (std, correlation_s) = disturbance(&colour, seen);
-            noise.velocity[place] = seen.velocity[i].max(f64::EPSILON);
-            noise.disturbance[place] = std.max(LEAST_DISTURBANCE * seen.force[i]).max(f64::EPSILON);
+            let (std, correlation_s) = disturbance(&residual, motion);
+            noise.velocity[place] = motion.velocity[i].max(f64::EPSILON);
+            noise.disturbance[place] =
+                std.max(LEAST_DISTURBANCE * motion.force[i]).max(f64::EPSILON);
             noise.correlation_s[place] = correlation_s;
         }
         noise
     }
 }
 
-/// Standard deviation and correlation time of the force that residuals are left by, N or N m
-/// and s.
+/// Estimates standard deviation, N or N m, and correlation time, s, of the force on an axis from
+/// its residual.
 ///
-/// Noise of variance s² on velocity gives the filtered residual `m² s² h ω³/4 (1 − ω L) e^(−ω L)`
-/// at the lag L; the rest is the force's.
-fn disturbance(colour: &Colour, seen: &Seen<'_>) -> (f64, f64) {
-    let (omega, lag) = (seen.corner_rad_s, colour.lag_s);
-    let of_noise = (seen.mass[(colour.axis, colour.axis)] * seen.velocity[colour.axis]).powi(2)
-        * seen.step_s
+/// Velocity noise of variance s² contributes `m² s² h ω³/4 (1 − ω L) e^(−ω L)` to the filtered
+/// residual at the lag L; the rest is due to the force.
+fn disturbance(residual: &ResidualStatistics, motion: &MotionStatistics<'_>) -> (f64, f64) {
+    let (omega, lag) = (motion.corner_rad_s, residual.lag_s);
+    let of_noise = (motion.mass[(residual.axis, residual.axis)] * motion.velocity[residual.axis])
+        .powi(2)
+        * motion.step_s
         * omega.powi(3)
         * 0.25;
-    let variance = colour.variance - of_noise;
+    let variance = residual.variance - of_noise;
     if variance <= 0.0 {
         return (0.0, LONGEST_S);
     }
-    let product = colour.product - of_noise * (1.0 - omega * lag) * (-omega * lag).exp();
+    let product = residual.product - of_noise * (1.0 - omega * lag) * (-omega * lag).exp();
     let ratio = product / variance;
     let alike =
         |time_s: f64| filtered(omega, 1.0 / time_s, lag) / filtered(omega, 1.0 / time_s, 0.0);
-    let (mut short, mut long) = (SHORTEST_STEPS * seen.step_s, LONGEST_S);
+    let (mut short, mut long) = (SHORTEST_STEPS * motion.step_s, LONGEST_S);
     for _ in 0..HALVINGS {
         let middle = (short * long).sqrt();
         if alike(middle) < ratio { short = middle } else { long = middle }
@@ -105,8 +108,8 @@ fn disturbance(colour: &Colour, seen: &Seen<'_>) -> (f64, f64) {
     ((variance / filtered(omega, 1.0 / time_s, 0.0)).sqrt(), time_s)
 }
 
-/// The autocovariance at a lag L of a force of variance 1 and autocovariance `e^(−a|τ|)` that
-/// passes `1/(1 + s/ω)²`:
+/// Computes the autocovariance at a lag L of a force with variance 1 and autocovariance
+/// `e^(−a|τ|)`, filtered by `1/(1 + s/ω)²`:
 ///
 /// ```text
 /// ∫ ω/4 (1 + ω|τ|) e^(−ω|τ|) e^(−a|L − τ|) dτ
@@ -129,11 +132,11 @@ fn filtered(omega: f64, a: f64, lag: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of an integral by 20 000 trapezoids.
+    /// Error of an integral by 20 000 trapezoids.
     const TRAPEZOIDS: f64 = 1e-5;
 
     #[test]
-    fn the_autocovariance_is_that_of_the_integral() {
+    fn autocovariance_matches_numerical_integration() {
         let omega = 3.0;
         for (a, lag) in [(0.1, 0.9), (3.0, 1.0), (12.0, 0.5), (0.7, 0.0)] {
             let at = |t: f64| {
@@ -149,32 +152,43 @@ mod tests {
     }
 
     #[test]
-    fn a_force_is_told_by_the_residual_that_it_leaves() {
+    fn recovers_a_force_from_the_residual_it_causes() {
         let (omega, lag_s, mass) = (3.0, 1.0, Matrix6::identity() * 20.0);
         let velocity = Vector6::repeat(0.01);
-        let seen =
-            Seen { velocity, force: velocity, mass: &mass, step_s: 0.1, corner_rad_s: omega };
+        let motion = MotionStatistics {
+            velocity,
+            force: velocity,
+            mass: &mass,
+            step_s: 0.1,
+            corner_rad_s: omega,
+        };
         let of_noise = (20.0_f64 * 0.01).powi(2) * 0.1 * omega.powi(3) / 4.0;
         for (std, time_s) in [(4.0, 0.5), (2.0, 5.0), (3.0, 20.0)] {
             let force = |lag| std * std * filtered(omega, 1.0 / time_s, lag);
-            let colour = Colour {
+            let residual = ResidualStatistics {
                 axis: 2,
                 variance: force(0.0) + of_noise,
                 product: force(lag_s) + of_noise * (1.0 - omega) * (-omega).exp(),
                 lag_s,
             };
-            let (found, found_s) = disturbance(&colour, &seen);
+            let (found, found_s) = disturbance(&residual, &motion);
             assert!((found / std - 1.0).abs() < 0.01, "{found} of {std} N");
             assert!((found_s / time_s - 1.0).abs() < 0.01, "{found_s} of {time_s} s");
         }
     }
 
     #[test]
-    fn what_noise_of_velocity_explains_is_no_force() {
+    fn velocity_noise_is_not_taken_for_a_force() {
         let mass = Matrix6::identity() * 20.0;
         let velocity = Vector6::repeat(0.1);
-        let seen = Seen { velocity, force: velocity, mass: &mass, step_s: 0.1, corner_rad_s: 3.0 };
-        let colour = Colour { axis: 0, variance: 0.1, product: 0.0, lag_s: 1.0 };
-        assert_eq!(disturbance(&colour, &seen).0, 0.0);
+        let motion = MotionStatistics {
+            velocity,
+            force: velocity,
+            mass: &mass,
+            step_s: 0.1,
+            corner_rad_s: 3.0,
+        };
+        let residual = ResidualStatistics { axis: 0, variance: 0.1, product: 0.0, lag_s: 1.0 };
+        assert_eq!(disturbance(&residual, &motion).0, 0.0);
     }
 }

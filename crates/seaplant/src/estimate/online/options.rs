@@ -1,48 +1,49 @@
-//! The choices of online identification.
+//! Options of online identification.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// No time, rate or threshold is greater.
+/// Upper limit of times, rates and thresholds.
 const LARGEST: f64 = 1e6;
 
-/// How to identify online.
+/// Scheme of online identification.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// The adaptive observer.
+    /// Adaptive observer.
     #[default]
     Adaptive,
     /// Recursive least squares.
     Recursive,
-    /// The joint extended Kalman filter.
+    /// Joint extended Kalman filter.
     Ekf,
 }
 
-/// The choices of online identification, in units that a person can choose by.
+/// Options of online identification, in physical units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OnlineOptions {
-    /// Least squares of so many seconds make the start, s; of up to ten times as many, until the
-    /// motion determines every mass.
+    /// Duration of the least squares start, s; up to ten times as long, until the motion determines
+    /// every mass.
     pub start_s: f64,
-    /// How fast the observer follows measured velocity at most, 1/s; slower where that is noisy.
+    /// Maximum rate of the observer's correction by measured velocity, 1/s; lower where that is
+    /// noisy.
     pub observer_rate: f64,
-    /// In what time the adaptive coefficients follow, s.
+    /// Time constant of the adaptive coefficients, s.
     pub adaptation_s: f64,
-    /// Corner of the filter on every term of recursive least squares, Hz.
+    /// Corner frequency of the filter on every term of recursive least squares, Hz.
     pub cutoff_hz: f64,
-    /// How long recursive least squares remembers, s; infinite for a plant that does not change.
+    /// Memory of recursive least squares, s; infinite if absent, for a constant plant.
     pub memory_s: Option<f64>,
-    /// How far coefficients of the filter may wander in a minute, as a part of each.
+    /// Random walk of the filter's coefficients, as a fraction of each in a minute.
     pub wander_per_minute: f64,
-    /// The threshold of the sum that tells a change of the plant; higher is rarer.
+    /// Threshold of the change detection; a higher one gives fewer detections.
     pub change_threshold: f64,
-    /// A longer step is a gap, s.
+    /// A longer step counts as a gap, s.
     pub longest_step_s: f64,
 }
 
@@ -65,7 +66,7 @@ impl OnlineOptions {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a time, rate or threshold that is not above zero, or far beyond what
+    /// [`Error::Setting`] for a time, rate or threshold that is not positive, or far beyond what
     /// any vehicle needs.
     pub fn check(&self) -> Result<(), Error> {
         let positive = [

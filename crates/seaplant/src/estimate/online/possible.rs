@@ -1,20 +1,21 @@
-//! Keeps coefficients those of a body: M ≻ 0, or M ⪰ M_RB, and damping that takes power.
+//! Restriction of the coefficients to physically possible ones: M ≻ 0, or M ⪰ M_RB, and damping
+//! that dissipates power.
 
 use nalgebra::{Matrix6, Vector6};
 
 use crate::Dof;
 use crate::plant::{Basis, Structure};
 
-/// Eigenvalues of M, scaled to a unit diagonal, are kept above this.
+/// Lower limit of the eigenvalues of M, scaled to a unit diagonal.
 const LEAST_PART: f64 = 0.02;
 
-/// An own mass below this part of the greatest number of M is scaled as if it were that.
+/// Lower limit of the scale of a diagonal entry of M, as a fraction of its greatest entry.
 const LEAST_SCALE: f64 = 1e-9;
 
-/// Halvings of what couples damping until it takes power.
+/// Number of halvings of cross damping until damping dissipates power.
 const HALVINGS: usize = 20;
 
-/// What coefficients a structure may have: those of a body, with damping that takes power.
+/// Set of the physically possible coefficients of a structure.
 ///
 /// ```
 /// use seaplant::Dof;
@@ -30,18 +31,19 @@ const HALVINGS: usize = 20;
 pub struct Possible {
     terms: Vec<Basis>,
     rigid_body: Matrix6<f64>,
-    /// Least of each own mass, kg or kg m².
+    /// Lower limit of each diagonal entry of M, kg or kg m².
     least: Vector6<f64>,
-    /// Linear damping, and damping by the modulus of each axis: term, row and column of each.
+    /// Groups of linear damping and of damping by the modulus of each axis: term, row and column of
+    /// each.
     damping: Vec<Vec<(usize, usize, usize)>>,
-    /// Effects that take or give power one way only.
+    /// Terms of effects whose coefficients cannot be negative.
     positive: Vec<usize>,
-    /// Coefficients that are known.
+    /// Values of held coefficients.
     held: Vec<Option<f64>>,
 }
 
 impl Possible {
-    /// Those of a structure; M ⪰ M_RB where that is given, else M ≻ 0.
+    /// Creates the set for a structure; M ⪰ M_RB where that is given, else M ≻ 0.
     pub fn of(structure: &Structure, rigid_body: Option<Matrix6<f64>>) -> Self {
         let terms = structure.terms().to_vec();
         let mut damping = vec![Vec::new(); 7];
@@ -76,17 +78,17 @@ impl Possible {
         }
     }
 
-    /// Whether a coefficient is known and stays as it is.
+    /// Returns true if a coefficient is held.
     pub(super) fn is_held(&self, k: usize) -> bool {
         self.held[k].is_some()
     }
 
-    /// Sets the least own masses: a part of what the vehicle is known to have, by axis.
+    /// Sets the lower limit of an axis's mass to a fraction of its known mass.
     pub(super) fn set_least(&mut self, dof: Dof, mass: f64) {
         self.least[dof.index()] = mass;
     }
 
-    /// M of the coefficients, with ones for axes that the plant does not have.
+    /// Returns M of the coefficients, with ones on the diagonal for axes outside the plant.
     pub(super) fn mass(&self, theta: &[f64]) -> Matrix6<f64> {
         let mut mass = Matrix6::zeros();
         let mut is_own = [false; 6];
@@ -103,21 +105,21 @@ impl Possible {
         mass
     }
 
-    /// The coefficients that are not below zero and are to be found: an axis's own damping, the
-    /// lift of fins and the strength of propellers.
+    /// Returns the free coefficients that cannot be negative: damping of an axis by itself, lift of
+    /// fins and strength of propellers.
     pub(super) fn not_negative(&self) -> impl Iterator<Item = usize> + '_ {
         let damping = self.damping.iter().flatten().filter(|(_, i, j)| i == j).map(|(k, ..)| *k);
         damping.chain(self.positive.iter().copied()).filter(|k| !self.is_held(*k))
     }
 
-    /// Moves coefficients, shape (p,), to possible ones near them, where they are not.
+    /// Projects impossible coefficients, shape (p,), to possible ones nearby.
     ///
-    /// M's eigenvalues are lifted, an axis's own damping is not below zero, and what couples
-    /// damping is halved until every motion loses power. Coefficients that the structure holds
-    /// are what they are held at; where M is then none of a body, nothing couples their axes.
+    /// Raises the eigenvalues of M, limits damping of an axis by itself to zero, and halves cross
+    /// damping until every motion loses power. Held coefficients do not change; if M with them is
+    /// not positive definite, the couplings of their axes are set to zero.
     pub fn project(&self, theta: &mut [f64]) {
         self.hold(theta);
-        if self.lifts_mass(theta) {
+        if self.make_mass_definite(theta) {
             self.hold(theta);
             if self.mass(theta).cholesky().is_none() {
                 self.uncouple(theta);
@@ -132,7 +134,7 @@ impl Possible {
                     theta[k] = theta[k].max(0.0);
                 }
             }
-            shrink(group, theta);
+            reduce_cross_damping(group, theta);
         }
         self.hold(theta);
     }
@@ -143,7 +145,7 @@ impl Possible {
         }
     }
 
-    /// Drops what couples the axes whose mass is held.
+    /// Sets the couplings of axes with held mass to zero.
     fn uncouple(&self, theta: &mut [f64]) {
         let is_held = |dof: Dof| {
             let own = self.terms.iter().position(|term| *term == Basis::Mass(dof, dof));
@@ -156,11 +158,11 @@ impl Possible {
         }
     }
 
-    /// Makes M that of a body; false if it was.
-    fn lifts_mass(&self, theta: &mut [f64]) -> bool {
+    /// Makes M positive definite; returns false if it already was.
+    fn make_mass_definite(&self, theta: &mut [f64]) -> bool {
         let mass = self.mass(theta);
         let excess = mass - self.rigid_body;
-        // Numbers that say nothing yet may be anything.
+        // A small entry that is not yet determined may have any value.
         let least = (LEAST_SCALE * mass.amax()).max(f64::MIN_POSITIVE);
         let scale =
             Vector6::from_fn(|i, _| mass[(i, i)].max(self.least[i]).max(least)).map(f64::sqrt);
@@ -190,8 +192,8 @@ impl Possible {
     }
 }
 
-/// Makes what couples the axes of a group smaller until the group takes power from every motion.
-fn shrink(group: &[(usize, usize, usize)], theta: &mut [f64]) {
+/// Reduces cross damping within a group until the group dissipates power for every motion.
+fn reduce_cross_damping(group: &[(usize, usize, usize)], theta: &mut [f64]) {
     if group.iter().all(|(_, i, j)| i == j) {
         return;
     }
@@ -235,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impossible_mass_becomes_that_of_a_body_and_damping_takes_power() {
+    fn projection_makes_mass_definite_and_damping_dissipative() {
         let structure = sway_yaw();
         let possible = Possible::of(&structure, None);
         // M22, M26, M66, v, |v|v, r, |r|r, sway: r, yaw: v.
@@ -251,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn possible_coefficients_stay_as_they_are() {
+    fn possible_coefficients_do_not_change() {
         let possible = Possible::of(&sway_yaw(), None);
         let theta = [100.0, 10.0, 20.0, 10.0, 5.0, 8.0, 3.0, 2.0, -1.0];
         let mut projected = theta;
@@ -260,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn mass_is_not_below_the_rigid_body() {
+    fn mass_is_at_least_that_of_the_rigid_body() {
         let structure = Structure::of(&[Dof::Surge], Symmetry::None).expect("surge");
         let possible = Possible::of(&structure, Some(Matrix6::identity() * 13.5));
         let mut theta = [12.0, 1.0, 1.0];

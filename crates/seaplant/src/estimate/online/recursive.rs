@@ -1,32 +1,34 @@
-//! Recursive least squares on the equation of motion, every term filtered alike.
+//! Recursive least squares on the equation of motion, with equally filtered terms.
 
 use nalgebra::Vector6;
 
 use super::factor::{Factor, dot};
 use super::instruments::Instruments;
-use super::noise::Colour;
+use super::noise::ResidualStatistics;
 use super::possible::Possible;
 use super::step::Step;
 
-/// Scaled by its diagonal, information has this added: what nothing tells stays near zero.
+/// Ridge added to the information at unit diagonal: coefficients that are not determined stay near
+/// zero.
 const RIDGE: f64 = 1e-9;
 
-/// Residuals are averaged over no more than this, s.
+/// Maximum averaging time of residuals, s.
 const RESIDUAL_S: f64 = 60.0;
 
-/// The least variance of an axis's residual, as a part of the mean square of its terms.
+/// Lower limit of the residual's variance on an axis, as a fraction of the mean square of its
+/// terms.
 const LEAST_VARIANCE: f64 = 1e-9;
 
-/// Residuals this many time constants of the filter apart are compared for their colour.
+/// Lag at which the residual's autocorrelation is measured, in time constants of the filter.
 const COLOUR_LAGS: f64 = 3.0;
 
-/// A sample with less than this part of the usual power is one of rest.
+/// A sample with less than this fraction of the mean power is at rest.
 const REST_PART: f64 = 0.01;
 
-/// Of the power of what the coefficients explain, noise may have this part.
+/// Maximum fraction of the explained power that may be due to noise.
 const MOST_NOISE: f64 = 0.9;
 
-/// The longest such lag, samples.
+/// Maximum such lag, samples.
 const MOST_LAGS: usize = 256;
 
 /// One axis: its information matrix Σ φ φᵀ and vector Σ φ y, over the terms that act on it.
@@ -35,7 +37,8 @@ struct Axis {
     terms: Vec<usize>,
     information: Vec<f64>,
     vector: Vec<f64>,
-    /// What noise adds to both: Σ (φ − z) φᵀ and Σ (φ − z) y, z the regressors of simulated motion.
+    /// Contributions of noise to both: Σ (φ − z) φᵀ and Σ (φ − z) y, z being the regressors of the
+    /// simulated motion.
     excess: Vec<f64>,
     excess_vector: Vec<f64>,
     row: Vec<f64>,
@@ -51,11 +54,12 @@ struct Axis {
 
 /// Recursive least squares with directional forgetting.
 ///
-/// Each column of the equation, force included, passes `1/(1 + s/ω)²`. Information is forgotten
-/// only along what a sample determines, so that rest forgets nothing.
+/// Each column of the equation, including force, passes `1/(1 + s/ω)²`. Information is forgotten
+/// only in the direction that a sample determines, so that nothing is forgotten at rest.
 ///
-/// What noise adds to the products of regressors is taken off: with z the regressors of simulated
-/// motion, θ solves `Σ z φᵀ θ = Σ z y`, by one step of `Σ φ φᵀ θ ← Σ z y + Σ (φ − z) φᵀ θ` a sample.
+/// Contributions of noise to the products of regressors are removed: with z the regressors of the
+/// simulated motion, θ solves `Σ z φᵀ θ = Σ z y`, by one iteration of
+/// `Σ φ φᵀ θ ← Σ z y + Σ (φ − z) φᵀ θ` per sample.
 ///
 /// # Source
 /// [Cao2000]: directional forgetting of the information matrix; [Young2011]: instruments.
@@ -70,7 +74,7 @@ pub(super) struct Recursive {
     theta: Vec<f64>,
     before: Vec<f64>,
     instruments: Instruments,
-    /// The coefficients that are known.
+    /// Values of held coefficients.
     held: Vec<Option<f64>>,
     elapsed_s: f64,
     samples: usize,
@@ -79,21 +83,21 @@ pub(super) struct Recursive {
 impl Recursive {
     pub(super) fn new(
         step: &Step,
-        touched: &[Vec<usize>; 6],
+        terms_by_axis: &[Vec<usize>; 6],
         held: Vec<Option<f64>>,
         (cutoff_hz, memory_s): (f64, f64),
     ) -> Self {
         let p = step.count();
         let axes = (0..6).filter(|i| step.own()[*i]).map(|index| Axis {
             index,
-            terms: touched[index].clone(),
-            information: vec![0.0; touched[index].len().pow(2)],
-            vector: vec![0.0; touched[index].len()],
-            excess: vec![0.0; touched[index].len().pow(2)],
-            excess_vector: vec![0.0; touched[index].len()],
-            row: vec![0.0; touched[index].len()],
-            instrument: vec![0.0; touched[index].len()],
-            along: vec![0.0; touched[index].len()],
+            terms: terms_by_axis[index].clone(),
+            information: vec![0.0; terms_by_axis[index].len().pow(2)],
+            vector: vec![0.0; terms_by_axis[index].len()],
+            excess: vec![0.0; terms_by_axis[index].len().pow(2)],
+            excess_vector: vec![0.0; terms_by_axis[index].len()],
+            row: vec![0.0; terms_by_axis[index].len()],
+            instrument: vec![0.0; terms_by_axis[index].len()],
+            along: vec![0.0; terms_by_axis[index].len()],
             residual: 0.0,
             variance: 0.0,
             size: 0.0,
@@ -107,17 +111,17 @@ impl Recursive {
             force: [Vector6::zeros(); 2],
             axes: axes.collect(),
             sum: vec![0.0; p * p],
-            factor: Factor::of(p),
+            factor: Factor::new(p),
             theta: held.iter().map(|held| held.unwrap_or(0.0)).collect(),
             before: vec![0.0; p],
-            instruments: Instruments::of(step),
+            instruments: Instruments::new(step),
             held,
             elapsed_s: 0.0,
             samples: 0,
         }
     }
 
-    /// Begins anew after a gap: filters are empty, on both sides of the equation alike.
+    /// Restarts after a gap with empty filters on both sides of the equation.
     pub(super) fn restart(&mut self) {
         self.filtered.iter_mut().flatten().for_each(|column| *column = Vector6::zeros());
         self.force = [Vector6::zeros(); 2];
@@ -125,8 +129,8 @@ impl Recursive {
         self.instruments.restart();
     }
 
-    /// Takes a step in; the residuals of it, before it, are then [`Self::rows`]. Motion is
-    /// simulated once the coefficients make a plant.
+    /// Processes a step; [`Self::rows`] then returns its residuals before the update. The motion is
+    /// simulated once the coefficients form a plant.
     pub(super) fn update(&mut self, step: &Step, possible: &Possible, simulates: bool) {
         let part = self.filter(step);
         if simulates {
@@ -138,7 +142,7 @@ impl Recursive {
         self.samples += 1;
         let weight = (h / self.elapsed_s.min(RESIDUAL_S)).min(1.0);
         let keep = if self.memory_s.is_finite() { (-h / self.memory_s).exp() } else { 1.0 };
-        // Information holds that of so many samples.
+        // Number of samples in the information.
         let held = (self.elapsed_s.min(self.memory_s) / h).max(1.0);
         let lag = ((COLOUR_LAGS / (self.cutoff_rad_s * h)).ceil() as usize).clamp(1, MOST_LAGS);
         for axis in &mut self.axes {
@@ -148,7 +152,7 @@ impl Recursive {
                 axis.instrument[a] = instruments[1][*k][axis.index];
             }
             let y = self.force[1][axis.index];
-            axis.weigh(&self.theta, y, weight, lag);
+            axis.update_residual(&self.theta, y, weight, lag);
             let forgets = keep < 1.0 && !axis.is_at_rest(held);
             axis.take(y, if forgets { keep } else { 1.0 });
         }
@@ -167,8 +171,8 @@ impl Recursive {
         part
     }
 
-    /// θ of the information of all axes, each weighted by its residual; instruments that tell next
-    /// to nothing are left, and begin anew.
+    /// Solves for θ with the information of all axes, weighted by their residuals; if the
+    /// instruments contribute almost nothing, they are ignored and restarted.
     fn solve(&mut self) {
         self.before.copy_from_slice(&self.theta);
         if self.step_to_solution() {
@@ -182,7 +186,7 @@ impl Recursive {
         self.step_to_solution();
     }
 
-    /// A step of the iteration; whether it is one that converges.
+    /// Makes one step of the iteration; returns true if it converges.
     fn step_to_solution(&mut self) -> bool {
         let p = self.theta.len();
         let (mut power, mut noise) = (0.0, 0.0);
@@ -200,7 +204,7 @@ impl Recursive {
                 self.theta[i] += weight * (vector[a] - excess_vector[a] + added);
                 noise += weight * before[a] * added;
                 power += weight * before[a] * dot(own, before);
-                // The lower half is all that is read.
+                // Only the lower triangle is used.
                 let sum = &mut self.sum[i * p..(i + 1) * p];
                 terms[..=a].iter().zip(own).for_each(|(j, own)| sum[*j] += weight * own);
             }
@@ -221,7 +225,8 @@ impl Recursive {
         is_less && self.theta.iter().all(|theta| theta.is_finite())
     }
 
-    /// The standard deviation of a coefficient if residuals were white; `scratch` has shape (p,).
+    /// Returns the standard deviation of a coefficient for white residuals; `scratch` has shape
+    /// (p,).
     pub(super) fn white_std(&self, k: usize, scratch: &mut [f64]) -> f64 {
         if self.held[k].is_some() {
             return 0.0;
@@ -229,16 +234,16 @@ impl Recursive {
         scratch.fill(0.0);
         scratch[k] = 1.0;
         self.factor.solve(scratch);
-        // What nothing told yet has no information to invert.
+        // A coefficient without information has an infinite standard deviation.
         if scratch[k] > 0.0 { scratch[k].sqrt() } else { f64::INFINITY }
     }
 
-    /// What each coefficient is held at, if it is.
+    /// Returns the values of held coefficients.
     pub(super) fn held(&self) -> &[Option<f64>] {
         &self.held
     }
 
-    /// Keeps so much of what was learnt only.
+    /// Keeps a fraction of the information.
     pub(super) fn forget(&mut self, keep: f64) {
         for axis in &mut self.axes {
             let all = axis.information.iter_mut().chain(&mut axis.vector);
@@ -246,13 +251,12 @@ impl Recursive {
         }
     }
 
-    /// The coefficients.
+    /// Returns the coefficients.
     pub(super) fn theta(&self) -> &[f64] {
         &self.theta
     }
 
-    /// Of each axis: the terms that act on it, their filtered regressors, the residual and its
-    /// variance.
+    /// Returns, for each axis, its terms, their filtered regressors, the residual and its variance.
     pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.axes.iter().map(|axis| Row {
             axis: axis.index,
@@ -263,11 +267,13 @@ impl Recursive {
         })
     }
 
-    /// What the residual of each axis says of noise; of axes whose residual is not known yet,
-    /// nothing.
-    pub(super) fn colours(&self, step_s: f64) -> impl Iterator<Item = Colour> {
+    /// Returns the residual statistics of each axis that has a residual.
+    pub(super) fn residual_statistics(
+        &self,
+        step_s: f64,
+    ) -> impl Iterator<Item = ResidualStatistics> {
         let scaled = self.axes.iter().filter(|axis| axis.is_scaled());
-        scaled.map(move |axis| Colour {
+        scaled.map(move |axis| ResidualStatistics {
             axis: axis.index,
             variance: axis.floored(),
             product: axis.product,
@@ -275,8 +281,8 @@ impl Recursive {
         })
     }
 
-    /// The information of all axes, row by row, less for the colour of residuals; shape (p, p).
-    /// Coefficients that are held have none.
+    /// Returns the information of all axes, row by row, reduced for the autocorrelation of
+    /// residuals, shape (p, p); zero for held coefficients.
     pub(super) fn information(&self) -> Vec<f64> {
         let p = self.theta.len();
         let mut sum = vec![0.0; p * p];
@@ -296,19 +302,20 @@ impl Recursive {
         sum
     }
 
-    /// Samples that would say as much if they were independent, of the axis with least colour.
+    /// Returns the effective number of independent samples, by the axis with the least
+    /// autocorrelation.
     pub(super) fn independent_samples(&self) -> f64 {
         let colour = self.axes.iter().map(Axis::colour).fold(f64::INFINITY, f64::min);
         self.samples as f64 / colour.max(1.0)
     }
 
-    /// Steps taken.
+    /// Returns the number of steps.
     pub(super) fn samples(&self) -> usize {
         self.samples
     }
 }
 
-/// Leaves a row and its column of a matrix, row by row, without anything in them.
+/// Sets a row and its column of a matrix to zero.
 fn clear(matrix: &mut [f64], p: usize, k: usize) {
     for i in 0..p {
         matrix[i * p + k] = 0.0;
@@ -316,7 +323,7 @@ fn clear(matrix: &mut [f64], p: usize, k: usize) {
     }
 }
 
-/// What one sample says of one axis.
+/// Regression row of one sample on one axis.
 pub(super) struct Row<'a> {
     pub(super) axis: usize,
     pub(super) terms: &'a [usize],
@@ -326,15 +333,15 @@ pub(super) struct Row<'a> {
 }
 
 impl Axis {
-    /// The residual of a sample, and what it says of the noise.
-    fn weigh(&mut self, theta: &[f64], y: f64, weight: f64, lag: usize) {
+    /// Updates the residual and its statistics.
+    fn update_residual(&mut self, theta: &[f64], y: f64, weight: f64, lag: usize) {
         let terms = self.row.iter().zip(&self.terms).map(|(x, k)| x * theta[*k]);
         let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), x| (sum + x, size + x.abs()));
         self.residual = y - sum;
         self.variance += weight * (self.residual * self.residual - self.variance);
         self.size += weight * ((size + y.abs()).powi(2) - self.size);
         if self.past.len() >= lag {
-            // The oldest is as far back as the lag.
+            // The oldest residual is at the lag.
             let product = self.past[0] * self.residual;
             self.product += weight * (product - self.product);
             self.past.remove(0);
@@ -342,8 +349,8 @@ impl Axis {
         self.past.push(self.residual);
     }
 
-    /// Whether a force is known on the axis, be it a Coriolis force of another's mass: until then
-    /// coefficients of zero fit exactly, and the axis says nothing.
+    /// Returns true if a force is known on the axis, including Coriolis forces of another axis's
+    /// mass. Until then zero coefficients fit exactly, and the axis carries no information.
     fn is_scaled(&self) -> bool {
         self.size > 0.0
     }
@@ -352,13 +359,13 @@ impl Axis {
         self.variance.max(LEAST_VARIANCE * self.size).max(f64::MIN_POSITIVE)
     }
 
-    /// How many samples say as much as one that is independent.
+    /// Returns how many samples are worth one independent sample.
     fn colour(&self) -> f64 {
         let rho = (self.product / self.floored()).clamp(0.0, 0.95);
         self.past.len().max(1) as f64 * (1.0 + rho) / (1.0 - rho)
     }
 
-    /// Whether the row says next to nothing beside what is held of so many samples.
+    /// Returns true if the row adds almost no information to that of `held` samples.
     fn is_at_rest(&self, held: f64) -> bool {
         let n = self.row.len();
         let part = |(k, phi): (usize, &f64)| {
@@ -369,7 +376,7 @@ impl Axis {
         power < REST_PART * n as f64
     }
 
-    /// Adds the row to the information, after forgetting along it.
+    /// Adds the row to the information, after forgetting in its direction.
     fn take(&mut self, y: f64, keep: f64) {
         if keep < 1.0 {
             self.forget_along(keep);
@@ -385,20 +392,20 @@ impl Axis {
         }
     }
 
-    /// Forgets what the row says of the coefficients.
+    /// Reduces the information in the direction of the row.
     fn forget_along(&mut self, keep: f64) {
         let n = self.row.len();
         for (along, row) in self.along.iter_mut().zip(self.information.chunks_exact(n)) {
             *along = dot(row, &self.row);
         }
-        let (power, told) = (dot(&self.along, &self.row), dot(&self.vector, &self.row));
+        let (power, projection) = (dot(&self.along, &self.row), dot(&self.vector, &self.row));
         if power <= f64::MIN_POSITIVE {
             return;
         }
         let part = (1.0 - keep) / power;
         let rows = self.information.chunks_exact_mut(n).zip(&mut self.vector);
         for ((information, vector), along) in rows.zip(&self.along) {
-            *vector -= part * along * told;
+            *vector -= part * along * projection;
             let by = part * along;
             information.iter_mut().zip(&self.along).for_each(|(x, other)| *x -= by * other);
         }

@@ -1,28 +1,29 @@
-//! What is known at an instant.
+//! Measurements and inputs at an instant.
 
 use nalgebra::{Vector3, Vector6};
 
-/// The most signals that the effects of a plant may read.
+/// Maximum number of signals that the effects of a plant may use.
 pub const MOST_SIGNALS: usize = 32;
 
-/// What is known at an instant; body frame, SI.
+/// Measurements and inputs at an instant; body frame, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// ν_r on all six axes, m/s and rad/s; of axes that the plant does not have, too.
+    /// ν_r on all six axes, m/s and rad/s, including axes outside the plant.
     pub velocity: Vector6<f64>,
     /// k = Rᵀ e₃, see [`crate::motion::down_body`].
     pub down_body: Vector3<f64>,
-    /// τ from this instant to the next, N and N m.
+    /// τ, mean from this instant to the next, N and N m.
     pub force: Vector6<f64>,
-    /// What the plant's effects read, in the order of [`Structure::signals`](crate::plant::Structure::signals): angles and the
-    /// wind at this instant, drives from this instant to the next; zero beyond them.
+    /// Signals of the plant's effects, in the order of
+    /// [`Structure::signals`](crate::plant::Structure::signals): angles and wind at this instant,
+    /// held inputs from this instant to the next; zero beyond them.
     pub signals: [f64; MOST_SIGNALS],
 }
 
 impl Default for Sample {
-    /// At rest, level, without force.
+    /// Returns a sample at rest, level, without force.
     fn default() -> Self {
         Self {
             time_s: 0.0,

@@ -1,4 +1,4 @@
-//! Online identification of one axis over its records.
+//! Online identification of one axis from its records.
 
 use nalgebra::{DMatrix, Matrix4};
 
@@ -11,15 +11,15 @@ use crate::regression::LeastSquares;
 use crate::terms::Term;
 use crate::{Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms};
 
-/// Samples of one degree of freedom are taken in as those of a plant of one axis.
+/// Identifies one degree of freedom as a plant of one axis.
 ///
-/// With a filter error fit of the same records `beside`, thrust acts as that found (lag, delay,
-/// inflow …), velocity is that through the water by its currents, and the fit is scored so; else
-/// force acts as it was logged, in still water.
+/// With a filter error fit of the same records, `beside`, thrust is corrected by its nuisances
+/// (lag, delay, inflow …), velocity through the water follows from its currents, and the fit is
+/// scored likewise; else force is as logged, in still water.
 ///
 /// # Errors
-/// As [`Records::dof`]; [`Error::TooShort`] for records that are shorter than the
-/// start; those of [`Online`].
+/// As [`Records::dof`]; [`Error::TooShort`] for records shorter than the start; those of
+/// [`Online`].
 ///
 /// # Source
 /// \[Smallwood2003\]: adaptive identification of one axis.
@@ -32,10 +32,10 @@ pub fn fit_online<'a>(
     let records = records.into();
     let (dof, terms) = (records.dof()?, records.terms());
     let scheme = method.scheme().unwrap_or_default();
-    let structure = single(dof, terms)?;
+    let structure = single_axis_structure(dof, terms)?;
     let stretches = records.fit.iter().map(|axis| acting::stretches(axis, beside));
     let stretches = stretches.collect::<Result<Vec<_>, Error>>()?.concat();
-    // What is on a grid has no gaps but those that it was cut at.
+    // A grid has no gaps other than those at which it was cut.
     let step_s = stretches.iter().flat_map(|stretch| stretch.steps_s()).fold(0.0, f64::max);
     let longest_step_s = options.longest_step_s.max(LONGER * step_s);
     let options = OnlineOptions { longest_step_s, ..*options };
@@ -43,19 +43,19 @@ pub fn fit_online<'a>(
     let fit = run(online, &stretches, &options)?;
     let mut found = single_fit(dof, method, terms, &fit);
     if let Some(beside) = beside {
-        found.nuisances = taken(&beside.nuisances);
+        found.nuisances = input_nuisances(&beside.nuisances);
         let shapes = |one: &&Decision| one.admitted && one.candidate == Candidate::LinearThrust;
         found.structure = beside.structure.iter().filter(shapes).cloned().collect();
-        found.caveats.push(taken_caveat(dof, method, beside));
+        found.caveats.push(borrowed_nuisances_caveat(dof, method, beside));
     }
     Ok(found)
 }
 
-/// Steps on a grid differ by no more than rounding.
+/// Tolerance for rounding of the steps of a grid.
 const LONGER: f64 = 1.0 + 1e-6;
 
-/// What a fit found between thrust and water, without what it found of noise.
-fn taken(nuisances: &Nuisances) -> Nuisances {
+/// Returns the nuisances of a fit between thrust and water, without those of noise.
+fn input_nuisances(nuisances: &Nuisances) -> Nuisances {
     Nuisances {
         swell: None,
         disturbance: None,
@@ -70,8 +70,8 @@ fn taken(nuisances: &Nuisances) -> Nuisances {
     }
 }
 
-/// That the estimates rest on what another method found.
-fn taken_caveat(dof: Dof, method: Method, beside: &Fit) -> Caveat {
+/// Returns the caveat that the estimates depend on results of another method.
+fn borrowed_nuisances_caveat(dof: Dof, method: Method, beside: &Fit) -> Caveat {
     let of = |name: &str, x: Option<Estimate>| Some(format!("{name} {} s", spoken(x?.value)));
     let nuisances = &beside.nuisances;
     let named = [of("a lag of", nuisances.lag_s), of("a delay of", nuisances.delay_s)];
@@ -87,8 +87,8 @@ fn taken_caveat(dof: Dof, method: Method, beside: &Fit) -> Caveat {
     Caveat::note(CaveatCode::TakenFromAnother, message)
 }
 
-/// The plant of one axis with the terms asked for.
-fn single(dof: Dof, terms: Terms) -> Result<Structure, Error> {
+/// Returns the structure of one axis with the requested terms.
+fn single_axis_structure(dof: Dof, terms: Terms) -> Result<Structure, Error> {
     let (linear, quadratic) = (Product::linear(dof), Product::quadratic(dof));
     let structure = Structure::of(&[dof], Symmetry::Diagonal)?.without(|term| match term {
         Basis::Product(_, product) if *product == linear => !terms.has(Term::Linear),
@@ -99,7 +99,7 @@ fn single(dof: Dof, terms: Terms) -> Result<Structure, Error> {
     if terms.has(Term::Bias) { structure.with(Basis::One(dof)) } else { Ok(structure) }
 }
 
-/// Which lumped parameter a term of one axis is.
+/// Returns the lumped parameter of a term of one axis.
 fn term_of(term: &Basis) -> Term {
     match term {
         Basis::Mass(..) => Term::Force,
@@ -113,7 +113,7 @@ fn term_of(term: &Basis) -> Term {
     }
 }
 
-/// As results name it.
+/// Returns its name in results.
 fn name_of(term: &Basis) -> &'static str {
     match term_of(term) {
         Term::Force => "mass",
@@ -147,11 +147,11 @@ fn single_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
     Fit { history: Some(fit.history.result(&names, fit)), ..fitted }
 }
 
-/// The lumped parameters of a plant of one axis, and their covariance.
+/// Returns the lumped parameters of a plant of one axis, and their covariance.
 fn lumped(plant: &Plant, covariance: &DMatrix<f64>) -> (LumpedParameters, Matrix4<f64>) {
     let places: Vec<usize> =
         plant.structure().terms().iter().map(|term| term_of(term) as usize).collect();
-    // m, d_Q, d_L and b become α, β, μ and bias by the same formulas that lead back.
+    // Converts m, d_Q, d_L and b to α, β, μ and bias; the same formulas convert back.
     let (mut physical, mut of_physical) = ([0.0; 4], Matrix4::zeros());
     for (a, &i) in places.iter().enumerate() {
         physical[i] = plant.coefficients()[a];

@@ -1,36 +1,36 @@
-//! How the schemes begin from least squares, and the noise that they reckon with.
+//! Start of the schemes from least squares, and their noise.
 
+use super::estimate::covariance;
 use super::joint::Joint;
-use super::noise::{JointNoise, Seen};
-use super::told::covariance;
+use super::noise::{JointNoise, MotionStatistics};
 use super::{Engine, Online, THIRD_DIFFERENCE};
 use crate::plant::{Basis, Plant};
 
-/// The observer's rate is at most this times the power of velocity over that of its noise, 1/s:
-/// noise biases damping by `a M σ²`.
+/// Upper limit of the observer rate times the ratio of noise power to velocity power, 1/s: noise
+/// biases damping by `a M σ²`.
 const QUIET_RATE: f64 = 0.002;
 
-/// … but no less than this, 1/s.
+/// Lower limit of that rate, 1/s.
 const LEAST_RATE: f64 = 0.5;
 
-/// No start before the standard deviation of every own mass is below this part of it …
+/// The start waits until the relative standard deviation of every diagonal mass is below this …
 const KNOWN_PART: f64 = 0.03;
 
-/// … but no later than after so many times the usual start.
+/// … but at most for this many times the usual start.
 const LONGEST_START: f64 = 10.0;
 
-/// The variances that a filter starts from are those of least squares times this.
+/// Initial variances of the filter relative to those of least squares.
 const START_VARIANCE: f64 = 4.0;
 
-/// The filter takes its noise from residuals anew after so long, s.
+/// Interval at which the filter's noise is updated from residuals, s.
 const NOISE_S: f64 = 60.0;
 
-/// No own mass is below this part of typical force over typical acceleration.
+/// Lower limit of a mass as a fraction of typical force over typical acceleration.
 const LEAST_MASS: f64 = 0.05;
 
 impl Online {
-    /// The observer's rate that the noise of measured velocity allows, 1/s.
-    pub(super) fn quiet_rate(&self) -> f64 {
+    /// Returns the observer rate that the noise of measured velocity allows, 1/s.
+    pub(super) fn allowed_observer_rate(&self) -> f64 {
         let of = |i: usize| {
             let noise = self.rough[i] / THIRD_DIFFERENCE;
             if noise > 0.0 { QUIET_RATE * self.speed[i] / noise } else { f64::INFINITY }
@@ -40,8 +40,8 @@ impl Online {
         least.max(LEAST_RATE).min(self.options.observer_rate)
     }
 
-    /// Whether least squares know every own mass well enough to go on from, or have had long
-    /// enough to.
+    /// Returns true if least squares determine every diagonal mass well enough, or have had the
+    /// maximum time.
     pub(super) fn may_start(&mut self) -> bool {
         let (elapsed_s, start_s) = (self.elapsed_s, self.options.start_s);
         if elapsed_s < start_s || elapsed_s >= LONGEST_START * start_s {
@@ -58,7 +58,7 @@ impl Online {
     }
 
     pub(super) fn start(&mut self) {
-        let rate = self.quiet_rate();
+        let rate = self.allowed_observer_rate();
         for dof in self.structure.axes() {
             let i = dof.index();
             if self.acceleration[i] > 0.0 && self.force[i] > 0.0 {
@@ -84,7 +84,7 @@ impl Online {
         };
     }
 
-    /// The joint filter from what least squares know.
+    /// Creates the joint filter from the result of least squares.
     fn joint(&mut self) -> Option<Joint> {
         let covariance = covariance(&self.recursive);
         let most = |k: usize| 4.0 * self.projected[k].powi(2).max(f64::EPSILON);
@@ -97,10 +97,10 @@ impl Online {
         Joint::new(&plant, &variances, (self.noise(&self.projected), wander)).ok()
     }
 
-    /// Noise as residuals have it now, for a plant of these coefficients.
+    /// Estimates the noise from the residuals for given coefficients.
     fn noise(&self, theta: &[f64]) -> JointNoise {
         let step_s = self.step.length_s;
-        let seen = Seen {
+        let motion = MotionStatistics {
             velocity: (self.rough / THIRD_DIFFERENCE).map(f64::sqrt),
             force: self.force.map(f64::sqrt),
             mass: &self.possible.mass(theta),
@@ -111,11 +111,11 @@ impl Online {
         axes.iter_mut()
             .zip(self.structure.axes())
             .for_each(|(axis, dof)| *axis = Some(dof.index()));
-        JointNoise::of(&axes, self.recursive.colours(step_s), &seen)
+        JointNoise::estimate(&axes, self.recursive.residual_statistics(step_s), &motion)
     }
 
-    /// The filter takes the noise of residuals anew from time to time.
-    pub(super) fn listen(&mut self) {
+    /// Updates the filter's noise from the residuals at intervals.
+    pub(super) fn update_noise(&mut self) {
         if self.elapsed_s < self.next_noise_s {
             return;
         }

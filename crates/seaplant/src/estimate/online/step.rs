@@ -11,15 +11,15 @@ use crate::plant::{Basis, Instant, Signal, Structure};
 /// Σ θ_k Ȳ_k = τ̄,    Ȳ_k = E_k δν/h + (1/h) ∫ Y_k(0, ν, η) dt
 /// ```
 ///
-/// with the integral by Simpson's rule: nothing is differentiated but what M multiplies, and
-/// that is an increment.
+/// with the integral by Simpson's rule. Only the momentum, which M multiplies, is differentiated,
+/// as an increment.
 #[derive(Clone)]
 pub(super) struct Step {
     structure: Structure,
-    /// Which signals hold from one sample to the next.
+    /// True for signals that are held from one sample to the next.
     holds: [bool; MOST_SIGNALS],
     own: [bool; 6],
-    /// Each regressor without acceleration, on the plant's axes.
+    /// Regressors without acceleration, on the plant's axes.
     still: Vec<Vector6<f64>>,
     /// δν/h, m/s² and rad/s².
     pub(super) acceleration: Vector6<f64>,
@@ -27,16 +27,16 @@ pub(super) struct Step {
     pub(super) force: Vector6<f64>,
     /// h, s.
     pub(super) length_s: f64,
-    /// ν at the beginning, in the middle and at the end.
+    /// ν at the start, middle and end.
     pub(super) velocity: [Vector6<f64>; 3],
     /// k = Rᵀ e₃ at the same instants.
     pub(super) down_body: [Vector3<f64>; 3],
-    /// What effects read at the same instants.
+    /// Signals of the effects at the same instants.
     pub(super) signals: [[f64; MOST_SIGNALS]; 3],
 }
 
 impl Step {
-    pub(super) fn of(structure: &Structure) -> Self {
+    pub(super) fn new(structure: &Structure) -> Self {
         let signals = structure.signals();
         let holds = std::array::from_fn(|k| signals.get(k).is_some_and(Signal::is_held));
         let mut own = [false; 6];
@@ -55,7 +55,7 @@ impl Step {
         }
     }
 
-    /// Takes the step from a sample to the next; `before` is the one before both.
+    /// Computes the step from a sample to the next; `before` precedes both.
     pub(super) fn take(&mut self, before: Option<&Sample>, from: &Sample, to: &Sample) {
         let h = to.time_s - from.time_s;
         self.length_s = h;
@@ -91,7 +91,7 @@ impl Step {
         }
     }
 
-    /// A term's regressor, of effects `−` what a coefficient of one pushes with.
+    /// Returns the regressor of a term; for an effect, minus its force at a unit coefficient.
     fn regressor(&self, k: usize, at: &Instant, signals: &[f64]) -> Vector6<f64> {
         match self.structure.terms()[k] {
             Basis::Effect(number) => {
@@ -106,17 +106,17 @@ impl Step {
         Vector6::from_fn(|i, _| if self.own[i] { x[i] } else { 0.0 })
     }
 
-    /// How many terms there are.
+    /// Returns the number of terms.
     pub(super) fn count(&self) -> usize {
         self.still.len()
     }
 
-    /// Which axes are the plant's.
+    /// Returns true for the axes of the plant.
     pub(super) fn own(&self) -> &[bool; 6] {
         &self.own
     }
 
-    /// Ȳ_k at an acceleration of the plant's axes.
+    /// Returns Ȳ_k for an acceleration of the plant's axes.
     pub(super) fn column(&self, k: usize, acceleration: &Vector6<f64>) -> Vector6<f64> {
         match self.structure.terms()[k] {
             term @ Basis::Mass(..) => self.still[k] + self.masked(term.inertial(acceleration)),
@@ -124,11 +124,11 @@ impl Step {
         }
     }
 
-    /// n̂ = Σ θ_k Ȳ_k without acceleration, N and N m.
+    /// Returns n̂ = Σ θ_k Ȳ_k without acceleration, N and N m.
     pub(super) fn resistance(&self, theta: &[f64]) -> Vector6<f64> {
         self.still.iter().zip(theta).map(|(column, theta)| column * *theta).sum()
     }
 }
 
-/// Weights of the beginning, the middle and the end.
+/// Weights of start, middle and end.
 const SIMPSON: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];

@@ -1,37 +1,37 @@
-//! The optimum again and again, from measurements that might have been.
+//! Bootstrap of the output error method: refits to resampled measurements.
 
 use nalgebra::Matrix4;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::OutputError;
-use super::drift::Drift;
-use super::fit::{Found, effective_samples, found, into_fit};
-use super::intervals::{LEAST_FREEDOM, likeness};
+use super::drift::WalkFilter;
+use super::fit::{Solution, effective_samples, into_fit, search_all};
+use super::intervals::{LEAST_FREEDOM, autocorrelation};
 use super::minimise::{Point, Problem};
-use super::sensitivity::{Count, Residual, residuals};
+use super::sensitivity::{Residual, Weights, residuals};
 use super::stretch::{Measured, Sample, Stretch};
 use crate::estimate::{Fit, Records};
 use crate::{Error, LumpedParameters, Terms};
 
-/// Fewer draws than this do not tell a covariance.
+/// Minimum number of draws for a covariance.
 pub(super) const LEAST_DRAWS: usize = 50;
 
-/// A record is drawn in at least so many blocks.
+/// Minimum number of blocks in which a record is drawn.
 const LEAST_BLOCKS: f64 = 8.0;
 
-/// Refits a plant to measurements drawn from its own fit: simulated motion plus residuals
-/// of other times, block by block.
+/// Refits a plant to measurements resampled from its own fit: simulated motion plus residuals from
+/// other times, drawn in blocks.
 ///
-/// Blocks are as long as residuals resemble each other. A walk that was found in position
-/// is taken out of residuals before they are drawn and put back after. Residuals are
-/// enlarged by what the fit took from them, `√(n/(n − p))` of n effective samples and
-/// p terms.
+/// The length of the blocks follows from the autocorrelation of the residuals. If the position
+/// residuals contain a random walk, its innovations are drawn and the walk is rebuilt from them.
+/// Residuals are enlarged by `√(n/(n − p))` for n effective samples and p terms, to make up for the
+/// fit.
 ///
-/// Equal seeds and numbers give equal draws, in whatever order or thread they are made.
+/// Equal seeds and numbers give equal draws, in any order or thread.
 ///
 /// # Source
-/// \[Kunsch1989\]: blocks; \[Politis1992\]: the last goes on with the first.
+/// \[Kunsch1989\]: blocks; \[Politis1992\]: circular extension.
 ///
 /// # Example
 /// ```
@@ -66,25 +66,26 @@ const LEAST_BLOCKS: f64 = 8.0;
 pub struct OutputErrorBootstrap {
     terms: Terms,
     point: Point,
-    count: Count,
+    weights: Weights,
     records: Vec<Simulated>,
     total_s: f64,
     blocks: f64,
 }
 
-/// A stretch with simulated in place of measured motion, and what residuals were.
+/// A section with simulated in place of measured motion, and its residuals.
 #[derive(Clone, Debug)]
 struct Simulated {
     stretch: Stretch,
     /// Times of the samples since the start, s.
     at_s: Vec<f64>,
-    /// What was new in each residual of velocity and of position, in standard deviations.
+    /// Innovations of the residuals of velocity and of position, in standard deviations.
     new: [Vec<f64>; 2],
 }
 
 impl OutputErrorBootstrap {
     /// Fits the plant as [`OutputError::fit_from`] does, with
-    /// [`OutputErrorIntervals::Sandwich`](super::OutputErrorIntervals), and keeps what draws are made from.
+    /// [`OutputErrorIntervals::Sandwich`](super::OutputErrorIntervals), and returns the bootstrap
+    /// with the fit.
     ///
     /// # Errors
     /// As [`OutputError::fit`].
@@ -93,44 +94,44 @@ impl OutputErrorBootstrap {
         start: &LumpedParameters,
         method: &OutputError,
     ) -> Result<(Fit, Self), Error> {
-        let found = found(records.into(), start, method)?;
-        let fit = into_fit(&found, method)?;
-        let bootstrap = Self::around(&found)?;
+        let solution = search_all(records.into(), start, method)?;
+        let fit = into_fit(&solution, method)?;
+        let bootstrap = Self::around(&solution)?;
         Ok((fit, bootstrap))
     }
 
-    pub(super) fn around(found: &Found) -> Result<Self, Error> {
-        let Found { stretches, terms, batch_s, optimum, count, .. } = found;
+    pub(super) fn around(solution: &Solution) -> Result<Self, Error> {
+        let Solution { stretches, terms, batch_s, optimum, weights, .. } = solution;
         let point = optimum.point.clone();
-        let r = likeness(found)?;
+        let r = autocorrelation(solution)?;
         let total_s: f64 = stretches.iter().map(Stretch::duration_s).sum();
         let block_s = batch_s * (1.0 + r) / (1.0 - r);
         let blocks = (total_s / block_s).max(LEAST_BLOCKS);
-        let (n, p) = (effective_samples(found).max(LEAST_BLOCKS), terms.count() as f64);
+        let (n, p) = (effective_samples(solution).max(LEAST_BLOCKS), terms.count() as f64);
         let enlarged = (n / (n - p)).sqrt();
         let each = stretches.iter().zip(&point.starts);
         let records = each
             .map(|(stretch, &start)| {
                 let residuals = residuals(stretch, &point.plant, start);
-                Simulated::of(stretch, &residuals, count, enlarged)
+                Simulated::of(stretch, &residuals, weights, enlarged)
             })
             .collect();
-        Ok(Self { terms: *terms, point, count: *count, records, total_s, blocks })
+        Ok(Self { terms: *terms, point, weights: *weights, records, total_s, blocks })
     }
 
-    /// The optimum of one draw; `None` if the search found none.
+    /// Computes the optimum of one draw; `None` if the search does not converge.
     pub fn draw(&self, seed: u64, number: u64) -> Option<LumpedParameters> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number);
         let per_s = self.blocks / self.total_s;
-        let drawn = |record: &Simulated| record.draw(per_s, &self.count, &mut random);
+        let drawn = |record: &Simulated| record.draw(per_s, &self.weights, &mut random);
         let stretches: Vec<Stretch> = self.records.iter().map(drawn).collect();
         let problem = Problem { stretches: &stretches, terms: self.terms, batch_s: self.total_s };
-        let optimum = problem.minimise(self.point.clone(), &self.count);
+        let optimum = problem.minimise(self.point.clone(), &self.weights);
         optimum.converged.then_some(optimum.point.plant)
     }
 
-    /// A fit with the covariance of draws.
+    /// Returns the fit with the covariance of some draws.
     ///
     /// # Errors
     /// [`Error::FewDraws`] for fewer than fifty.
@@ -149,14 +150,14 @@ impl OutputErrorBootstrap {
 }
 
 impl Simulated {
-    fn of(stretch: &Stretch, residuals: &[Residual], count: &Count, enlarged: f64) -> Self {
+    fn of(stretch: &Stretch, residuals: &[Residual], weights: &Weights, enlarged: f64) -> Self {
         let mut stretch = stretch.clone();
         let mut new = [Vec::new(), Vec::new()];
-        let mut drift = Drift::<0>::new(count.drift);
+        let mut drift = WalkFilter::<0>::new(weights.drift);
         let mut before_s = 0.0;
         for (sample, residual) in stretch.samples.iter_mut().zip(residuals) {
             sample.value -= residual.value;
-            let own = residual.value / count.std_of(residual.measured);
+            let own = residual.value / weights.std_of(residual.measured);
             drift.wait(residual.at_s - before_s);
             before_s = residual.at_s;
             let own = match residual.measured {
@@ -168,12 +169,13 @@ impl Simulated {
         Self { stretch, at_s: residuals.iter().map(|residual| residual.at_s).collect(), new }
     }
 
-    fn draw(&self, blocks_per_s: f64, count: &Count, random: &mut ChaCha8Rng) -> Stretch {
+    fn draw(&self, blocks_per_s: f64, weights: &Weights, random: &mut ChaCha8Rng) -> Stretch {
         let blocks = ((blocks_per_s * self.stretch.duration_s()).round() as usize).max(1);
-        // Both kinds come from the same times, so that they err together.
+        // Residuals of velocity and position are drawn from the same times, which preserves their
+        // correlation.
         let from: Vec<f64> = (0..blocks).map(|_| random.random()).collect();
         let mut pick = [0, 1].map(|kind: usize| Pick::new(&self.new[kind], &from));
-        let mut drift = Drift::<0>::new(count.drift);
+        let mut drift = WalkFilter::<0>::new(weights.drift);
         let mut before_s = 0.0;
         let mut add = |(sample, &at_s): (&Sample, &f64)| {
             let new = pick[sample.measured as usize].next();
@@ -181,17 +183,16 @@ impl Simulated {
             before_s = at_s;
             let residual = match sample.measured {
                 Measured::Velocity => new,
-                Measured::Position => drift.give(new),
+                Measured::Position => drift.restore(new),
             };
-            Sample { value: sample.value + count.std_of(sample.measured) * residual, ..*sample }
+            Sample { value: sample.value + weights.std_of(sample.measured) * residual, ..*sample }
         };
         let samples = self.stretch.samples.iter().zip(&self.at_s).map(&mut add).collect();
         Stretch { samples, steps: self.stretch.steps.clone(), ..self.stretch }
     }
 }
 
-/// Walks through a series that goes on with its start after its end, in blocks that begin
-/// at given parts of it.
+/// Iterator over a circular series in blocks that start at given fractions of its length.
 struct Pick<'a> {
     series: &'a [f64],
     from: &'a [f64],

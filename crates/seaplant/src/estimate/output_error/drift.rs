@@ -1,40 +1,41 @@
-//! Position that drifts from where it was simulated, as every disturbance makes it.
+//! Position residuals as white noise plus a random walk, which disturbances cause.
 
 use super::sensitivity::Residual;
 
-/// The noise of position: white, plus a random walk.
+/// Kalman filter of a random walk observed in white noise, which whitens position residuals.
 ///
-/// What pushes a vehicle beside its thrusters changes its velocity for a while and its
-/// position for good, so that residuals of position grow with time and with each other.
-/// Counted by their squares, the late ones would rule the fit. Here each residual counts
-/// less what those before it led to expect: for a walk that is quick beside the white
-/// noise this comes to increments of position, which are mean velocities, for a slow one
-/// to position itself.
+/// A disturbance changes velocity for some time and position permanently, so that position
+/// residuals grow with time and are correlated. In an unweighted sum of squares the late ones would
+/// dominate. Each residual is therefore replaced by its innovation, given the earlier ones: for a
+/// fast walk relative to the white noise these are increments of position, that is mean velocities;
+/// for a slow one, position itself.
 ///
-/// All numbers are in standard deviations of the white noise; `walk` is the variance that
-/// the walk gains in a second.
-pub(super) struct Drift<const N: usize> {
+/// All quantities are in standard deviations of the white noise; `walk` is the variance that the
+/// walk gains per second.
+pub(super) struct WalkFilter<const N: usize> {
     walk: f64,
-    /// Where the walk is expected, and how the expectation changes with each unknown.
+    /// Predicted walk, and its derivatives by each unknown.
     level: f64,
     level_by: [f64; N],
-    /// The variance of that expectation.
+    /// Variance of the prediction.
     spread: f64,
 }
 
-impl<const N: usize> Drift<N> {
-    /// A walk that starts at zero: the start of a stretch is an unknown of its own.
+impl<const N: usize> WalkFilter<N> {
+    /// Creates the filter with a walk that starts at zero, as the initial position of a section is
+    /// a separate unknown.
     pub(super) fn new(walk: f64) -> Self {
         Self { walk, level: 0.0, level_by: [0.0; N], spread: 0.0 }
     }
 
-    /// Lets time pass.
+    /// Predicts over a time span, s.
     #[inline(always)]
     pub(super) fn wait(&mut self, span_s: f64) {
         self.spread += self.walk * span_s;
     }
 
-    /// What is new in a residual and its slopes, in standard deviations of its own.
+    /// Returns the innovations of a residual and of its derivatives, divided by their standard
+    /// deviation, and updates the filter.
     #[inline(always)]
     pub(super) fn take(&mut self, residual: f64, row: &[f64; N]) -> (f64, [f64; N]) {
         let variance = self.spread + 1.0;
@@ -52,8 +53,8 @@ impl<const N: usize> Drift<N> {
         (per_std * innovation, new)
     }
 
-    /// The residual in which so much is new: what [`Drift::take`] takes apart.
-    pub(super) fn give(&mut self, new: f64) -> f64 {
+    /// Returns the residual with a given innovation: the inverse of [`WalkFilter::take`].
+    pub(super) fn restore(&mut self, new: f64) -> f64 {
         let variance = self.spread + 1.0;
         let innovation = variance.sqrt() * new;
         let residual = self.level + innovation;
@@ -63,31 +64,30 @@ impl<const N: usize> Drift<N> {
     }
 }
 
-/// The noise that makes residuals of position most likely.
+/// Maximum likelihood estimate of the noise in position residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DriftingNoise {
-    /// Standard deviation of the white part.
+    /// Standard deviation of the white noise.
     pub(super) std: f64,
-    /// As of [`Drift`].
+    /// Variance of the walk per second, as in [`WalkFilter`].
     pub(super) walk: f64,
 }
 
-/// A walk that makes residuals no likelier than this is none: twice the log-likelihood
-/// ratio of a variance that cannot be negative exceeds twice of it in one of twenty
-/// records without a walk.
+/// Minimum gain in log-likelihood for a walk. Without a walk, twice the log-likelihood ratio of a
+/// non-negative variance exceeds twice this in one of twenty records.
 const LEAST_GAIN: f64 = 1.35;
 
-/// Variance that a walk gains from sample to sample, in orders of magnitude.
+/// Range of the variance gained from sample to sample, powers of ten.
 const ORDERS: (i32, i32) = (-8, 4);
 
-/// How well the walk is found, relative.
-const FOUND: f64 = 1e-3;
+/// Tolerance of the search, in powers of ten.
+const ORDER_TOLERANCE: f64 = 1e-3;
 
 impl DriftingNoise {
-    /// Of the residuals of each stretch, by maximum likelihood, with a walk that gains at
-    /// least `least` in a second, in units of what was measured; `scale` tells the standard
-    /// deviation of innovations.
-    pub(super) fn of(
+    /// Estimates the noise from the residuals of each section by maximum likelihood, with a walk of
+    /// at least `least` per second, in squared units of the measurement; `scale` computes the
+    /// standard deviation of innovations.
+    pub(super) fn estimate(
         stretches: &[Vec<Residual>],
         least: f64,
         scale: impl Fn(&[f64]) -> f64,
@@ -107,7 +107,7 @@ impl DriftingNoise {
         let cost = |order: f64| at(of_order(order)).0;
         let orders = (ORDERS.0..=ORDERS.1).map(f64::from);
         let coarse = orders.map(|order| (cost(order), order)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let order = coarse.map_or(0.0, |(_, order)| lowest(cost, order - 1.0, order + 1.0));
+        let order = coarse.map_or(0.0, |(_, order)| golden_section(cost, order - 1.0, order + 1.0));
         let (still, moving) = (at(0.0), at(of_order(order)));
         let found = if still.0 - moving.0 > LEAST_GAIN { moving.1 } else { still.1 };
         let least = least / found.std.powi(2);
@@ -115,12 +115,12 @@ impl DriftingNoise {
     }
 }
 
-/// What is new in each residual, and Σ of the logarithms of its variance.
+/// Returns the innovations of all residuals and Σ of the logarithms of their variances.
 fn innovations(stretches: &[Vec<Residual>], walk: f64) -> (Vec<f64>, f64) {
     let mut all = Vec::with_capacity(stretches.iter().map(Vec::len).sum());
     let mut logarithms = 0.0;
     for residuals in stretches {
-        let mut drift = Drift::<0>::new(walk);
+        let mut drift = WalkFilter::<0>::new(walk);
         let mut before_s = 0.0;
         for residual in residuals {
             drift.wait(residual.at_s - before_s);
@@ -132,13 +132,13 @@ fn innovations(stretches: &[Vec<Residual>], walk: f64) -> (Vec<f64>, f64) {
     (all, logarithms)
 }
 
-/// Where a function of one valley is least, by golden section.
-fn lowest(of: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+/// Finds the minimum of a unimodal function by golden section search.
+fn golden_section(of: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     const PART: f64 = 0.618_033_988_749_894_8;
     let inner = |low: f64, high: f64| (high - PART * (high - low), low + PART * (high - low));
     let (mut left, mut right) = inner(low, high);
     let (mut at_left, mut at_right) = (of(left), of(right));
-    while high - low > FOUND {
+    while high - low > ORDER_TOLERANCE {
         if at_left < at_right {
             (high, right, at_right) = (right, left, at_left);
             left = inner(low, high).0;
@@ -167,11 +167,11 @@ mod tests {
         (0..n).map(|k| 0.3 * k as f64 + 0.2 * (k as f64).sin()).collect()
     }
 
-    /// Rounding of a hundred sums.
+    /// Rounding error of a hundred sums.
     const ROUNDING: f64 = 1e-12;
 
     #[test]
-    fn whitens_as_the_factor_of_the_dense_covariance_does() {
+    fn whitens_like_the_cholesky_factor_of_the_covariance() {
         let (walk, times) = (0.7, uneven_times(60));
         let residual: Vec<f64> = times.iter().map(|t| (3.1 * t).sin() + 0.2 * t).collect();
         let row: Vec<f64> = times.iter().map(|t| t * t).collect();
@@ -183,16 +183,18 @@ mod tests {
             factor.solve_lower_triangular(&DVector::from_row_slice(x)).expect("regular")
         };
         let (of_residual, of_row) = (dense(&residual), dense(&row));
-        let mut drift = Drift::<1>::new(walk);
-        let mut giving = Drift::<0>::new(walk);
+        let mut drift = WalkFilter::<1>::new(walk);
+        let mut inverse = WalkFilter::<0>::new(walk);
         for k in 0..60 {
             let span_s = if k == 0 { 0.0 } else { times[k] - times[k - 1] };
             drift.wait(span_s);
-            giving.wait(span_s);
+            inverse.wait(span_s);
             let (new, [new_row]) = drift.take(residual[k], &[row[k]]);
             assert!((new - of_residual[k]).abs() < ROUNDING * of_residual.amax());
             assert!((new_row - of_row[k]).abs() < ROUNDING * of_row.amax());
-            assert!((giving.give(new) - residual[k]).abs() < ROUNDING * residual[k].abs().max(1.0));
+            assert!(
+                (inverse.restore(new) - residual[k]).abs() < ROUNDING * residual[k].abs().max(1.0)
+            );
         }
     }
 
@@ -213,11 +215,11 @@ mod tests {
     }
 
     #[test]
-    fn tells_a_walk_from_white_noise() {
+    fn separates_a_walk_from_white_noise() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         for walk in [0.1, 1.0, 100.0] {
             let stretches = [walked(0.02, walk, &mut random), walked(0.02, walk, &mut random)];
-            let found = DriftingNoise::of(&stretches, 0.0, |x| rms(x));
+            let found = DriftingNoise::estimate(&stretches, 0.0, |x| rms(x));
             // Eight thousand samples tell a strong walk to a few per cent; a weak one shows
             // in a few hundred spans alone.
             assert!((found.walk / walk - 1.0).abs() < 0.3, "{walk}: {found:?}");
@@ -226,12 +228,12 @@ mod tests {
     }
 
     #[test]
-    fn finds_no_walk_where_there_is_none_but_what_is_known_otherwise() {
+    fn finds_no_walk_in_white_noise_unless_a_minimum_is_given() {
         let mut random = ChaCha8Rng::seed_from_u64(4);
         let stretches = [walked(0.02, 0.0, &mut random)];
-        let found = DriftingNoise::of(&stretches, 0.0, |x| rms(x));
+        let found = DriftingNoise::estimate(&stretches, 0.0, |x| rms(x));
         assert_eq!(found.walk, 0.0);
-        let known = DriftingNoise::of(&stretches, 1e-5, |x| rms(x));
+        let known = DriftingNoise::estimate(&stretches, 1e-5, |x| rms(x));
         assert!((known.walk * found.std.powi(2) / 1e-5 - 1.0).abs() < 1e-9, "{known:?}");
     }
 }

@@ -1,11 +1,11 @@
-//! From records to a fitted plant.
+//! The fit from records to plant.
 
 use nalgebra::Matrix4;
 
 use super::drift::DriftingNoise;
-use super::intervals::{Bread, batch_s};
+use super::intervals::{ScaledInformation, batch_s};
 use super::minimise::{Optimum, Point, Problem, Reduced};
-use super::sensitivity::{Count, Residual, Weighing};
+use super::sensitivity::{Residual, Weighing, Weights};
 use super::stretch::{Measured, Stretch};
 use super::{Loss, OutputError};
 use crate::estimate::{Filters, Fit, Method, Nuisances, Records};
@@ -13,7 +13,7 @@ use crate::signal::rms;
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, LumpedParameters, Terms};
 
-/// The stretches of all records.
+/// Returns the continuous sections of all records.
 fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch>, Error> {
     let mut all = Vec::new();
     for axis in axes {
@@ -28,10 +28,10 @@ fn stretches(axes: &[AxisRecord], terms: Terms) -> Result<Vec<Stretch>, Error> {
     Ok(all)
 }
 
-/// Where a search begins: at the given plant, then at two that know only how strong
-/// thrust and motion are.
+/// Returns initial points of the search: the given plant, and two that depend only on the
+/// magnitudes of thrust and motion.
 fn starts(given: &LumpedParameters, terms: Terms, stretches: &[Stretch]) -> [LumpedParameters; 3] {
-    // A wrong-signed mass is no place to start from; the scale of thrust is.
+    // A mass of the wrong sign is useless as a start, but the scale of thrust is known.
     let alpha = given.alpha.abs().max(f64::MIN_POSITIVE);
     let of = |term, value| if terms.has(term) { value } else { 0.0 };
     let near = LumpedParameters {
@@ -43,7 +43,7 @@ fn starts(given: &LumpedParameters, terms: Terms, stretches: &[Stretch]) -> [Lum
     let steps = || stretches.iter().flat_map(|stretch| &stretch.steps);
     let force = steps().map(|step| step.tau.abs()).sum::<f64>() / steps().count().max(1) as f64;
     let balanced = |alpha: f64| {
-        // Drag that holds thrust at a speed of which typical motion is a part.
+        // Drag that balances mean thrust at the typical speed.
         let speed = typical_speed(stretches).max(f64::MIN_POSITIVE);
         let drag = -alpha * force / speed;
         let is_quadratic = terms.has(Term::Quadratic);
@@ -57,7 +57,7 @@ fn starts(given: &LumpedParameters, terms: Terms, stretches: &[Stretch]) -> [Lum
     [near, balanced(alpha), balanced(alpha / 3.0)]
 }
 
-/// Mean |v|, from differences where position alone was measured.
+/// Returns the mean |v|, from differences where only position was measured.
 fn typical_speed(stretches: &[Stretch]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for stretch in stretches {
@@ -79,61 +79,61 @@ fn typical_speed(stretches: &[Stretch]) -> f64 {
     sum / count.max(1) as f64
 }
 
-/// The noise and the weights settle together in fewer rounds than this.
+/// Maximum number of rounds of fitting plant and noise in turn.
 const MOST_ROUNDS: usize = 50;
 
-/// Minimises from one start; with the count under which the optimum is one.
-fn search(problem: &Problem<'_>, start: LumpedParameters, loss: Loss) -> (Optimum, Count) {
+/// Minimises the cost from one start; returns the optimum and the noise with which it was found.
+fn search(problem: &Problem<'_>, start: LumpedParameters, loss: Loss) -> (Optimum, Weights) {
     let starts = problem.stretches.iter().map(|stretch| stretch.start).collect();
     let start = Point { plant: start, starts };
     let has_position = problem.measures(Measured::Position);
-    // How far squares of one kind are counted is all the same.
-    let mut count = match has_position {
+    // The scale of a single kind of residual has no effect on the optimum.
+    let mut weights = match has_position {
         true => noise(problem, &start, Loss::Squares),
-        false => Count { weighing: Weighing::Squares, std: [1.0; 2], drift: 0.0 },
+        false => Weights { weighing: Weighing::Squares, std: [1.0; 2], drift: 0.0 },
     };
-    let mut optimum = problem.minimise(start, &count);
+    let mut optimum = problem.minimise(start, &weights);
     if !has_position && loss == Loss::Squares {
-        return (optimum, count);
+        return (optimum, weights);
     }
     let mut iterations = optimum.iterations;
     for _ in 0..MOST_ROUNDS {
         let next = noise(problem, &optimum.point, loss);
-        if next.is_like(&count) {
-            return (Optimum { iterations, ..optimum }, count);
+        if next.is_near(&weights) {
+            return (Optimum { iterations, ..optimum }, weights);
         }
-        count = next;
-        optimum = problem.minimise(optimum.point, &count);
+        weights = next;
+        optimum = problem.minimise(optimum.point, &weights);
         iterations += optimum.iterations;
     }
-    (Optimum { iterations, converged: false, ..optimum }, count)
+    (Optimum { iterations, converged: false, ..optimum }, weights)
 }
 
-/// How residuals count, judged by themselves.
-fn noise(problem: &Problem<'_>, point: &Point, loss: Loss) -> Count {
+/// Estimates the noise from the residuals at a point.
+fn noise(problem: &Problem<'_>, point: &Point, loss: Loss) -> Weights {
     let robust = |residuals: &[f64]| match loss {
         Loss::Squares => rms(residuals),
         Loss::Huber(_) => robust_std(residuals.to_vec()),
     };
-    let surest = |kind| SUREST_PART * problem.measured_rms(kind);
+    let floor = |kind| LEAST_NOISE_PART * problem.measured_rms(kind);
     let velocity = problem.residuals(point, Measured::Velocity);
     let values: Vec<f64> = velocity.iter().flatten().map(|residual| residual.value).collect();
     let velocity_std = match values.is_empty() {
         true => 1.0,
-        false => robust(&values).max(surest(Measured::Velocity)),
+        false => robust(&values).max(floor(Measured::Velocity)),
     };
-    let surest_position = surest(Measured::Position);
+    let position_floor = floor(Measured::Position);
     let position = problem.residuals(point, Measured::Position);
-    let wander = wander(&velocity, problem.batch_s);
-    let position = DriftingNoise::of(&position, wander, |new| robust(new).max(surest_position));
-    Count { weighing: loss.weighing(), std: [velocity_std, position.std], drift: position.walk }
+    let position_walk = position_walk(&velocity, problem.batch_s);
+    let position =
+        DriftingNoise::estimate(&position, position_walk, |new| robust(new).max(position_floor));
+    Weights { weighing: loss.weighing(), std: [velocity_std, position.std], drift: position.walk }
 }
 
-/// By how much the vehicle, as residuals of velocity have it, wanders off its simulated
-/// position: variance a second.
+/// Computes the variance per second that the position gains through velocity residuals.
 ///
-/// Hundreds of velocities tell it better than a few rough depths.
-fn wander(velocity: &[Vec<Residual>], batch_s: f64) -> f64 {
+/// Hundreds of velocities determine it better than a few rough depths.
+fn position_walk(velocity: &[Vec<Residual>], batch_s: f64) -> f64 {
     let (mut ways, mut noise, mut total_s) = (0.0, 0.0, 0.0);
     for residuals in velocity {
         let pairs = || residuals.windows(2).map(|pair| (pair[0], pair[1]));
@@ -155,8 +155,8 @@ fn wander(velocity: &[Vec<Residual>], batch_s: f64) -> f64 {
     if total_s > 0.0 { (ways - noise).max(0.0) / total_s } else { 0.0 }
 }
 
-/// 1.4826 times the median size of the residuals: their standard deviation if they are
-/// Gaussian, whatever a few are.
+/// Computes 1.4826 times the median of the residuals' magnitudes: a robust standard deviation,
+/// exact for a Gaussian distribution.
 fn robust_std(mut residuals: Vec<f64>) -> f64 {
     residuals.iter_mut().for_each(|residual| *residual = residual.abs());
     let middle = residuals.len() / 2;
@@ -164,31 +164,31 @@ fn robust_std(mut residuals: Vec<f64>) -> f64 {
     1.4826 * *median
 }
 
-/// No simulation is surer than this part of the motion; it would matter without noise.
-const SUREST_PART: f64 = 1e-6;
+/// Lower limit of the noise as a fraction of the motion; matters for noise-free data.
+const LEAST_NOISE_PART: f64 = 1e-6;
 
-/// An optimum, and what it is one of.
-pub(super) struct Found {
+/// An optimum, with its data and noise.
+pub(super) struct Solution {
     pub(super) dof: Dof,
     pub(super) stretches: Vec<Stretch>,
     pub(super) terms: Terms,
     pub(super) batch_s: f64,
     pub(super) optimum: Optimum,
-    pub(super) count: Count,
+    pub(super) weights: Weights,
 }
 
-impl Found {
+impl Solution {
     pub(super) fn problem(&self) -> Problem<'_> {
         Problem { stretches: &self.stretches, terms: self.terms, batch_s: self.batch_s }
     }
 }
 
-/// Searches from one start after another.
-pub(super) fn found(
+/// Searches the optimum from several starts, in sequence.
+pub(super) fn search_all(
     records: Records<'_>,
     start: &LumpedParameters,
     method: &OutputError,
-) -> Result<Found, Error> {
+) -> Result<Solution, Error> {
     method.loss.check()?;
     let (dof, terms, axes) = (records.dof()?, records.terms(), records.fit);
     let stretches = stretches(axes, terms)?;
@@ -196,35 +196,37 @@ pub(super) fn found(
     let problem = Problem { stretches: &stretches, terms, batch_s };
     let mut iterations = 0;
     for start in starts(start, terms, &stretches) {
-        let (optimum, count) = search(&problem, start, method.loss);
+        let (optimum, weights) = search(&problem, start, method.loss);
         if optimum.converged {
-            return Ok(Found { dof, stretches, terms, batch_s, optimum, count });
+            return Ok(Solution { dof, stretches, terms, batch_s, optimum, weights });
         }
         iterations += optimum.iterations;
     }
     Err(Error::NotConverged { dof, iterations })
 }
 
-pub(super) fn into_fit(found: &Found, method: &OutputError) -> Result<Fit, Error> {
-    let (dof, problem, count) = (found.dof, found.problem(), &found.count);
-    let Optimum { point, at, .. } = &found.optimum;
-    // Intervals want the curvature of the cost, which for squares the search had already.
+pub(super) fn into_fit(solution: &Solution, method: &OutputError) -> Result<Fit, Error> {
+    let (dof, problem, weights) = (solution.dof, solution.problem(), &solution.weights);
+    let Optimum { point, at, .. } = &solution.optimum;
+    // Intervals need the second derivative of the cost, which the search has already computed for
+    // squares.
     let curved = match method.loss {
         Loss::Squares => None,
         Loss::Huber(limit) => {
             let weighing = Weighing::HuberCurvature(limit);
-            Some(problem.evaluate(point, &Count { weighing, ..*count }))
+            Some(problem.evaluate(point, &Weights { weighing, ..*weights }))
         }
     };
     let at = curved.as_ref().unwrap_or(at);
     let reduced = Reduced::of(&at.totals, 0.0);
-    let bread = Bread::of(dof, &reduced, problem.terms)?;
-    let (covariance, t_freedom) = bread.influences(&reduced, at).covariance();
-    // Velocity is what both kinds are about; without it, position.
+    let information = ScaledInformation::of(dof, &reduced, problem.terms)?;
+    let (covariance, t_freedom) = information.influences(&reduced, at).covariance();
+    // The statistic is of velocity residuals, or of position residuals if only position was
+    // measured.
     let of_kind = |measured| {
         let squares: f64 = at.totals.iter().map(|sums| sums.squares[measured as usize]).sum();
         let count_of = problem.stretches.iter().map(|stretch| stretch.squares(measured).1);
-        (squares * count.std_of(measured).powi(2), count_of.sum::<usize>())
+        (squares * weights.std_of(measured).powi(2), count_of.sum::<usize>())
     };
     let measured =
         if problem.measures(Measured::Velocity) { Measured::Velocity } else { Measured::Position };
@@ -234,13 +236,13 @@ pub(super) fn into_fit(found: &Found, method: &OutputError) -> Result<Fit, Error
         method: Method::OutputError,
         terms: problem.terms,
         lumped: point.plant,
-        covariance: bread.unscaled(&covariance),
+        covariance: information.unscaled(&covariance),
         thrust_covariance: Matrix4::zeros(),
         t_freedom,
-        condition: bread.condition,
-        inflation: bread.inflation(),
+        condition: information.condition,
+        inflation: information.inflation(),
         samples: problem.samples(),
-        effective_samples: effective_samples(found),
+        effective_samples: effective_samples(solution),
         residual_rms: (squares / of_samples as f64).sqrt(),
         filters: Filters::default(),
         nuisances: Nuisances::default(),
@@ -253,11 +255,11 @@ pub(super) fn into_fit(found: &Found, method: &OutputError) -> Result<Fit, Error
     })
 }
 
-/// n σ² / (samples a batch · variance of batch means), never more than n.
-pub(super) fn effective_samples(found: &Found) -> f64 {
-    let sums = || found.optimum.at.batches.iter().flatten();
+/// Computes n σ² / (samples per batch · variance of batch means), at most n.
+pub(super) fn effective_samples(solution: &Solution) -> f64 {
+    let sums = || solution.optimum.at.batches.iter().flatten();
     let long_run: f64 = sums().map(|sums| sums.influence.powi(2)).sum();
     let squares: f64 = sums().map(|sums| sums.influence_squares).sum();
-    let n = found.problem().samples() as f64;
+    let n = solution.problem().samples() as f64;
     if long_run > 0.0 { (n * squares / long_run).min(n) } else { n }
 }

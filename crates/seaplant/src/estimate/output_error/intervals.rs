@@ -1,27 +1,27 @@
-//! How sure an optimum is: what each batch of samples contributes to it.
+//! Covariance of an optimum from the contributions of batches of samples.
 
 use nalgebra::{DMatrix, Matrix4, Vector4};
 
-use super::fit::Found;
-use super::minimise::{Evaluated, Own, Reduced};
+use super::fit::Solution;
+use super::minimise::{Evaluated, Reduced, StartElimination};
 use super::sensitivity::Sums;
 use super::stretch::Stretch;
 use crate::regression::EXCITATION_FLOOR;
 use crate::terms::Term;
 use crate::{Dof, Error, Terms};
 
-/// Batches of a record: few enough that neighbours are no more than neighbours, enough to
-/// tell a variance.
+/// Number of batches of a record: few enough that only neighbours are correlated, and enough to
+/// estimate a variance.
 const BATCHES: usize = 30;
 
-/// The time of a batch, s.
+/// Returns the duration of a batch, s.
 pub(super) fn batch_s(stretches: &[Stretch]) -> f64 {
     stretches.iter().map(Stretch::duration_s).sum::<f64>() / BATCHES as f64
 }
 
-/// The information on the fitted terms, columns of the Jacobian scaled to unit length; of
-/// terms that are not fitted, one on the diagonal.
-pub(super) struct Bread {
+/// Information on the fitted terms, with columns of the Jacobian scaled to unit length; one on the
+/// diagonal for other terms.
+pub(super) struct ScaledInformation {
     fitted: Vec<Term>,
     /// Zero for terms that are not fitted.
     scale: Vector4<f64>,
@@ -30,7 +30,7 @@ pub(super) struct Bread {
     pub(super) condition: f64,
 }
 
-impl Bread {
+impl ScaledInformation {
     pub(super) fn of(dof: Dof, reduced: &Reduced, terms: Terms) -> Result<Self, Error> {
         let fitted = terms.fitted();
         let needed = fitted.len();
@@ -58,40 +58,41 @@ impl Bread {
         Ok(Self { fitted, scale, information, inverse, condition })
     }
 
-    /// By how much each batch moves the optimum, stretch by stretch.
+    /// Computes the influence of each batch on the optimum, by section.
     ///
-    /// Where a batch is, the optimum was drawn to it: what it contributes is told by the
-    /// information of the others. `(A − A_b)⁻¹ s_b` is what leaving it out would change.
+    /// The optimum is drawn towards each batch, so that its influence is computed with the
+    /// information of the others: `(A − A_b)⁻¹ s_b` is the change if it is left out.
     pub(super) fn influences(&self, reduced: &Reduced, at: &Evaluated) -> Influences {
-        let of = |(batches, own): (&Vec<Sums>, &Own)| {
+        let of = |(batches, own): (&Vec<Sums>, &StartElimination)| {
             batches.iter().map(|sums| self.influence(own, sums)).collect()
         };
         let stretches = at.batches.iter().zip(&reduced.own).map(of).collect();
         Influences { terms: self.fitted.len(), stretches }
     }
 
-    fn influence(&self, own: &Own, sums: &Sums) -> Vector4<f64> {
+    fn influence(&self, own: &StartElimination, sums: &Sums) -> Vector4<f64> {
         let score = own.reduce(sums).component_mul(&self.scale);
         let scales = self.scale * self.scale.transpose();
         let batch = own.reduced_information(sums).component_mul(&scales);
         match (self.information - batch).cholesky() {
             Some(others) => others.solve(&score),
-            // All that is known of some term came with this batch.
+            // Without this batch some term is not determined.
             None => self.inverse * score,
         }
     }
 
-    /// A covariance of the scaled terms as that of `[α, β, μ, bias]`.
+    /// Converts a covariance of the scaled terms to one of `[α, β, μ, bias]`.
     pub(super) fn unscaled(&self, covariance: &Matrix4<f64>) -> Matrix4<f64> {
         covariance.component_mul(&(self.scale * self.scale.transpose()))
     }
 
-    /// VIF_j = (JᵀJ)⁻¹_jj times the square of column j, less its part along the bias.
+    /// Computes VIF_j = (JᵀJ)⁻¹_jj times the squared norm of column j, after removal of its
+    /// projection on the bias.
     pub(super) fn inflation(&self) -> Vec<(Term, f64)> {
         let bias = Term::Bias as usize;
         let of = |&term: &Term| {
             let j = term as usize;
-            // Without a bias its row is zero.
+            // Without a bias this row is zero.
             let along = self.information[(j, bias)].powi(2) / self.information[(bias, bias)];
             (term, (self.inverse[(j, j)] * (self.information[(j, j)] - along)).max(1.0))
         };
@@ -99,25 +100,25 @@ impl Bread {
     }
 }
 
-/// How much neighbouring batches resemble each other in what they contribute to some term.
-pub(super) fn likeness(found: &Found) -> Result<f64, Error> {
-    let at = &found.optimum.at;
+/// Returns the greatest autocorrelation of any term's influences between neighbouring batches.
+pub(super) fn autocorrelation(solution: &Solution) -> Result<f64, Error> {
+    let at = &solution.optimum.at;
     let reduced = Reduced::of(&at.totals, 0.0);
-    let bread = Bread::of(found.dof, &reduced, found.terms)?;
-    Ok(bread.influences(&reduced, at).likeness().max())
+    let information = ScaledInformation::of(solution.dof, &reduced, solution.terms)?;
+    Ok(information.influences(&reduced, at).autocorrelation().max())
 }
 
-/// What each batch of each stretch contributes to the terms.
+/// Influence of each batch on the terms, by section.
 pub(super) struct Influences {
-    /// How many terms are fitted; to the others nothing is contributed.
+    /// Number of fitted terms; the influence on others is zero.
     terms: usize,
     stretches: Vec<Vec<Vector4<f64>>>,
 }
 
-/// Batches that resemble their neighbours more than this say too little of a variance.
-const MOST_ALIKE: f64 = 0.9;
+/// Upper limit of the autocorrelation of influences: above it, a variance cannot be estimated.
+const MOST_AUTOCORRELATION: f64 = 0.9;
 
-/// Student's t of fewer degrees of freedom has no variance to speak of.
+/// Lower limit of the degrees of freedom: Student's t with fewer has no useful variance.
 pub(super) const LEAST_FREEDOM: f64 = 3.0;
 
 impl Influences {
@@ -125,12 +126,12 @@ impl Influences {
         self.stretches.iter().map(Vec::len).sum()
     }
 
-    /// How neighbouring batches are correlated in each term.
+    /// Estimates the autocorrelation of each term's influences between neighbouring batches.
     ///
-    /// A fit of p terms takes as many shapes out of the residuals, and where those are
-    /// slow its neighbours look less alike than they are: by `(p + (p + 3) r) / n` for
-    /// powers of time, of which `(1 + 4 r) / n` for a mean alone is the best known.
-    fn likeness(&self) -> Vector4<f64> {
+    /// A fit of p terms removes p components from the residuals, which reduces the autocorrelation
+    /// if they are slow: by `(p + (p + 3) r) / n` for powers of time; `(1 + 4 r) / n`, for a mean
+    /// alone, is the best known case.
+    fn autocorrelation(&self) -> Vector4<f64> {
         let (mut product, mut square) = (Vector4::zeros(), Vector4::zeros());
         for batches in &self.stretches {
             batches.windows(2).for_each(|pair| product += pair[0].component_mul(&pair[1]));
@@ -142,41 +143,43 @@ impl Influences {
                 return 0.0;
             }
             let r: f64 = product / square;
-            (r + (p + (p + 3.0) * r) / n).clamp(0.0, MOST_ALIKE)
+            (r + (p + (p + 3.0) * r) / n).clamp(0.0, MOST_AUTOCORRELATION)
         };
         product.zip_map(&square, corrected)
     }
 
-    /// Covariance of their sum, and degrees of freedom of its t quantiles.
+    /// Computes the covariance of the sum of influences, and the degrees of freedom of its t
+    /// quantiles.
     ///
-    /// Degrees of freedom are those of the term whose batches are most alike: for the
-    /// others intervals are wider than they need be. Each term's contributions are taken as `ψ_b = r ψ_(b−1) + w_b`; the covariance is
-    /// that of w, with what the sum of so correlated contributions varies more.
+    /// Degrees of freedom are those of the term with the greatest autocorrelation, so that
+    /// intervals of other terms are conservative. The influences of each term are modelled as
+    /// `ψ_b = r ψ_(b−1) + w_b`; the covariance of w is multiplied by the variance gain of a sum
+    /// with such an autocorrelation.
     pub(super) fn covariance(&self) -> (Matrix4<f64>, f64) {
-        let likeness = self.likeness();
+        let autocorrelation = self.autocorrelation();
         let n = self.batches() as f64;
         let (mut covariance, mut gain) = (Matrix4::zeros(), Vector4::zeros());
         for batches in &self.stretches {
             let mut before: Option<&Vector4<f64>> = None;
             for own in batches {
                 let new = match before {
-                    Some(before) => own - likeness.component_mul(before),
-                    None => own.component_mul(&likeness.map(|r| (1.0 - r * r).sqrt())),
+                    Some(before) => own - autocorrelation.component_mul(before),
+                    None => own.component_mul(&autocorrelation.map(|r| (1.0 - r * r).sqrt())),
                 };
                 covariance += new * new.transpose();
                 before = Some(own);
             }
-            gain += likeness.map(|r| variance_of_sum(batches.len(), r) / n);
+            gain += autocorrelation.map(|r| variance_of_sum(batches.len(), r) / n);
         }
         let gain = Matrix4::from_diagonal(&gain.map(f64::sqrt));
-        let r = likeness.max();
+        let r = autocorrelation.max();
         let freedom = n * (1.0 - r) / (1.0 + r) - self.terms as f64;
         (gain * covariance * gain, freedom.max(LEAST_FREEDOM))
     }
 }
 
-/// Variance of the sum of n numbers, each r times the one before and something new of
-/// variance one.
+/// Computes the variance of the sum of n numbers from a first-order autoregression with coefficient
+/// r and innovations of variance one.
 fn variance_of_sum(n: usize, r: f64) -> f64 {
     let pairs: f64 = (1..n).map(|k| 2.0 * (n - k) as f64 * r.powi(k as i32)).sum();
     (n as f64 + pairs) / (1.0 - r * r)
@@ -191,13 +194,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_vary_as_the_geometric_series_says() {
+    fn variance_of_a_sum_follows_the_geometric_series() {
         // Three numbers of variance 1/(1 − ¼): 3 + 2 (2 · ½ + ¼) times that.
         assert!((variance_of_sum(3, 0.5) - 5.5 / 0.75).abs() < 1e-12);
         assert_eq!(variance_of_sum(7, 0.0), 7.0);
     }
 
-    fn alike(r: f64, stretches: usize, each: usize, random: &mut ChaCha8Rng) -> Influences {
+    fn autoregressive(
+        r: f64,
+        stretches: usize,
+        each: usize,
+        random: &mut ChaCha8Rng,
+    ) -> Influences {
         let mut normal = || -> f64 { StandardNormal.sample(random) };
         let mut stretch = || {
             let mut x = normal();
@@ -212,14 +220,15 @@ mod tests {
     }
 
     #[test]
-    fn the_covariance_is_that_of_sums_of_alike_batches() {
+    fn covariance_is_that_of_sums_of_correlated_batches() {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         for (stretches, each) in [(1, 2000), (40, 50)] {
             for r in [0.0, 0.6] {
-                let influences = alike(r, stretches, each, &mut random);
+                let influences = autoregressive(r, stretches, each, &mut random);
                 let expected = stretches as f64 * (1.0 - r * r) * variance_of_sum(each, r);
                 let (covariance, freedom) = influences.covariance();
-                // A correlation of 2000 pairs is off by a fiftieth, its series by thrice that.
+                // An autocorrelation from 2000 pairs has an error of 1/50, its series three times
+                // as much.
                 let ratio = covariance[(0, 0)] / expected;
                 assert!((0.75..1.35).contains(&ratio), "{stretches} {r}: {ratio}");
                 let independent = 2000.0 * (1.0 - r) / (1.0 + r);

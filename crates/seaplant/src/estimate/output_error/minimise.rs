@@ -1,36 +1,36 @@
-//! Gauss–Newton steps, damped where they do not go downhill.
+//! Damped Gauss–Newton minimisation.
 
 use nalgebra::{Cholesky, Matrix2, Matrix4, Matrix4x2, Vector2, Vector4};
 
-use super::sensitivity::{Count, Residual, Sums, batches, residuals};
+use super::sensitivity::{Residual, Sums, Weights, batches, residuals};
 use super::stretch::{Measured, Stretch};
 use crate::{LumpedParameters, State, Term, Terms};
 
-/// The measurements, and what is asked of them.
+/// The data and the fitted terms.
 pub(super) struct Problem<'a> {
     pub(super) stretches: &'a [Stretch],
     pub(super) terms: Terms,
-    /// Time whose samples are summed into one batch, s.
+    /// Duration of a batch, s; its samples are summed.
     pub(super) batch_s: f64,
 }
 
-/// A plant, and the state that each stretch starts from.
+/// A plant, and the initial state of each section.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Point {
     pub(super) plant: LumpedParameters,
     pub(super) starts: Vec<State>,
 }
 
-/// What the measurements say at a point.
+/// Cost and derivatives at a point.
 pub(super) struct Evaluated {
-    /// The sums of each batch, stretch by stretch.
+    /// Sums of each batch, by section.
     pub(super) batches: Vec<Vec<Sums>>,
-    /// Their total, stretch by stretch.
+    /// Totals, by section.
     pub(super) totals: Vec<Sums>,
     pub(super) cost: f64,
 }
 
-/// Where a search ended.
+/// Result of a search.
 pub(super) struct Optimum {
     pub(super) point: Point,
     pub(super) at: Evaluated,
@@ -40,22 +40,22 @@ pub(super) struct Optimum {
 
 const MOST_ITERATIONS: usize = 60;
 
-/// Undamped, but for what keeps dependent columns from making infinite steps.
+/// Minimum damping, which limits the step where columns are linearly dependent.
 const LEAST_DAMPING: f64 = 1e-12;
 const FIRST_DAMPING: f64 = 1e-4;
 const MOST_DAMPING: f64 = 1e9;
 
-/// A search has converged when its step is this part of a standard deviation: the step
-/// is then made, and the next would be too small to matter, as Gauss–Newton's error
-/// shrinks many times over with each.
+/// The search has converged when its step is below this fraction of a standard deviation. That step
+/// is still made; the next would be negligible, as the error of Gauss–Newton decreases by a large
+/// factor per step.
 const CONVERGED_STD: f64 = 1e-4;
 
-/// … or when the step changes the simulation by this part of what was measured, where
-/// there is no noise.
+/// The search has also converged when the step changes the simulation by less than this fraction of
+/// the measurements, which applies to noise-free data.
 const CONVERGED_PART: f64 = 1e-12;
 
-/// A step that fails at every size still counts as converged if it promised less than
-/// this part of the cost: what is left is the rounding of thousands of terms.
+/// A search that finds no better point has converged if the expected reduction of the cost is below
+/// this fraction: the rest is rounding of thousands of terms.
 const ROUNDING_PART: f64 = 1e-10;
 
 impl Problem<'_> {
@@ -63,10 +63,10 @@ impl Problem<'_> {
         self.stretches.iter().map(|stretch| stretch.samples.len()).sum()
     }
 
-    pub(super) fn evaluate(&self, point: &Point, count: &Count) -> Evaluated {
+    pub(super) fn evaluate(&self, point: &Point, weights: &Weights) -> Evaluated {
         let of = |(stretch, &start): (&Stretch, &State)| {
             let batch = ((self.batch_s / stretch.period_s).round() as usize).max(1);
-            batches(stretch, &point.plant, start, batch, count)
+            batches(stretch, &point.plant, start, batch, weights)
         };
         let batches: Vec<Vec<Sums>> = self.stretches.iter().zip(&point.starts).map(of).collect();
         let total = |batches: &Vec<Sums>| {
@@ -80,7 +80,7 @@ impl Problem<'_> {
         Evaluated { batches, totals, cost }
     }
 
-    /// Residuals of what measures one thing, stretch by stretch.
+    /// Returns the residuals of one kind of measurement, by section.
     pub(super) fn residuals(&self, point: &Point, measured: Measured) -> Vec<Vec<Residual>> {
         let of = |(stretch, &start): (&Stretch, &State)| {
             let mut all = residuals(stretch, &point.plant, start);
@@ -94,36 +94,36 @@ impl Problem<'_> {
         self.stretches.iter().any(|stretch| stretch.measures(measured))
     }
 
-    /// Root mean square of what was measured; of position, of how far it went.
+    /// Returns the root mean square of the measurements; for position, of the displacement.
     pub(super) fn measured_rms(&self, measured: Measured) -> f64 {
         let of_kind = self.stretches.iter().map(|stretch| stretch.squares(measured));
         let (sum, count) = of_kind.fold((0.0, 0), |all, own| (all.0 + own.0, all.1 + own.1));
         (sum / count.max(1) as f64).sqrt()
     }
 
-    /// Σ of squares of what was measured, in standard deviations.
-    fn measured_squares(&self, count: &Count) -> f64 {
+    /// Returns the sum of squared measurements, in standard deviations.
+    fn measured_squares(&self, weights: &Weights) -> f64 {
         let of = |measured| {
             let squares = self.stretches.iter().map(|stretch| stretch.squares(measured).0);
-            squares.sum::<f64>() / count.std_of(measured).powi(2)
+            squares.sum::<f64>() / weights.std_of(measured).powi(2)
         };
         of(Measured::Velocity) + of(Measured::Position)
     }
 
     /// Minimises the cost from a point.
-    pub(super) fn minimise(&self, start: Point, count: &Count) -> Optimum {
-        let (mut point, mut at) = (start.clone(), self.evaluate(&start, count));
-        let floor = CONVERGED_PART.powi(2) * self.measured_squares(count);
+    pub(super) fn minimise(&self, start: Point, weights: &Weights) -> Optimum {
+        let (mut point, mut at) = (start.clone(), self.evaluate(&start, weights));
+        let floor = CONVERGED_PART.powi(2) * self.measured_squares(weights);
         let samples = self.samples() as f64;
         let mut damping = LEAST_DAMPING;
         let mut iterations = 0;
         while iterations < MOST_ITERATIONS && at.cost.is_finite() {
             iterations += 1;
             let step = self.step(&at, LEAST_DAMPING);
-            let promise = step.as_ref().map_or(f64::INFINITY, |step| step.promise);
+            let reduction = step.as_ref().map_or(f64::INFINITY, |step| step.reduction);
             let variance = 2.0 * at.cost / samples;
             if let Some(step) = &step
-                && promise <= (CONVERGED_STD.powi(2) * variance).max(floor)
+                && reduction <= (CONVERGED_STD.powi(2) * variance).max(floor)
             {
                 let point = point.moved(step);
                 return Optimum { point, at, converged: true, iterations };
@@ -131,7 +131,7 @@ impl Problem<'_> {
             let mut accepted = None;
             while accepted.is_none() && damping < MOST_DAMPING {
                 let next = self.step(&at, damping).map(|step| point.moved(&step));
-                let next = next.map(|next| (self.evaluate(&next, count), next));
+                let next = next.map(|next| (self.evaluate(&next, weights), next));
                 accepted = next.filter(|(there, _)| there.cost < at.cost);
                 damping = match accepted {
                     Some(_) => (0.1 * damping).max(LEAST_DAMPING),
@@ -139,7 +139,7 @@ impl Problem<'_> {
                 };
             }
             let Some(next) = accepted else {
-                let converged = promise <= ROUNDING_PART * at.cost;
+                let converged = reduction <= ROUNDING_PART * at.cost;
                 return Optimum { point, at, converged, iterations };
             };
             (at, point) = next;
@@ -147,7 +147,7 @@ impl Problem<'_> {
         Optimum { point, at, converged: false, iterations }
     }
 
-    /// The step to where the cost would be least if it were a parabola.
+    /// Computes the damped Gauss–Newton step.
     fn step(&self, at: &Evaluated, damping: f64) -> Option<Step> {
         let mut plant = Reduced::of(&at.totals, damping);
         plant.keep(self.terms);
@@ -156,19 +156,19 @@ impl Problem<'_> {
         let score = plant.score.component_mul(&scale);
         let change = Cholesky::new(scaled)?.solve(&score).component_mul(&scale);
         let starts = plant.own.iter().map(|own| own.change(&change)).collect();
-        let mut step = Step { plant: change, starts, promise: 0.0 };
-        step.promise = step.along(&at.totals);
-        step.promise.is_finite().then_some(step)
+        let mut step = Step { plant: change, starts, reduction: 0.0 };
+        step.reduction = step.along(&at.totals);
+        step.reduction.is_finite().then_some(step)
     }
 }
 
 /// A change of plant and initial states.
 struct Step {
     plant: Vector4<f64>,
-    /// Of velocity and position at the start of each stretch.
+    /// Changes of velocity and position at the start of each section.
     starts: Vec<Vector2<f64>>,
-    /// By how much it would lower the cost, twice.
-    promise: f64,
+    /// Twice the expected reduction of the cost.
+    reduction: f64,
 }
 
 impl Step {
@@ -181,7 +181,7 @@ impl Step {
     }
 }
 
-/// A mass changes at most by this factor in one step, so that it stays one.
+/// Maximum factor by which α changes in one step, which keeps its sign.
 const MASS_FACTOR: f64 = 4.0;
 
 impl Point {
@@ -197,35 +197,35 @@ impl Point {
     }
 }
 
-/// The information on the plant that is left once every stretch has the initial state
-/// that suits it.
+/// Information and score of the plant after elimination of the initial states.
 pub(super) struct Reduced {
     pub(super) information: Matrix4<f64>,
     pub(super) score: Vector4<f64>,
-    /// Brings the information, initial states aside, to a unit diagonal.
+    /// Factors that scale the information, before elimination of the initial states, to a unit
+    /// diagonal.
     pub(super) scale: Vector4<f64>,
-    pub(super) own: Vec<Own>,
+    pub(super) own: Vec<StartElimination>,
 }
 
-/// One stretch's initial state beside the plant.
-pub(super) struct Own {
-    /// The initial state that its score asks for.
+/// Elimination of one section's initial state.
+pub(super) struct StartElimination {
+    /// Change of the initial state at a constant plant.
     alone: Vector2<f64>,
-    /// What a change of the plant takes from it: C⁻¹ Bᵀ, transposed.
+    /// C⁻¹ Bᵀ, transposed: minus the change of the initial state per change of the plant.
     by_plant: Matrix4x2<f64>,
 }
 
-impl Own {
+impl StartElimination {
     fn change(&self, plant: &Vector4<f64>) -> Vector2<f64> {
         self.alone - self.by_plant.transpose() * plant
     }
 
-    /// A score on the plant without what the initial state can answer.
+    /// Returns the score of the plant after elimination of the initial state.
     pub(super) fn reduce(&self, sums: &Sums) -> Vector4<f64> {
         sums.score.fixed_rows::<4>(0) - self.by_plant * sums.score.fixed_rows::<2>(4)
     }
 
-    /// The information on the plant likewise.
+    /// Returns the information on the plant after elimination of the initial state.
     pub(super) fn reduced_information(&self, sums: &Sums) -> Matrix4<f64> {
         let shared = sums.information.fixed_view::<4, 4>(0, 0);
         let cross = sums.information.fixed_view::<4, 2>(0, 4);
@@ -246,14 +246,16 @@ impl Reduced {
             let mut start: Matrix2<f64> = sums.information.fixed_view::<2, 2>(4, 4).into();
             for j in 0..2 {
                 start[(j, j)] *= 1.0 + damping;
-                // Velocity says nothing of the position that it started from.
+                // Velocity carries no information on the initial position.
                 if start[(j, j)] <= 0.0 {
                     start[(j, j)] = 1.0;
                 }
             }
             let inverse = start.try_inverse().unwrap_or_else(Matrix2::zeros);
-            let of_stretch =
-                Own { alone: inverse * sums.score.fixed_rows::<2>(4), by_plant: cross * inverse };
+            let of_stretch = StartElimination {
+                alone: inverse * sums.score.fixed_rows::<2>(4),
+                by_plant: cross * inverse,
+            };
             information += shared - of_stretch.by_plant * cross.transpose();
             score += of_stretch.reduce(sums);
             diagonal += shared.diagonal();
@@ -264,7 +266,7 @@ impl Reduced {
         Self { information, score, scale, own }
     }
 
-    /// Holds the terms that are not fitted where they are.
+    /// Excludes the terms that are not fitted.
     fn keep(&mut self, terms: Terms) {
         for term in Term::ALL.into_iter().filter(|term| !terms.has(*term)) {
             let j = term as usize;

@@ -1,34 +1,34 @@
-//! A stretch simulated, with the derivatives of its motion, in one pass.
+//! Simulation of a section with the derivatives of its motion, in one pass.
 
 use nalgebra::{SMatrix, SVector};
 
-use super::drift::Drift;
+use super::drift::WalkFilter;
 use super::stretch::{Measured, Sample, Step, Stretch};
 use crate::{LumpedParameters, State};
 
-/// `[α, β, μ, bias]`, then velocity and position at the start of a stretch.
+/// Number of unknowns: `[α, β, μ, bias]`, then velocity and position at the start of a section.
 pub(super) const UNKNOWNS: usize = 6;
-/// As many of them move velocity.
+/// Number of unknowns on which velocity depends.
 const OF_VELOCITY: usize = 5;
 
-/// How a residual, in standard deviations, counts.
+/// Loss ρ of a residual r, in standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Weighing {
     /// ρ = ½ r².
     Squares,
-    /// ρ = ½ r² up to a limit, a straight line beyond. The information has weights ψ(r)/r,
-    /// under which every step goes downhill.
+    /// ρ = ½ r² up to a limit, linear beyond. The information has weights ψ(r)/r, with which every
+    /// step is a descent direction.
     Huber(f64),
-    /// The same with weights ψ'(r), which are the curvature of the cost.
+    /// The same loss with weights ψ'(r), which give the second derivative of the cost.
     HuberCurvature(f64),
 }
 
-/// What some samples say.
+/// Sums over some samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sums {
-    /// Σ w JᵀJ, upper triangle and lower.
+    /// Σ w JᵀJ, both triangles.
     pub(super) information: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
-    /// Σ Jᵀψ: downhill.
+    /// Σ Jᵀψ, the negative gradient.
     pub(super) score: SVector<f64, UNKNOWNS>,
     /// Σ ρ.
     pub(super) cost: f64,
@@ -38,7 +38,7 @@ pub(super) struct Sums {
     pub(super) influence_squares: f64,
     /// Σ r², of velocity and of position.
     pub(super) squares: [f64; 2],
-    /// How many samples.
+    /// Number of samples.
     pub(super) samples: usize,
 }
 
@@ -55,46 +55,46 @@ impl Sums {
     }
 }
 
-/// How residuals count.
+/// Noise and loss of the residuals.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Count {
+pub(super) struct Weights {
     pub(super) weighing: Weighing,
     /// Standard deviations of a sample of velocity and of position.
     pub(super) std: [f64; 2],
-    /// How position drifts beside that: [`Drift`].
+    /// Variance per second of the random walk in position: [`WalkFilter`].
     pub(super) drift: f64,
 }
 
-/// Noise has settled when it changes by less than this part: what it moves the plant by
-/// is a part of that part of a standard deviation.
+/// The noise has converged when it changes by less than this fraction: the effect on the plant is
+/// that fraction of a fraction of a standard deviation.
 const SETTLED: f64 = 1e-4;
 
-/// … and a drift, which shows in the cost by the square of its error, by less than this.
+/// The same for the random walk, whose error affects the cost in second order.
 const DRIFT_SETTLED: f64 = 1e-2;
 
-impl Count {
+impl Weights {
     pub(super) fn std_of(&self, measured: Measured) -> f64 {
         self.std[measured as usize]
     }
 
-    /// Whether it would lead to the same optimum as another.
-    pub(super) fn is_like(&self, other: &Self) -> bool {
+    /// Returns true if the difference from another has a negligible effect on the optimum.
+    pub(super) fn is_near(&self, other: &Self) -> bool {
         let near = |a: f64, b: f64, part: f64| (a - b).abs() <= part * a.abs();
         let stds = self.std.iter().zip(other.std).all(|(&a, b)| near(a, b, SETTLED));
         stds && near(self.drift, other.drift, DRIFT_SETTLED) && self.weighing == other.weighing
     }
 }
 
-/// Simulates a stretch and adds up what its samples say, batch by batch.
+/// Simulates a section and sums over its samples, batch by batch.
 pub(super) fn batches(
     stretch: &Stretch,
     plant: &LumpedParameters,
     start: State,
     batch: usize,
-    count: &Count,
+    weights: &Weights,
 ) -> Vec<Sums> {
-    let all = Pass { stretch, plant, start, batch, count };
-    match (stretch.has_position, count.weighing) {
+    let all = Pass { stretch, plant, start, batch, weights };
+    match (stretch.has_position, weights.weighing) {
         (false, Weighing::Squares) => all.run::<5, false>(squares),
         (true, Weighing::Squares) => all.run::<6, true>(squares),
         (false, Weighing::Huber(limit)) => all.run::<5, false>(huber(limit)),
@@ -104,22 +104,22 @@ pub(super) fn batches(
     }
 }
 
-/// Measured less simulated, of one sample.
+/// Measurement minus simulation of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Residual {
     pub(super) measured: Measured,
-    /// Since the start of its stretch.
+    /// Time since the start of the section, s.
     pub(super) at_s: f64,
     pub(super) value: f64,
 }
 
-/// The residual of each sample.
+/// Returns the residual of each sample.
 pub(super) fn residuals(
     stretch: &Stretch,
     plant: &LumpedParameters,
     start: State,
 ) -> Vec<Residual> {
-    let mut moving = Moving::from(start);
+    let mut moving = SimulatedMotion::from(start);
     let mut at_s = 0.0;
     let mut steps = stretch.steps.iter();
     let residual = |sample: &Sample| {
@@ -166,7 +166,7 @@ struct Pass<'a> {
     plant: &'a LumpedParameters,
     start: State,
     batch: usize,
-    count: &'a Count,
+    weights: &'a Weights,
 }
 
 impl Pass<'_> {
@@ -175,14 +175,14 @@ impl Pass<'_> {
         weigh: impl Fn(f64) -> Weighed,
     ) -> Vec<Sums> {
         let Stretch { samples, steps, .. } = self.stretch;
-        let [per_velocity, per_position] = self.count.std.map(|std| 1.0 / std);
-        // Rows of one kind are brought to standard deviations once, when they are summed.
+        let [per_velocity, per_position] = self.weights.std.map(|std| 1.0 / std);
+        // Rows of a single kind are divided by the standard deviation once, after summation.
         let (now_per, then_per) = if POSITION { (per_velocity, 1.0) } else { (1.0, per_velocity) };
-        let mut moving = Moving::from(self.start);
-        let mut drift = Drift::<N>::new(self.count.drift);
+        let mut moving = SimulatedMotion::from(self.start);
+        let mut drift = WalkFilter::<N>::new(self.weights.drift);
         let mut steps = steps.as_slice();
         let of_batch = |samples: &[Sample]| {
-            let mut sums = Tight::<N>::default();
+            let mut sums = CompactSums::<N>::default();
             for sample in samples {
                 let (now, later) = steps.split_at(sample.steps as usize);
                 now.iter().for_each(|step| moving.advance::<POSITION>(self.plant, step));
@@ -206,8 +206,8 @@ impl Pass<'_> {
     }
 }
 
-/// [`Sums`] of as many unknowns as a sample depends on, for the inner loop.
-struct Tight<const N: usize> {
+/// [`Sums`] over only as many unknowns as a sample depends on, for the inner loop.
+struct CompactSums<const N: usize> {
     information: [[f64; N]; N],
     score: [f64; N],
     cost: f64,
@@ -217,7 +217,7 @@ struct Tight<const N: usize> {
     position_squares: f64,
 }
 
-impl<const N: usize> Default for Tight<N> {
+impl<const N: usize> Default for CompactSums<N> {
     fn default() -> Self {
         let (information, score) = ([[0.0; N]; N], [0.0; N]);
         let (cost, influence, influence_squares) = (0.0, 0.0, 0.0);
@@ -234,7 +234,7 @@ impl<const N: usize> Default for Tight<N> {
     }
 }
 
-impl<const N: usize> Tight<N> {
+impl<const N: usize> CompactSums<N> {
     #[expect(clippy::needless_range_loop, reason = "a tenth quicker than iterators")]
     #[inline(always)]
     fn add(&mut self, measured: Measured, r: f64, row: &[f64; N], weigh: impl Fn(f64) -> Weighed) {
@@ -255,7 +255,7 @@ impl<const N: usize> Tight<N> {
         }
     }
 
-    /// Rows are yet to be multiplied by a factor.
+    /// Converts to [`Sums`]; rows are multiplied by `factor`.
     fn into_sums(self, factor: f64, samples: usize) -> Sums {
         let at = |i: usize, j: usize| self.information[i.min(j)][i.max(j)];
         Sums {
@@ -273,16 +273,16 @@ impl<const N: usize> Tight<N> {
     }
 }
 
-/// A simulated motion and its derivatives by `[α, β, μ, bias, v₀]`; that of position by
-/// its start is one.
-struct Moving {
+/// Simulated motion and its derivatives by `[α, β, μ, bias, v₀]`; the derivative of position by the
+/// initial position is one.
+struct SimulatedMotion {
     velocity: f64,
     position: f64,
     velocity_by: [f64; OF_VELOCITY],
     position_by: [f64; OF_VELOCITY],
 }
 
-impl From<State> for Moving {
+impl From<State> for SimulatedMotion {
     fn from(start: State) -> Self {
         Self {
             velocity: start.velocity,
@@ -293,13 +293,13 @@ impl From<State> for Moving {
     }
 }
 
-impl Moving {
-    /// One classical Runge–Kutta step of motion and derivatives.
+impl SimulatedMotion {
+    /// Advances motion and derivatives by one classical Runge–Kutta step.
     ///
     /// Stage i, at velocity `vᵢ`, adds `κᵢ = h v̇(vᵢ)`. One step takes velocity v to
-    /// `v + (κ₁ + 2κ₂ + 2κ₃ + κ₄)/6`, so that a change of `κᵢ` changes its end by the
-    /// weight `wᵢ` below, whatever made it: the step's derivative by a parameter is
-    /// `Σ wᵢ ∂κᵢ`, which is what RK4 makes of `ṡ = (2β|v| + μ) s + f` too.
+    /// `v + (κ₁ + 2κ₂ + 2κ₃ + κ₄)/6`, so that a change of `κᵢ`, whatever its cause, changes the
+    /// result by the weight `wᵢ` below. The derivative of a step by a parameter is therefore
+    /// `Σ wᵢ ∂κᵢ`, equal to RK4 of `ṡ = (2β|v| + μ) s + f`.
     #[expect(clippy::needless_range_loop, reason = "a tenth quicker than iterators")]
     #[inline(always)]
     fn advance<const POSITION: bool>(&mut self, plant: &LumpedParameters, step: &Step) {
@@ -308,7 +308,7 @@ impl Moving {
         let (beta, mu) = (h * plant.beta, h * plant.mu);
         let (half_constant, half_beta, half_mu) = (0.5 * constant, 0.5 * beta, 0.5 * mu);
 
-        // Each stage waits for the one before: as few operations as can be lie between.
+        // Each stage depends on the previous one: the number of operations in between is minimal.
         let v1 = self.velocity;
         let s1 = v1.abs() * v1;
         let half = v1 + half_constant;
@@ -361,14 +361,14 @@ impl Moving {
         }
     }
 
-    /// The derivatives of velocity, times a factor.
+    /// Returns the derivatives of velocity, times a factor.
     #[inline(always)]
     fn velocity_row<const N: usize>(&self, factor: f64) -> [f64; N] {
         let of = |j| if j < OF_VELOCITY { factor * self.velocity_by[j] } else { 0.0 };
         std::array::from_fn(of)
     }
 
-    /// The derivatives of position, times a factor.
+    /// Returns the derivatives of position, times a factor.
     #[inline(always)]
     fn position_row<const N: usize>(&self, factor: f64) -> [f64; N] {
         let of = |j| if j < OF_VELOCITY { factor * self.position_by[j] } else { factor };
@@ -384,7 +384,7 @@ mod tests {
         LumpedParameters { alpha: 8e-5, beta: -0.2, mu: -0.03, bias: 0.015 };
     const START: State = State { position: 2.0, velocity: -0.4 };
 
-    /// Uneven samples of which some have no step of their own, some three.
+    /// Returns uneven samples, some without a step of their own and some with three.
     fn stretch(measured: &[Measured]) -> Stretch {
         let sample = |k: usize| Sample {
             measured: measured[k % measured.len()],
@@ -408,8 +408,8 @@ mod tests {
         &[Measured::Velocity, Measured::Velocity, Measured::Position],
     ];
 
-    fn counted(weighing: Weighing, drift: f64) -> Count {
-        Count { weighing, std: [0.5, 0.4], drift }
+    fn counted(weighing: Weighing, drift: f64) -> Weights {
+        Weights { weighing, std: [0.5, 0.4], drift }
     }
 
     fn moved(j: usize, by: f64) -> (LumpedParameters, State) {
@@ -423,14 +423,14 @@ mod tests {
         (LumpedParameters::from_vector(&plant), start)
     }
 
-    /// Steps of central differences: small beside what each unknown is.
+    /// Steps of central differences, small relative to each unknown.
     const STEPS: [f64; UNKNOWNS] = [1e-9, 1e-5, 1e-6, 1e-6, 1e-5, 1e-5];
 
-    /// Relative: the error of central differences with those steps.
+    /// Relative error of central differences with those steps.
     const DIFFERENCES: f64 = 1e-7;
 
     #[test]
-    fn sensitivities_are_the_slopes_of_the_simulation() {
+    fn sensitivities_match_central_differences() {
         for kinds in KINDS {
             let stretch = stretch(kinds);
             let residuals = |j, by| {
@@ -472,15 +472,15 @@ mod tests {
     }
 
     #[test]
-    fn the_score_is_the_slope_of_the_cost() {
+    fn score_is_the_negative_gradient_of_the_cost() {
         for kinds in KINDS {
             for (weighing, drift) in
                 [(Weighing::Squares, 0.0), (Weighing::Huber(0.3), 0.0), (Weighing::Squares, 0.7)]
             {
-                let (stretch, count) = (stretch(kinds), counted(weighing, drift));
+                let (stretch, weights) = (stretch(kinds), counted(weighing, drift));
                 let at = |j, by| {
                     let (plant, start) = moved(j, by);
-                    batches(&stretch, &plant, start, 1000, &count)[0]
+                    batches(&stretch, &plant, start, 1000, &weights)[0]
                 };
                 let score = at(0, 0.0).score;
                 for (j, step) in STEPS.into_iter().enumerate() {

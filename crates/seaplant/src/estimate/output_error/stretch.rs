@@ -1,60 +1,61 @@
-//! Stretches of record that can be followed from one state, cut into integration steps.
+//! Sections of a record that can be simulated from one initial state, divided into integration
+//! steps.
 
 use crate::navigation::Motion;
 use crate::series::ROUNDING_S;
 use crate::trial::starting_velocity;
 use crate::{AxisRecord, Error, State, Timed};
 
-/// The longest step of the integration, s: drag changes a vehicle's speed over seconds.
+/// Maximum integration step, s: drag changes a vehicle's speed over seconds.
 const LONGEST_STEP_S: f64 = 0.1;
 
-/// What a stretch measures.
+/// Kind of measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Measured {
-    /// m/s or rad/s.
+    /// Velocity, m/s or rad/s.
     Velocity,
-    /// m or rad.
+    /// Position, m or rad.
     Position,
 }
 
-/// A span of constant force.
+/// A time span of constant force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Step {
-    /// Its length, s.
+    /// Length, s.
     pub(super) span_s: f64,
-    /// N or N m.
+    /// Force, N or N m.
     pub(super) tau: f64,
 }
 
 /// A measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
-    /// Of what.
+    /// Kind of measurement.
     pub(super) measured: Measured,
-    /// Steps that lead to it from the one before; 16 bytes a sample are quicker to read
-    /// than 24.
+    /// Number of steps since the previous sample; with 16 bytes a sample is faster to read than
+    /// with 24.
     pub(super) steps: u32,
-    /// What it reads.
+    /// Measured value.
     pub(super) value: f64,
 }
 
-/// A stretch of record with an initial state of its own.
+/// A section of a record with its own initial state.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stretch {
-    /// Whether positions are among its samples.
+    /// True if its samples include positions.
     pub(super) has_position: bool,
-    /// A first idea of its initial state.
+    /// First estimate of the initial state.
     pub(super) start: State,
-    /// All steps, in order.
+    /// All steps, in order of time.
     pub(super) steps: Vec<Step>,
-    /// All samples, in order; no step leads to the first.
+    /// All samples, in order of time; no step precedes the first.
     pub(super) samples: Vec<Sample>,
-    /// Time that one sample stands for, s.
+    /// Time per sample, s.
     pub(super) period_s: f64,
 }
 
 impl Stretch {
-    /// The stretches of a record that say more than their own initial state.
+    /// Returns the sections of a record with more samples than their initial state explains.
     ///
     /// # Errors
     /// [`Error::TooShort`] for a single position.
@@ -102,7 +103,7 @@ impl Stretch {
         stretch
     }
 
-    /// Adds equal steps under one force.
+    /// Adds equal steps at constant force.
     fn hold(&mut self, tau: f64, span_s: f64) {
         let count = ((span_s - ROUNDING_S) / LONGEST_STEP_S).ceil().max(1.0);
         let step = Step { span_s: span_s / count, tau };
@@ -116,8 +117,8 @@ impl Stretch {
         }
     }
 
-    /// How many samples of one kind there are, and Σ of their squares; of position, of how
-    /// far it went.
+    /// Returns Σ of the squared samples of one kind and their number; for position, of the
+    /// displacement.
     pub(super) fn squares(&self, measured: Measured) -> (f64, usize) {
         let rest = match measured {
             Measured::Velocity => 0.0,
@@ -133,18 +134,18 @@ impl Stretch {
     }
 }
 
-/// Position and velocity at the start explain this many samples whatever the plant.
+/// Number of samples that an initial state explains for any plant.
 const LEAST_SAMPLES: usize = 2;
 
-/// What was measured of one stretch, each kind at its own times.
+/// Measurements of one section, each kind at its own times.
 struct Readings {
     velocity: Option<Timed>,
     position: Option<Timed>,
 }
 
 impl Readings {
-    /// Position joins velocity where both were measured; a velocity that is the derivative
-    /// of position would say the same twice.
+    /// Uses position in addition to velocity where both were measured, but not together with a
+    /// velocity differentiated from it.
     fn of(axis: &AxisRecord, motion: Timed) -> Self {
         match axis.motion {
             Motion::Position(_) => Self { velocity: None, position: Some(motion) },
@@ -170,12 +171,12 @@ impl Readings {
         self.all().map(Timed::first_s).fold(f64::INFINITY, f64::min)
     }
 
-    /// Time that one sample stands for, s.
+    /// Returns the time per sample, s.
     fn period_s(&self) -> f64 {
         1.0 / self.all().map(|series| 1.0 / series.period_s()).sum::<f64>()
     }
 
-    /// Every sample with what it is of and its time, in order of time.
+    /// Returns kind, time and value of each sample, in order of time.
     fn in_order(&self) -> impl Iterator<Item = (Measured, f64, f64)> {
         let mut velocity = samples(Measured::Velocity, self.velocity.as_ref()).peekable();
         let mut position = samples(Measured::Position, self.position.as_ref()).peekable();

@@ -1,4 +1,4 @@
-//! The misfit of the equation of motion as an acceleration.
+//! Least squares on the equation of motion solved for accelerations.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,19 +6,19 @@ use super::{Rows, Solved, rms};
 use crate::estimate::descend::Parabola;
 use crate::plant::{Basis, Parameterisation, Physical, Structure};
 
-/// Steps after which a descent is good enough to begin with.
+/// Maximum number of steps: sufficient for a start.
 const MOST_STEPS: usize = 40;
 
-/// A step that gains less than this part of the cost is the last.
+/// The descent stops when a step reduces the cost by less than this fraction.
 const NO_GAIN: f64 = 1e-6;
 
-/// Damping of Gauss–Newton steps: its start, how it changes, where it gives up.
+/// Damping of Gauss–Newton steps: initial value, factor, limit.
 const DAMPING: f64 = 1e-3;
 const DAMPING_FACTOR: f64 = 8.0;
 const MOST_DAMPING: f64 = 1e8;
 
-/// Goes from coefficients to those of least `Σ ‖W M⁻¹ (Y θ − τ)‖²`, W being one over the misfit of
-/// each axis; none if M has no inverse on the way.
+/// Minimises `Σ ‖W M⁻¹ (Y θ − τ)‖²` from given coefficients, where W holds the inverse residual of
+/// each axis; `None` if M is singular at some step.
 pub(super) fn descent(
     structure: &Structure,
     physical: &Physical,
@@ -64,7 +64,7 @@ impl Problem<'_> {
         })
     }
 
-    /// `M⁻¹ (Y θ − τ)`, shape (axes, windows), and M⁻¹.
+    /// Computes `M⁻¹ (Y θ − τ)`, shape (axes, windows), and M⁻¹.
     fn misfit(&self, free: &DVector<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
         let coefficients = self.physical.coefficients(free);
         let inverse = self.mass(&coefficients).try_inverse()?;
@@ -75,7 +75,7 @@ impl Problem<'_> {
         misfit.iter().all(|e| e.is_finite()).then_some((misfit, inverse))
     }
 
-    /// One over the misfit of each axis.
+    /// Returns the inverse root mean square residual of each axis.
     fn weights(&self, free: &DVector<f64>) -> Option<Vec<f64>> {
         let (misfit, _) = self.misfit(free)?;
         Some(misfit.row_iter().map(|row| 1.0 / rms(row.iter()).max(f64::MIN_POSITIVE)).collect())
@@ -87,7 +87,7 @@ impl Problem<'_> {
         rows.map(|(row, w)| 0.5 * w * w * row.norm_squared()).sum()
     }
 
-    /// Slope and Gauss–Newton matrix by the free numbers, and the cost.
+    /// Computes gradient and Gauss–Newton matrix by the free parameters, and the cost.
     fn slope(
         &self,
         free: &DVector<f64>,
@@ -124,7 +124,8 @@ impl Problem<'_> {
         Some((gradient, hessian, cost))
     }
 
-    /// A step that gains, and the cost there; none if no step does.
+    /// Finds a step that reduces the cost; returns the new parameters and their cost, `None` if
+    /// there is none.
     fn step(
         &self,
         free: &DVector<f64>,

@@ -1,17 +1,17 @@
-//! How mean and covariance change with the numbers of the noise.
+//! Derivatives of mean and covariance by the noise parameters.
 
 use nalgebra::{SVector, Vector3};
 
 use super::navigation::{Crossed, FadeChange, InstrumentNoise};
-use super::noise::{Impulse, Noise, push_by};
-use super::state::{Covariance, Seen, State, Transition};
-use super::{Pass, add_of_down};
+use super::noise::{Impulse, Noise, impulse_by_correlation};
+use super::state::{Covariance, Observation, State, Transition};
+use super::{Pass, add_down_covariance};
 use crate::motion::{times, with_down};
 use crate::series::ROUNDING_S;
 
 impl<const N: usize, const M: usize> Pass<'_, N, M> {
-    /// What one axis's disturbance adds to the covariance over a step.
-    pub(super) fn process_of(&self, axis: usize, h: f64) -> Covariance<N, M> {
+    /// Computes the process noise covariance of one axis's disturbance over a step of `h` seconds.
+    pub(super) fn axis_process(&self, axis: usize, h: f64) -> Covariance<N, M> {
         let (sigma, t) = (self.noise.disturbance[axis], self.noise.correlation_s[axis]);
         self.spread(axis, &Impulse::over(h, sigma, t))
     }
@@ -19,25 +19,26 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     pub(super) fn spread(&self, axis: usize, impulse: &Impulse) -> Covariance<N, M> {
         let of_velocity = self.plant.inverse().column(axis).into_owned();
         let column: SVector<f64, M> = with_down(&of_velocity, Vector3::zeros);
-        let mut added = self.no_covariance();
+        let mut added = self.zero_covariance();
         added.xx = column * column.transpose() * impulse.variance;
         added.xf.set_column(axis, &(column * impulse.with_force));
         added.ff[(axis, axis)] = impulse.of_force;
         added
     }
 
-    /// What all disturbances add to the covariance over a step.
+    /// Computes the process noise covariance of all disturbances over a step.
     pub(super) fn process(&self, h: f64) -> Covariance<N, M> {
-        let mut sum = self.no_covariance();
-        (0..N).for_each(|axis| sum.add(&self.process_of(axis, h), 1.0));
-        self.process_of_navigation(h, &mut sum);
+        let mut sum = self.zero_covariance();
+        (0..N).for_each(|axis| sum.add(&self.axis_process(axis, h), 1.0));
+        self.add_navigation_process(h, &mut sum);
         sum
     }
 
-    /// How the k-th logarithm of the noise changes a step.
+    /// Computes the derivative of a filter step by the k-th logarithm of the noise.
     pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N, M> {
         let axis = k % N;
-        let mut change = Change { process: self.no_covariance(), fade: None, of_navigation: None };
+        let mut change =
+            Change { process: self.zero_covariance(), fade: None, navigation_fade: None };
         if let Some(of_drift) = k.checked_sub(self.noise.first_of_drift()) {
             let drift = self.noise.of_water();
             let by = match of_drift {
@@ -46,7 +47,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                     let rho = drift.fade(h);
                     let by = rho * h / drift.correlation_s;
                     let states = [Some(0), Some(1), None];
-                    change.of_navigation = Some(FadeChange { states, by });
+                    change.navigation_fade = Some(FadeChange { states, by });
                     -2.0 * drift.std_m_s.powi(2) * rho * by
                 }
             };
@@ -55,74 +56,78 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         }
         if let Some(place) = k.checked_sub(Noise::<N, M>::INSTRUMENTS) {
             if let Some(number) = self.noise.instruments.needed().nth(place) {
-                change.of_navigation =
-                    self.process_change_of_instruments(number, h, &mut change.process);
+                change.navigation_fade =
+                    self.set_sensor_process_change(number, h, &mut change.process);
             }
             return change;
         }
         match k / N {
-            0 => change.process.add(&self.process_of(axis, h), 2.0),
+            0 => change.process.add(&self.axis_process(axis, h), 2.0),
             1 => {
                 let (sigma, t) = (self.noise.disturbance[axis], self.noise.correlation_s[axis]);
                 let fade_by = self.fade(h)[axis] * h / t;
                 change.process = self.spread(axis, &Impulse::by_correlation(h, sigma, t));
-                change.fade = Some(Fade { axis, by: fade_by, push: push_by(h / t) });
+                change.fade = Some(Fade { axis, by: fade_by, push: impulse_by_correlation(h / t) });
             }
             _ => {}
         }
         change
     }
 
-    pub(super) fn noise_followers(&self) -> Vec<Follower<N, M>> {
-        let none = Follower {
+    pub(super) fn noise_sensitivities(&self) -> Vec<NoiseSensitivity<N, M>> {
+        let none = NoiseSensitivity {
             mean: State::zeros(self.schedule.layout.count),
-            covariance: self.no_covariance(),
+            covariance: self.zero_covariance(),
         };
-        let mut followers = vec![none; self.noise.count()];
+        let mut sensitivities = vec![none; self.noise.count()];
         if let Some(drift) = self.noise.drift {
             let by = 2.0 * drift.std_m_s.powi(2);
             let first = self.noise.first_of_drift();
-            followers[first].covariance.of_first_water(&self.first_water(), by);
+            sensitivities[first].covariance.add_initial_current(&self.initial_current_map(), by);
         }
         for axis in 0..N {
-            followers[axis].covariance.ff[(axis, axis)] =
+            sensitivities[axis].covariance.ff[(axis, axis)] =
                 2.0 * self.noise.disturbance[axis].powi(2);
             if self.is_measured(axis) {
-                followers[2 * N + axis].covariance.xx = self.first_of_velocity(axis) * 2.0;
+                sensitivities[2 * N + axis].covariance.xx =
+                    self.initial_velocity_covariance(axis) * 2.0;
             }
         }
         if M > N {
-            let of_down = self.first_of_down() * (2.0 * self.noise.attitude.powi(2));
-            add_of_down(&mut followers[Noise::<N, M>::ATTITUDE].covariance.xx, &of_down);
+            let of_down = self.initial_down_covariance() * (2.0 * self.noise.attitude.powi(2));
+            add_down_covariance(
+                &mut sensitivities[Noise::<N, M>::ATTITUDE].covariance.xx,
+                &of_down,
+            );
         }
         let instruments = &self.noise.instruments;
         if instruments.active[InstrumentNoise::OFFSET] {
             let place = Noise::<N, M>::INSTRUMENTS + instruments.place(InstrumentNoise::OFFSET);
             let by = 2.0 * instruments.numbers[InstrumentNoise::OFFSET].powi(2);
             let offsets = self.schedule.layout.offset.into_iter().flatten();
-            offsets.for_each(|state| followers[place].covariance.oo[(state, state)] = by);
+            offsets.for_each(|state| sensitivities[place].covariance.oo[(state, state)] = by);
         }
-        followers
+        sensitivities
     }
 }
 
-/// What belongs to a step of a length, for the lengths that were met last.
-pub(super) struct Steps<T>(Vec<(f64, T)>);
+/// Cache of values that depend on the step length only.
+pub(super) struct StepCache<T>(Vec<(f64, T)>);
 
-impl<T> Default for Steps<T> {
+impl<T> Default for StepCache<T> {
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
-impl<T> Steps<T> {
-    /// Steps of so many lengths are kept: instruments of different rates make few.
+impl<T> StepCache<T> {
+    /// Maximum number of step lengths kept: sensors of different rates produce few.
     const MOST: usize = 8;
 
-    pub(super) fn of(&mut self, length_s: f64, make: impl FnOnce(f64) -> T) -> &T {
+    pub(super) fn get(&mut self, length_s: f64, make: impl FnOnce(f64) -> T) -> &T {
         let Self(met) = self;
-        let is_it = |(known_s, _): &(f64, T)| (known_s - length_s).abs() < ROUNDING_S;
-        let at = met.iter().position(is_it).unwrap_or_else(|| {
+        let is_known = |(known_s, _): &(f64, T)| (known_s - length_s).abs() < ROUNDING_S;
+        let at = met.iter().position(is_known).unwrap_or_else(|| {
             if met.len() == Self::MOST {
                 met.clear();
             }
@@ -133,7 +138,7 @@ impl<T> Steps<T> {
     }
 }
 
-/// What a step of a length adds to the covariance, and how the noise changes that.
+/// Process noise covariance of a step, and its derivatives by the noise parameters.
 pub(super) struct Process<const N: usize, const M: usize> {
     pub(super) whole: Covariance<N, M>,
     pub(super) changes: Vec<Change<N, M>>,
@@ -147,32 +152,33 @@ impl<const N: usize, const M: usize> Process<N, M> {
     }
 }
 
-/// How a step of the filter changes with one number of the noise.
+/// Derivative of a filter step by one noise parameter.
 pub(super) struct Change<const N: usize, const M: usize> {
     pub(super) process: Covariance<N, M>,
     pub(super) fade: Option<Fade>,
-    /// States beside motion of which another part is left.
-    pub(super) of_navigation: Option<FadeChange>,
+    /// Change of the decay factor of some navigation states.
+    pub(super) navigation_fade: Option<FadeChange>,
 }
 
-/// An axis whose disturbance fades otherwise.
+/// Change of the decay of one axis's disturbance.
 pub(super) struct Fade {
     pub(super) axis: usize,
-    /// The change of what is left of it after a step.
+    /// Derivative of the decay factor over the step.
     pub(super) by: f64,
-    /// The change of what it does to velocity, as a part of that.
+    /// Relative change of the disturbance's effect on velocity.
     pub(super) push: f64,
 }
 
-/// How mean and covariance change with one number of the noise.
+/// Derivatives of mean and covariance by one noise parameter.
 #[derive(Clone)]
-pub(super) struct Follower<const N: usize, const M: usize> {
+pub(super) struct NoiseSensitivity<const N: usize, const M: usize> {
     pub(super) mean: State<N, M>,
     pub(super) covariance: Covariance<N, M>,
 }
 
-impl<const N: usize, const M: usize> Follower<N, M> {
-    /// `covariance` and `mean` are those before the step; `crossed` is theirs.
+impl<const N: usize, const M: usize> NoiseSensitivity<N, M> {
+    /// Propagates the derivatives; `covariance` and `mean` are nominal values before the step,
+    /// `crossed` the nominal covariance between states before and after it.
     pub(super) fn predict(
         &mut self,
         step: &Transition<N, M>,
@@ -195,9 +201,9 @@ impl<const N: usize, const M: usize> Follower<N, M> {
             self.mean.disturbance[fade.axis] += fade.by * mean.disturbance[fade.axis];
         }
         if let (Some((before, own)), Some(crossed), Some(rows)) = (own, crossed, &step.rows) {
-            self.covariance.navigated(&before, &own, (rows, &change.process));
-            if let Some(fade) = &change.of_navigation {
-                self.covariance.fade_otherwise(fade, covariance, crossed, rows);
+            self.covariance.predict_navigation(&before, &own, (rows, &change.process));
+            if let Some(fade) = &change.navigation_fade {
+                self.covariance.add_fade_change(fade, covariance, crossed, rows);
                 for state in fade.states.into_iter().flatten() {
                     self.mean.navigation[state] += fade.by * mean.navigation[state];
                 }
@@ -205,8 +211,8 @@ impl<const N: usize, const M: usize> Follower<N, M> {
         }
     }
 
-    /// Adds what it is to motion and disturbance that an axis's disturbance fades otherwise; what that
-    /// pushes for each unit of it.
+    /// Adds the effect of a changed disturbance decay on the covariance of motion and disturbance;
+    /// returns the change of velocity per unit of disturbance.
     fn fade(
         &mut self,
         fade: &Fade,
@@ -232,17 +238,18 @@ impl<const N: usize, const M: usize> Follower<N, M> {
         push
     }
 
-    /// The changes of innovation and its variance; then of the state.
+    /// Returns the derivatives of innovation and innovation variance, then updates those of the
+    /// state.
     pub(super) fn correct(
         &mut self,
-        seen: &Seen,
+        observation: &Observation,
         (e, s): (f64, f64),
         r_by: f64,
         column: &State<N, M>,
     ) -> (f64, f64) {
-        let column_by = self.covariance.seen(seen);
-        let s_by = column_by.seen(seen) + r_by;
-        let e_by = -self.mean.seen(seen);
+        let column_by = self.covariance.observed_by(observation);
+        let s_by = column_by.observed_by(observation) + r_by;
+        let e_by = -self.mean.observed_by(observation);
         // K = c/S, so that ∂K = (∂c − K ∂S)/S, and ∂(c cᵀ/S) = w cᵀ + c wᵀ with w = (∂c − ½ K ∂S)/S.
         let gain = column.scaled(1.0 / s);
         let mut half = column_by.scaled(1.0 / s);
@@ -255,8 +262,9 @@ impl<const N: usize, const M: usize> Follower<N, M> {
 }
 
 impl<const N: usize, const M: usize> Crossed<N, M> {
-    /// Adds what it is to motion and disturbance after a step that an axis's disturbance fades
-    /// otherwise, which pushes so for each unit of it; `covariance` is that before the step.
+    /// Adds the effect of a changed disturbance decay on the covariance between states before and
+    /// after the step; `push` is the change of velocity per unit of disturbance, `covariance` that
+    /// before the step.
     fn fade(&mut self, fade: &Fade, push: &SVector<f64, M>, covariance: &Covariance<N, M>) {
         let axis = fade.axis;
         let own = covariance.xf.column(axis);

@@ -1,12 +1,12 @@
-//! What stands beside the plant, and what it adds to a step.
+//! Disturbance, measurement noise and varying current, and the process noise of a step.
 
 use nalgebra::{DVector, SVector};
 
 use super::navigation::InstrumentNoise;
-use super::state::Of;
+use super::state::Observed;
 use crate::motion::Decay;
 
-/// What stands beside the plant, by axis.
+/// Noise parameters other than the plant's coefficients, by axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::estimate::coupled) struct Noise<const N: usize, const M: usize> {
     /// Standard deviation of the disturbance, N or N m.
@@ -15,15 +15,15 @@ pub(in crate::estimate::coupled) struct Noise<const N: usize, const M: usize> {
     pub(in crate::estimate::coupled) correlation_s: SVector<f64, N>,
     /// Standard deviation of a sample of velocity, m/s or rad/s.
     pub(in crate::estimate::coupled) velocity: SVector<f64, N>,
-    /// Standard deviation of a sample of roll and of pitch, rad, where attitude is a state: M > N.
+    /// Standard deviation of a sample of roll and of pitch, rad, where attitude is a state (M > N).
     pub(in crate::estimate::coupled) attitude: f64,
-    /// Noise of what measures position, depth, heading and acceleration.
+    /// Noise of the sensors of position, depth, heading and acceleration.
     pub(in crate::estimate::coupled) instruments: InstrumentNoise,
-    /// How the current changes; none if it is constant.
+    /// Variation of the current; `None` if it is constant.
     pub(in crate::estimate::coupled) drift: Option<Drift>,
 }
 
-/// How the current changes in the course of a trial: a Gauss–Markov velocity north, and one east.
+/// Variation of the current during a trial: a Gauss–Markov velocity north and another east.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::estimate::coupled) struct Drift {
     /// Standard deviation of each, m/s.
@@ -33,14 +33,15 @@ pub(in crate::estimate::coupled) struct Drift {
 }
 
 impl Drift {
-    /// One that never shows itself.
+    /// No variation.
     pub(super) const NONE: Self = Self { std_m_s: 0.0, correlation_s: f64::INFINITY };
 
-    /// Too small to change what else is found: where it is asked whether more is likelier.
+    /// A variation too small to affect other estimates, for a test of whether a larger one is
+    /// likelier.
     pub(in crate::estimate::coupled) const TRIED: Self =
         Self { std_m_s: 1e-3, correlation_s: 60.0 };
 
-    /// Where a fit begins with it.
+    /// Initial value for a fit.
     pub(in crate::estimate::coupled) const FIRST: Self =
         Self { std_m_s: 0.02, correlation_s: 60.0 };
 
@@ -48,16 +49,17 @@ impl Drift {
         (-h / self.correlation_s).exp()
     }
 
-    /// What a step adds to the variance of each.
+    /// Returns the variance that a step adds to each component.
     pub(super) fn process(&self, h: f64) -> f64 {
         self.std_m_s.powi(2) * (1.0 - self.fade(h).powi(2))
     }
 }
 
 impl<const N: usize> Noise<N, N> {
-    /// The same where attitude is a state that is measured with such noise, rad.
+    /// Extends the noise to a filter with attitude states; `attitude` is the noise of roll and
+    /// pitch, rad.
     pub(in crate::estimate::coupled) fn with_attitude(self, attitude: f64) -> Noise<6, 9> {
-        // What a place without an axis holds does not matter, as long as it is a number.
+        // The value at an unused index has no effect but must be finite.
         let placed = |of: SVector<f64, N>| SVector::from_fn(|i, _| *of.get(i).unwrap_or(&1.0));
         Noise {
             disturbance: placed(self.disturbance),
@@ -71,25 +73,26 @@ impl<const N: usize> Noise<N, N> {
 }
 
 impl<const N: usize, const M: usize> Noise<N, M> {
-    /// Where the logarithm of the attitude's noise stands, if attitude is a state.
+    /// Index of the logarithm of the attitude noise, if attitude is a state.
     pub(in crate::estimate::coupled) const ATTITUDE: usize = 3 * N;
 
-    /// The index of the first logarithm of the instruments' noise.
+    /// Index of the first logarithm of the sensor noise.
     pub(in crate::estimate::coupled) const INSTRUMENTS: usize =
         Self::ATTITUDE + if M > N { 1 } else { 0 };
 
-    /// The index of the logarithm of the current's standard deviation; its correlation time is next.
+    /// Returns the index of the logarithm of the current's standard deviation; that of its
+    /// correlation time follows.
     pub(in crate::estimate::coupled) fn first_of_drift(&self) -> usize {
         Self::INSTRUMENTS + self.instruments.count()
     }
 
-    /// How many numbers there are.
+    /// Returns the number of parameters.
     pub(in crate::estimate::coupled) fn count(&self) -> usize {
         self.first_of_drift() + if self.drift.is_some() { 2 } else { 0 }
     }
 
-    /// Their logarithms, shape (3 N,), one more where attitude is a state, those of the instruments
-    /// that are needed, two where the current changes.
+    /// Returns the logarithms of the parameters: 3 N of the axes, one of attitude if it is a state,
+    /// those of the active sensors, and two of the current if it varies.
     pub(in crate::estimate::coupled) fn logarithms(&self) -> DVector<f64> {
         let parts = [self.disturbance, self.correlation_s, self.velocity];
         let of_axes = parts.into_iter().flat_map(|part| part.map(f64::ln).data.0[0]);
@@ -101,7 +104,7 @@ impl<const N: usize, const M: usize> Noise<N, M> {
         DVector::from_vec(all.collect())
     }
 
-    /// The same with the numbers of such logarithms.
+    /// Returns the noise with parameters from their logarithms.
     pub(in crate::estimate::coupled) fn with_logarithms(&self, logarithms: &DVector<f64>) -> Self {
         let part = |k: usize| SVector::from_fn(|i, _| logarithms[k * N + i].exp());
         let first = self.first_of_drift();
@@ -118,12 +121,14 @@ impl<const N: usize, const M: usize> Noise<N, M> {
         Self { disturbance, correlation_s, velocity, attitude, instruments, drift }
     }
 
-    /// Where the logarithm of a measurement's noise stands.
-    pub(super) fn place_of(&self, of: &Of) -> usize {
+    /// Returns the index of the logarithm of a measurement's noise.
+    pub(super) fn place_of(&self, of: &Observed) -> usize {
         match of {
-            Of::Velocity(place) => 2 * N + place,
-            Of::Down(_) => Self::ATTITUDE,
-            Of::Navigation { number, .. } => Self::INSTRUMENTS + self.instruments.place(*number),
+            Observed::Velocity(place) => 2 * N + place,
+            Observed::Down(_) => Self::ATTITUDE,
+            Observed::Navigation { number, .. } => {
+                Self::INSTRUMENTS + self.instruments.place(*number)
+            }
         }
     }
 
@@ -136,8 +141,8 @@ impl<const N: usize, const M: usize> Noise<N, M> {
     }
 }
 
-/// What white noise that drives a Gauss–Markov force adds over a step, of variance: to the
-/// integral of the force, to the force, and to both together.
+/// Process noise over a step of a Gauss–Markov force, driven by white noise: variance of the
+/// force's integral, variance of the force, and their covariance.
 pub(super) struct Impulse {
     pub(super) variance: f64,
     pub(super) with_force: f64,
@@ -145,8 +150,9 @@ pub(super) struct Impulse {
 }
 
 impl Impulse {
-    /// Of a force of standard deviation σ and correlation time T over h, with x = h/T:
-    /// `σ²T² (2x − 3 + 4e⁻ˣ − e⁻²ˣ)`, `σ²T (1 − e⁻ˣ)²`, `σ² (1 − e⁻²ˣ)`.
+    /// Computes the process noise over `h` seconds of a force of standard deviation σ and
+    /// correlation time T, with x = h/T: `σ²T² (2x − 3 + 4e⁻ˣ − e⁻²ˣ)`, `σ²T (1 − e⁻ˣ)²`,
+    /// `σ² (1 − e⁻²ˣ)`.
     pub(super) fn over(h: f64, sigma: f64, t: f64) -> Self {
         let (x, power) = (h / t, sigma * sigma);
         Self {
@@ -156,7 +162,7 @@ impl Impulse {
         }
     }
 
-    /// The slope of [`Self::over`] by ln T.
+    /// Computes the derivative of [`Self::over`] by ln T.
     pub(super) fn by_correlation(h: f64, sigma: f64, t: f64) -> Self {
         let (x, power) = (h / t, sigma * sigma);
         let gone = -(-x).exp_m1();
@@ -168,8 +174,8 @@ impl Impulse {
     }
 }
 
-/// `2x − 3 + 4e⁻ˣ − e⁻²ˣ`; as its series, `Σ (−1)ⁿ (4 − 2ⁿ) xⁿ/n!` from n = 3, where it would be a
-/// difference of near numbers.
+/// Computes `2x − 3 + 4e⁻ˣ − e⁻²ˣ`; for small x by its series, `Σ (−1)ⁿ (4 − 2ⁿ) xⁿ/n!` from n = 3,
+/// to avoid cancellation.
 pub(super) fn integrated(x: f64) -> f64 {
     if x > 0.5 {
         return 2.0 * x - 3.0 + 4.0 * (-x).exp() - (-2.0 * x).exp();
@@ -183,12 +189,12 @@ pub(super) fn integrated(x: f64) -> f64 {
     (3..=TERMS).map(term).sum()
 }
 
-/// So many terms of the series leave less than rounding.
+/// Terms of the series after which the remainder is below rounding.
 pub(super) const TERMS: u32 = 20;
 
-/// `d ln g/d ln T` of `g = ∫₀ʰ e^(−s/T) ds`, with x = h/T: how the push of a disturbance over a
-/// step changes with its correlation time.
-pub(super) fn push_by(x: f64) -> f64 {
+/// Computes `d ln g/d ln T` of `g = ∫₀ʰ e^(−s/T) ds`, with x = h/T: the relative change with
+/// correlation time of a disturbance's impulse over a step.
+pub(super) fn impulse_by_correlation(x: f64) -> f64 {
     if x < 1e-6 { 0.5 * x } else { 1.0 - x / x.exp_m1() }
 }
 
@@ -196,9 +202,10 @@ pub(super) fn push_by(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// What a step adds is a covariance, whether a force lasts for many steps or for a part of one.
+    /// The process noise must be positive definite for correlation times both longer and shorter
+    /// than the step.
     #[test]
-    fn what_a_step_adds_is_positive_and_has_the_slope_it_says() {
+    fn process_noise_is_positive_definite_with_exact_derivatives() {
         let (h, sigma) = (0.05, 3.0);
         for t in [0.005, 0.02, 0.1, 0.2, 1.0, 30.0, 1e4] {
             let of = Impulse::over(h, sigma, t);
@@ -218,9 +225,10 @@ mod tests {
         }
     }
 
-    /// A force that lasts is one that is constant over the step: `q h³/3`, `q h²/2`, `q h`.
+    /// For a correlation time much longer than the step the force is a random walk: `q h³/3`,
+    /// `q h²/2`, `q h`.
     #[test]
-    fn a_lasting_force_adds_what_white_noise_does_to_its_integrals() {
+    fn slow_force_has_the_process_noise_of_a_random_walk() {
         let (h, sigma, t) = (0.02, 2.0, 1e5);
         let (of, q) = (Impulse::over(h, sigma, t), 2.0 * sigma * sigma / t);
         assert!((of.variance / (q * h.powi(3) / 3.0) - 1.0).abs() < 1e-6);

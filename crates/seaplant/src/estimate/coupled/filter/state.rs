@@ -1,19 +1,19 @@
-//! The state, its covariance, and how a step and a measurement change them.
+//! The state, its covariance, their propagation and measurement update.
 
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 
 use super::navigation::{Crossed, MOST, Rows};
 use crate::motion::{apply, subtract_outer, subtract_outers, times, times_transposed};
 
-/// The state, or a change of it.
+/// The state, or a deviation of it.
 #[derive(Clone, Copy)]
 pub(super) struct State<const N: usize, const M: usize> {
-    /// ν_r, and where M = N + 3 the world's down in body axes.
+    /// ν_r, followed by the down vector in body axes where M = N + 3.
     pub(super) motion: SVector<f64, M>,
     pub(super) disturbance: SVector<f64, N>,
-    /// What the current is beside its mean, north and east, and what else motion drives.
+    /// Deviation of the current from its mean, north and east, and the other navigation states.
     pub(super) navigation: [f64; MOST],
-    /// How many of these there are.
+    /// Number of navigation states in use.
     pub(super) count: usize,
 }
 
@@ -23,7 +23,7 @@ impl<const N: usize, const M: usize> State<N, M> {
         Self { motion: SVector::zeros(), disturbance: SVector::zeros(), navigation, count }
     }
 
-    /// Adds x times another.
+    /// Adds `x` times another state.
     pub(super) fn add(&mut self, other: &Self, x: f64) {
         self.motion += other.motion * x;
         self.disturbance += other.disturbance * x;
@@ -38,19 +38,20 @@ impl<const N: usize, const M: usize> State<N, M> {
         scaled
     }
 
-    /// What a measurement sees of it.
-    pub(super) fn seen(&self, seen: &Seen) -> f64 {
-        match seen.of {
-            Of::Velocity(place) => {
+    /// Returns the predicted value of a measurement, without the mean current.
+    pub(super) fn observed_by(&self, observation: &Observation) -> f64 {
+        match observation.of {
+            Observed::Velocity(place) => {
                 let [north, east, ..] = self.navigation;
-                seen.along(place, &self.motion) + seen.water.dot(&Vector2::new(north, east))
+                observation.along(place, &self.motion)
+                    + observation.water.dot(&Vector2::new(north, east))
             }
-            Of::Down(across) => (0..3).map(|i| self.motion[N + i] * across[i]).sum(),
-            Of::Navigation { state, .. } => self.navigation[state],
+            Observed::Down(across) => (0..3).map(|i| self.motion[N + i] * across[i]).sum(),
+            Observed::Navigation { state, .. } => self.navigation[state],
         }
     }
 
-    /// A step of a change of the state; `own` is what else changes the motion after it.
+    /// Propagates a deviation of the state; `own` is added to the motion after the step.
     pub(super) fn step(&mut self, step: &Transition<N, M>, own: &SVector<f64, M>) {
         let before = self.motion;
         self.motion =
@@ -62,43 +63,43 @@ impl<const N: usize, const M: usize> State<N, M> {
     }
 }
 
-/// What a measurement sees of the state.
+/// The linear measurement function of one sample.
 #[derive(Clone, Copy)]
-pub(super) struct Seen {
-    pub(super) of: Of,
-    /// How much of the current.
+pub(super) struct Observation {
+    pub(super) of: Observed,
+    /// Factors of the current, north and east.
     pub(super) water: Vector2<f64>,
-    /// Places of two rates of turn, and how far from their axes a translation is measured, m; none if it
-    /// is measured at the origin.
-    pub(super) turns: Option<[(usize, f64); 2]>,
-    /// Its variance beside the usual one.
+    /// Indices of two rates with the lever arms, m, at which a translation is measured; `None` if
+    /// it is measured at the origin.
+    pub(super) lever_terms: Option<[(usize, f64); 2]>,
+    /// Variance relative to the nominal one.
     pub(super) spread: f64,
 }
 
-impl Seen {
-    /// What an instrument sees along a place of motion: that, and what turning makes of it.
+impl Observation {
+    /// Returns the velocity at an index as the sensor measures it, including `ω × r`.
     pub(super) fn along<const M: usize>(&self, place: usize, motion: &SVector<f64, M>) -> f64 {
-        let turning = |turns: [(usize, f64); 2]| -> f64 {
-            turns.iter().map(|(rate, arm)| motion[*rate] * arm).sum()
+        let turning = |lever_terms: [(usize, f64); 2]| -> f64 {
+            lever_terms.iter().map(|(rate, arm)| motion[*rate] * arm).sum()
         };
-        motion[place] + self.turns.map_or(0.0, turning)
+        motion[place] + self.lever_terms.map_or(0.0, turning)
     }
 }
 
-/// What a measurement is of.
+/// The measured quantity.
 #[derive(Clone, Copy)]
-pub(super) enum Of {
-    /// The velocity in a place.
+pub(super) enum Observed {
+    /// Velocity at an index of motion.
     Velocity(usize),
-    /// The world's down in a direction across it.
+    /// Component of the down vector along a direction perpendicular to it.
     Down(Vector3<f64>),
-    /// One of the states that motion drives, with a number of the instruments' noise and the axis
-    /// that its innovations count to.
+    /// A navigation state, with the index of its sensor noise and the axis to which its innovations
+    /// are assigned.
     Navigation { state: usize, number: usize, axis: Option<usize> },
 }
 
-/// Covariance of the state; `xf` is that of motion (row) with disturbance (column), and o stands for
-/// what motion drives.
+/// Covariance of the state: blocks of motion (x), disturbance (f) and navigation states (o); `xf`
+/// has motion in its rows.
 #[derive(Clone, Copy)]
 pub(super) struct Covariance<const N: usize, const M: usize> {
     pub(super) xx: SMatrix<f64, M, M>,
@@ -123,9 +124,9 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         }
     }
 
-    /// Adds what a variance of the current makes of a velocity through water that was measured over
-    /// ground: `ν_r = y − W c`.
-    pub(super) fn of_first_water(&mut self, water: &SMatrix<f64, M, 2>, variance: f64) {
+    /// Adds the initial uncertainty of the current to a velocity through the water obtained from
+    /// one over ground: `ν_r = y − W c`.
+    pub(super) fn add_initial_current(&mut self, water: &SMatrix<f64, M, 2>, variance: f64) {
         self.xx += water * water.transpose() * variance;
         for k in 0..2 {
             let mut own = self.xo.column_mut(k);
@@ -134,27 +135,28 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         }
     }
 
-    /// The covariance of the state with what a measurement sees of it.
-    pub(super) fn seen(&self, seen: &Seen) -> State<N, M> {
+    /// Returns the covariance of the state with a measurement's prediction.
+    pub(super) fn observed_by(&self, observation: &Observation) -> State<N, M> {
         let mut state = State::zeros(self.count);
-        match seen.of {
-            Of::Velocity(place) => {
+        match observation.of {
+            Observed::Velocity(place) => {
                 self.add_to(&mut state, place, 1.0);
-                if seen.water != Vector2::zeros() {
-                    (0..2).for_each(|k| self.add_navigation_to(&mut state, k, seen.water[k]));
+                if observation.water != Vector2::zeros() {
+                    (0..2)
+                        .for_each(|k| self.add_navigation_to(&mut state, k, observation.water[k]));
                 }
-                let turns = seen.turns.iter().flatten();
-                turns.for_each(|(rate, arm)| self.add_to(&mut state, *rate, *arm));
+                let lever_terms = observation.lever_terms.iter().flatten();
+                lever_terms.for_each(|(rate, arm)| self.add_to(&mut state, *rate, *arm));
             }
-            Of::Down(across) => {
+            Observed::Down(across) => {
                 across.iter().enumerate().for_each(|(i, x)| self.add_to(&mut state, N + i, *x));
             }
-            Of::Navigation { state: k, .. } => self.add_navigation_to(&mut state, k, 1.0),
+            Observed::Navigation { state: k, .. } => self.add_navigation_to(&mut state, k, 1.0),
         }
         state
     }
 
-    /// Adds x times the covariance of the state with a place of motion.
+    /// Adds `x` times the covariance of the state with an entry of motion.
     fn add_to(&self, state: &mut State<N, M>, place: usize, x: f64) {
         state.motion += self.xx.column(place) * x;
         state.disturbance += self.xf.row(place).transpose() * x;
@@ -163,7 +165,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         }
     }
 
-    /// The same with one of the states that motion drives.
+    /// Adds `x` times the covariance of the state with a navigation state.
     fn add_navigation_to(&self, state: &mut State<N, M>, place: usize, x: f64) {
         state.motion += self.xo.column(place) * x;
         state.disturbance += self.fo.column(place) * x;
@@ -172,7 +174,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         }
     }
 
-    /// Less `a bᵀ`.
+    /// Subtracts `a bᵀ`.
     pub(super) fn subtract(&mut self, a: &State<N, M>, b: &State<N, M>) {
         subtract_outer(&mut self.xx, &a.motion, &b.motion);
         subtract_outer(&mut self.xf, &a.motion, &b.disturbance);
@@ -184,7 +186,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         }
     }
 
-    /// Less `a bᵀ + b aᵀ`.
+    /// Subtracts `a bᵀ + b aᵀ`.
     pub(super) fn subtract_both(&mut self, a: &State<N, M>, b: &State<N, M>) {
         subtract_outers(&mut self.xx, (&a.motion, &b.motion), (&b.motion, &a.motion));
         subtract_outers(&mut self.xf, (&a.motion, &b.disturbance), (&b.motion, &a.disturbance));
@@ -200,7 +202,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         }
     }
 
-    /// Takes x times a state from its covariance with one of those that motion drives.
+    /// Subtracts `x` times a state from its covariance with a navigation state.
     fn less(&mut self, k: usize, (state, x): (&State<N, M>, f64)) {
         let of = |own: &mut [f64], taken: &[f64]| {
             own.iter_mut().zip(taken).for_each(|(own, taken)| *own -= taken * x);
@@ -216,8 +218,8 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         self.ff += other.ff * weight;
     }
 
-    /// Φ P Φᵀ + Q; `crossed` is that of before with after, where there is more than a constant
-    /// current.
+    /// Propagates the covariance: Φ P Φᵀ + Q. `crossed` is the covariance between states before and
+    /// after the step, needed where navigation states change.
     pub(super) fn predict(
         &mut self,
         step: &Transition<N, M>,
@@ -227,7 +229,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         let before = crossed.map(|_| *self);
         self.predict_motion(step, process);
         if let (Some(before), Some(crossed), Some(rows)) = (before, crossed, &step.rows) {
-            self.navigated(&before, crossed, (rows, process));
+            self.predict_navigation(&before, crossed, (rows, process));
         }
     }
 
@@ -244,14 +246,15 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
                 self.ff[(i, j)] = fade[i] * self.ff[(i, j)] * fade[j] + process.ff[(i, j)];
             }
         }
-        // Measurements take nothing of what rounding makes of it that is not symmetric, and where
-        // motion is unstable, as by Munk's moment, that grows until variances are negative.
+        // Rounding makes the matrix asymmetric. Measurements do not reduce the antisymmetric part,
+        // and where motion is unstable, as with Munk's moment, it grows until variances are
+        // negative.
         symmetrise(&mut self.xx);
         symmetrise(&mut self.ff);
     }
 }
 
-/// The mean of a matrix and its transpose.
+/// Replaces a matrix by the mean of itself and its transpose.
 pub(super) fn symmetrise<const N: usize>(matrix: &mut SMatrix<f64, N, N>) {
     for j in 0..N {
         for i in 0..j {
@@ -262,12 +265,12 @@ pub(super) fn symmetrise<const N: usize>(matrix: &mut SMatrix<f64, N, N>) {
     }
 }
 
-/// A step of the covariance: transition and process noise.
+/// Transition matrices of a step.
 pub(super) struct Transition<const N: usize, const M: usize> {
     pub(super) by_motion: SMatrix<f64, M, M>,
     pub(super) by_disturbance: SMatrix<f64, M, N>,
     pub(super) fade: SVector<f64, N>,
-    /// Of the states that motion drives; none where a constant current is all.
+    /// Map of the navigation states; `None` where it is the identity.
     pub(super) rows: Option<Rows<M>>,
 }
 
@@ -277,10 +280,10 @@ mod tests {
 
     use super::*;
 
-    /// As Munk's moment makes sway and yaw: one direction grows, another hardly fades. What of the
-    /// covariance is not symmetric is seen by no measurement, and would grow as their product.
+    /// Sway and yaw under Munk's moment: one mode grows, another hardly decays. No measurement
+    /// reduces the antisymmetric part of the covariance, which would grow as the product of both.
     #[test]
-    fn a_covariance_stays_one_where_motion_is_unstable() {
+    fn covariance_stays_positive_definite_for_unstable_motion() {
         let (sin, cos) = 0.4_f64.sin_cos();
         let turn = Matrix2::new(cos, -sin, sin, cos);
         let step = Transition::<2, 2> {
@@ -298,10 +301,10 @@ mod tests {
         for k in 0..5000 {
             covariance.predict(&step, &process, None);
             for axis in 0..2 {
-                let (of, water) = (Of::Velocity(axis), Vector2::zeros());
-                let seen = Seen { of, water, turns: None, spread: 1.0 };
-                let column = covariance.seen(&seen);
-                let variance = column.seen(&seen) + 1e-5;
+                let (of, water) = (Observed::Velocity(axis), Vector2::zeros());
+                let observation = Observation { of, water, lever_terms: None, spread: 1.0 };
+                let column = covariance.observed_by(&observation);
+                let variance = column.observed_by(&observation) + 1e-5;
                 covariance.subtract(&column.scaled(1.0 / variance), &column);
             }
             let smallest = covariance.xx.symmetric_eigenvalues().min();

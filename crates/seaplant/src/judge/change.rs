@@ -1,4 +1,4 @@
-//! Whether trials ask for another plant than the one they are simulated with.
+//! Change of the plant that would reduce the errors of simulated trials.
 
 use std::collections::BTreeMap;
 
@@ -7,21 +7,22 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::linear::{Asked, Lacking, Window, windows_of};
+use super::linear::{ErrorRegression, Solution, Window, windows_of};
 use super::score::Score;
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Estimate, Fit, Model};
 
-/// The change of the plant that some records ask for; `None` if they cannot tell.
+/// Estimates the change of mass and drag that best reduces the errors on some records; `None` if
+/// they do not determine it.
 ///
-/// Where thrust that acts later or earlier explains a tenth of the errors that such a change
-/// leaves, the change beside that: steps of thrust show a lag or a limited rate of propellers that
-/// slower thrust does not.
+/// A lag or a rate limit of the propellers affects steps of thrust but not slower thrust, and may
+/// pass for a change of the plant. Where a time shift of the thrust explains a tenth of the errors
+/// that the change leaves, the change is estimated together with such a shift.
 pub(super) fn change(
     model: &Model,
     axes: &[AxisRecord],
     windows: Vec<Window>,
 ) -> Result<Option<PlantChange>, Error> {
-    let found = change_beside(model, axes, windows.clone(), false)?;
+    let found = estimate_change(model, axes, windows.clone(), false)?;
     let is_claim =
         |change: &PlantChange| change.is_confirmed() && beyond(change.mass, change.drag) > 0.0;
     let Some(change) = found.filter(is_claim) else { return Ok(found) };
@@ -29,71 +30,71 @@ pub(super) fn change(
         1.0 - late.explained < (1.0 - EXPLAINED) * (1.0 - change.explained)
             && beyond(late.mass, late.drag) < beyond(change.mass, change.drag)
     };
-    Ok(change_beside(model, axes, windows, true)?.filter(explains).or(Some(change)))
+    Ok(estimate_change(model, axes, windows, true)?.filter(explains).or(Some(change)))
 }
 
-/// Least squares on the errors of the simulation, linear in the change. A large change is made in
-/// steps, each simulated anew, for the errors are linear in small changes only.
-fn change_beside(
+/// Solves least squares on the errors of the simulation, linear in the change. As the errors are
+/// linear only in small changes, a large change is made in several steps, each with a new
+/// simulation.
+fn estimate_change(
     model: &Model,
     axes: &[AxisRecord],
     windows: Vec<Window>,
-    has_lateness: bool,
+    has_delay: bool,
 ) -> Result<Option<PlantChange>, Error> {
-    let mut stand = Stand { model: model.clone(), thrust: 1.0, drag: 1.0, has_lateness, windows };
-    let first = stand.square();
+    let mut refit = Refit { model: model.clone(), thrust: 1.0, drag: 1.0, has_delay, windows };
+    let first = refit.square();
     for _ in 0..MOST_STEPS {
-        let Some(asked) = stand.asked() else { return Ok(None) };
-        let (a, d) = (asked.value[0], asked.value[1]);
+        let Some(solution) = refit.solution() else { return Ok(None) };
+        let (a, d) = (solution.value[0], solution.value[1]);
         if a.abs() < SMALL_STEP && d.abs() < SMALL_STEP {
-            return Ok(stand.change(&asked, first));
+            return Ok(refit.change(&solution, first));
         }
-        match stand.after(a, d, axes)? {
-            Some(next) => stand = next,
+        match refit.step(a, d, axes)? {
+            Some(next) => refit = next,
             None => break,
         }
     }
-    Ok(stand.asked().and_then(|asked| stand.change(&asked, first)))
+    Ok(refit.solution().and_then(|solution| refit.change(&solution, first)))
 }
 
-/// Steps towards the plant that trials ask for.
+/// Maximum number of steps.
 const MOST_STEPS: usize = 8;
-/// A change of so small a part needs no new simulation.
+/// Relative change below which no new simulation is needed.
 const SMALL_STEP: f64 = 0.1;
-/// A step multiplies thrust over mass, and drag over mass, by no more than this, and divides by no
-/// more.
+/// Maximum factor of thrust over mass, and of drag over mass, in one step, in either direction.
 const LONGEST_STEP: f64 = 2.0;
-/// A step that does not reduce the errors is halved this often.
+/// Number of times a step that does not reduce the errors is halved.
 const HALVINGS: usize = 4;
 
-/// A model on the way to the one that trials ask for.
-struct Stand {
+/// The model after some steps of the change.
+struct Refit {
     model: Model,
-    /// Thrust over mass, and drag over mass, in parts of the first model's.
+    /// Thrust over mass and drag over mass, relative to the first model.
     thrust: f64,
     drag: f64,
-    /// Whether thrust may act later, too.
-    has_lateness: bool,
+    /// True if a time shift of the thrust is estimated as well.
+    has_delay: bool,
     windows: Vec<Window>,
 }
 
-impl Stand {
-    fn asked(&self) -> Option<Asked> {
-        self.lacking().solve()
+impl Refit {
+    fn solution(&self) -> Option<Solution> {
+        self.regression().solve()
     }
 
-    fn lacking(&self) -> Lacking {
-        Lacking::of(&self.windows, |window| {
+    fn regression(&self) -> ErrorRegression {
+        ErrorRegression::of(&self.windows, |window| {
             let mut columns = plant_columns(window);
-            columns.extend(self.has_lateness.then(|| lateness(window)));
+            columns.extend(self.has_delay.then(|| delay_column(window)));
             Some(columns)
         })
     }
 
-    /// What is asked for in all; `before` is the square of the errors of the first model.
-    fn change(&self, asked: &Asked, before: f64) -> Option<PlantChange> {
-        let change = PlantChange::of(asked, self.thrust, self.drag)?;
-        let left = self.lacking().left_unseen().unwrap_or(before);
+    /// Returns the total change; `before` is the sum of squared errors of the first model.
+    fn change(&self, solution: &Solution, before: f64) -> Option<PlantChange> {
+        let change = PlantChange::of(solution, self.thrust, self.drag)?;
+        let left = self.regression().cross_validated().unwrap_or(before);
         Some(PlantChange { explained: 1.0 - left / before.max(f64::MIN_POSITIVE), ..change })
     }
 
@@ -101,9 +102,9 @@ impl Stand {
         self.windows.iter().flat_map(|window| &window.error).map(|e| e * e).sum()
     }
 
-    /// With thrust over mass greater by the part a, drag over mass by the part d, or by as much of
-    /// that as reduces the errors; `None` if nothing does.
-    fn after(&self, a: f64, d: f64, axes: &[AxisRecord]) -> Result<Option<Self>, Error> {
+    /// Returns the next model, with thrust over mass increased by the fraction a and drag over mass
+    /// by the fraction d, or by as much of that as reduces the errors; `None` if nothing does.
+    fn step(&self, a: f64, d: f64, axes: &[AxisRecord]) -> Result<Option<Self>, Error> {
         let bounded = |x: f64| (1.0 + x).clamp(1.0 / LONGEST_STEP, LONGEST_STEP) - 1.0;
         let (mut a, mut d) = (bounded(a), bounded(d));
         for _ in 0..HALVINGS {
@@ -113,7 +114,7 @@ impl Stand {
             model.lumped.mu *= 1.0 + d;
             let windows = windows_of(&model, axes)?;
             let (thrust, drag) = (self.thrust * (1.0 + a), self.drag * (1.0 + d));
-            let next = Self { model, thrust, drag, windows, has_lateness: self.has_lateness };
+            let next = Self { model, thrust, drag, windows, has_delay: self.has_delay };
             if next.windows.len() == self.windows.len() && next.square() < self.square() {
                 return Ok(Some(next));
             }
@@ -123,39 +124,39 @@ impl Stand {
     }
 }
 
-/// What a change of thrust over mass and one of drag over mass would do.
+/// Returns the accelerations due to relative changes of thrust over mass and of drag over mass.
 pub(super) fn plant_columns(window: &Window) -> Vec<Vec<f64>> {
     vec![window.thrust.clone(), window.drag.clone()]
 }
 
-/// What thrust that acts a second later would do, to first order.
-fn lateness(window: &Window) -> Vec<f64> {
+/// Returns the first-order acceleration due to thrust that is delayed by one second.
+fn delay_column(window: &Window) -> Vec<f64> {
     let (thrust, time_s) = (&window.thrust, &window.time_s);
     let step_s = |k: usize| (time_s[k] - time_s[k - 1]).max(f64::MIN_POSITIVE);
     let of = |k: usize| if k == 0 { 0.0 } else { (thrust[k - 1] - thrust[k]) / step_s(k) };
     (0..thrust.len()).map(of).collect()
 }
 
-/// The change of a plant that trials ask for, in parts of it: least squares on the errors of its
-/// simulation, linear in the change, beside an initial velocity, a constant force and a current of
-/// each trial's own, and thrust that acts later where that explains more.
+/// The change of a plant that trials support, relative to its values: least squares on the errors
+/// of its simulation, linear in the change, in addition to an initial velocity, a constant force
+/// and a current of each trial, and to a time shift of the thrust where that explains more.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlantChange {
-    /// Of the mass: 0.1 where a tenth more would fit better.
+    /// Change of the mass: 0.1 where a tenth more would fit better.
     pub mass: Part,
-    /// Of the drag at the speeds of the trials.
+    /// Change of the drag at the speeds of the trials.
     pub drag: Part,
-    /// The part of the errors, squared, that it explains in halves of the trials that it was not
-    /// found in.
+    /// Fraction of the squared errors that it explains in cross-validation between halves of the
+    /// trials.
     pub explained: f64,
 }
 
-/// A part of something, and how sure that is.
+/// A relative change with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Part {
-    /// The part.
+    /// Relative change.
     pub value: f64,
-    /// Its standard deviation, from what batches of the trials say.
+    /// Its standard deviation, from batches of the trials.
     pub std: f64,
     /// Lower end of its 95 % interval.
     pub low95: f64,
@@ -164,22 +165,22 @@ pub struct Part {
 }
 
 impl Part {
-    /// `+4.2 ± 1.5 %`: two digits of the interval.
+    /// Formats as `+4.2 ± 1.5 %`, with two digits of the interval.
     pub(crate) fn spoken(self) -> String {
         let half = 50.0 * (self.high95 - self.low95);
         let decimals = (1.0 - half.log10().floor()).clamp(0.0, 3.0) as usize;
         format!("{:+.decimals$} ± {half:.decimals$} %", 100.0 * self.value)
     }
 
-    /// How far a change goes for sure, in parts of a limit: the nearer end of its interval, above 1
-    /// where it is beyond.
+    /// Returns the end of the interval that is nearer to zero, relative to a limit: above 1 where
+    /// the change significantly exceeds the limit.
     fn beyond(self, limit: f64) -> f64 {
         self.low95.max(-self.high95) / limit
     }
 }
 
-/// How far changes of mass and drag go for sure beyond what a user takes them for: above 1 where
-/// they do.
+/// Returns by how much changes of mass and drag significantly exceed the accuracy that users
+/// expect: above 1 where they do.
 pub(crate) fn beyond(mass: Part, drag: Part) -> f64 {
     mass.beyond(MASS_PART).max(drag.beyond(DRAG_PART))
 }
@@ -191,27 +192,28 @@ impl From<Estimate> for Part {
 }
 
 impl PlantChange {
-    /// Whether trials that a plant has not seen know it, and find it right: then it is, however
-    /// much their noise hides of its prediction.
+    /// Returns true if trials outside the fit determine the plant and agree with it. It is then
+    /// confirmed, even if their noise hides the quality of its prediction.
     pub(crate) fn vouches(&self) -> bool {
         confirms(self.mass, self.drag)
     }
 
-    /// Whether it explains errors that it was not found in: slow forces that happen to look like a
-    /// change of the plant in one part do not in another.
+    /// Returns true if the change explains errors in cross-validation: slow forces that resemble a
+    /// change of the plant in one part of the trials do not in another.
     pub(crate) fn is_confirmed(&self) -> bool {
         self.explained > EXPLAINED
     }
 
-    /// Of thrust over mass and drag over mass, of which trials ask for the parts a and d more than
-    /// `thrust` and `drag` times what they were: mass is `1/(thrust (1 + a))` times what it was,
-    /// drag `drag (1 + d)/(thrust (1 + a))` times.
+    /// Converts changes of thrust over mass and drag over mass, by the fractions a and d from
+    /// `thrust` and `drag` times their first values, to mass, which becomes `1/(thrust (1 + a))`
+    /// times its first value, and drag, which becomes `drag (1 + d)/(thrust (1 + a))` times.
     ///
-    /// `None` of a change that is none of a plant: to a mass near zero or a drag below it. Then
-    /// something else moves the vehicle, as a tether does that pulls slowly.
-    pub(super) fn of(asked: &Asked, thrust: f64, drag: f64) -> Option<Self> {
-        let (a, d) = (asked.value[0], asked.value[1]);
-        let is_finite = asked.value.iter().chain(asked.covariance.iter()).all(|x| x.is_finite());
+    /// `None` for a physically impossible change, to a mass near zero or a negative drag. Then
+    /// another force acts on the vehicle, such as the slow pull of a tether.
+    pub(super) fn of(solution: &Solution, thrust: f64, drag: f64) -> Option<Self> {
+        let (a, d) = (solution.value[0], solution.value[1]);
+        let is_finite =
+            solution.value.iter().chain(solution.covariance.iter()).all(|x| x.is_finite());
         if 1.0 + a < LEAST_MASS || !is_finite {
             return None;
         }
@@ -221,11 +223,12 @@ impl PlantChange {
             return None;
         }
         let std = |of_a: f64, of_d: f64| {
-            let of =
-                DVector::from_fn(asked.value.len(), |j, _| [of_a, of_d].get(j).map_or(0.0, |x| *x));
-            of.dot(&(&asked.covariance * &of)).max(0.0).sqrt()
+            let of = DVector::from_fn(solution.value.len(), |j, _| {
+                [of_a, of_d].get(j).map_or(0.0, |x| *x)
+            });
+            of.dot(&(&solution.covariance * &of)).max(0.0).sqrt()
         };
-        let of = |value: f64, std| Estimate::new(value - 1.0, std, asked.freedom).into();
+        let of = |value: f64, std| Estimate::new(value - 1.0, std, solution.freedom).into();
         Some(Self {
             mass: of(mass, std(-mass / (1.0 + a), 0.0)),
             drag: of(drag_now, std(-drag_now / (1.0 + a), drag * mass)),
@@ -234,36 +237,37 @@ impl PlantChange {
     }
 }
 
-/// Whether changes of mass and drag are known to be small.
+/// Returns true if changes of mass and drag are significantly small.
 pub(crate) fn confirms(mass: Part, drag: Part) -> bool {
     let within = |part: Part, limit: f64| part.low95 > -limit && part.high95 < limit;
     within(mass, VOUCHED_MASS) && within(drag, VOUCHED_DRAG)
 }
 
-/// A change that explains less than this part of the errors is not worth a word.
+/// Minimum explained fraction of the squared errors.
 const EXPLAINED: f64 = 0.1;
 
-/// Trials that know the mass within this part, and drag within the other, vouch for a plant.
+/// Limits of the relative change of mass and of drag within which trials confirm a plant.
 const VOUCHED_MASS: f64 = 0.15;
 const VOUCHED_DRAG: f64 = 0.30;
 
-/// A mass that is off by more than this is not what a user takes it for …
+/// Error of the mass above which it is not what users expect …
 pub(super) const MASS_PART: f64 = 0.05;
-/// … and a drag by more than this.
+/// … and error of the drag.
 pub(super) const DRAG_PART: f64 = 0.10;
 
-/// The fit with intervals that hold what its model lacks: beside chance, the change that fitted
-/// and unseen trials ask for, as far as that is not chance itself.
+/// Widens the intervals of a fit by model error: adds the significant part of the change that
+/// fitted and unseen trials support.
 ///
-/// A change of α by the part a, and of β and μ by d, is taken as one draw of what the model lacks:
-/// `Σ += g gᵀ`, g = (aα, dβ, dμ), with each part at the nearer end of its interval: 0 where that
-/// includes 0, for what trials cannot tell is no fault of the model.
+/// A change of α by the fraction a, and of β and μ by d, counts as one sample of the model error:
+/// `Σ += g gᵀ`, g = (aα, dβ, dμ). Each fraction is taken at the end of its interval nearer to zero,
+/// and is 0 where the interval includes 0, since what trials do not determine is no error of the
+/// model.
 pub(crate) fn widened(fit: Fit, changes: [Option<PlantChange>; 2]) -> Fit {
     let mut covariance = fit.covariance;
     for change in changes.into_iter().flatten().filter(PlantChange::is_confirmed) {
         let sure = |part: Part| part.low95.max(0.0) + part.high95.min(0.0);
         let (mass, drag) = (sure(change.mass), sure(change.drag));
-        // Back from mass and drag to what multiplies α, and β and μ.
+        // Converts mass and drag back to factors of α, and of β and μ.
         let a = 1.0 / (1.0 + mass).max(LEAST_MASS) - 1.0;
         let d = (1.0 + drag) * (1.0 + a) - 1.0;
         let plant = fit.lumped;
@@ -273,15 +277,16 @@ pub(crate) fn widened(fit: Fit, changes: [Option<PlantChange>; 2]) -> Fit {
     Fit { covariance, ..fit }
 }
 
-/// A change to less than this part of the mass is beyond what a linear look can tell.
+/// Minimum ratio of the new mass to the old, below which the linear estimate is not valid.
 const LEAST_MASS: f64 = 0.1;
 
-/// That trials ask for another plant; `which` are "held-out" or "fitted".
+/// Returns a caveat if trials support another plant; `which` is "held-out" or "fitted".
 ///
-/// Least squares on the errors of the simulation, linear in the change, with offsets
-/// of its own for each trial.
+/// Based on least squares on the errors of the simulation, linear in the change, with separate
+/// offsets for each trial.
 ///
-/// Innovations that are not white say that the model lacks something: then less is enough.
+/// Innovations that are not white show that the model lacks something: a smaller change then
+/// suffices.
 pub(crate) fn another_plant(
     dof: Dof,
     score: &Score,
@@ -301,23 +306,22 @@ pub(crate) fn another_plant(
     })
 }
 
-/// Box–Pierce over 40 lags, divided by 40, is rarely above this where the model has all that moves
-/// the vehicle.
+/// Box–Pierce statistic over 40 lags, divided by 40, that a complete model rarely exceeds.
 pub(crate) const NOT_WHITE: f64 = 1.8;
-/// Of the limits, this part is enough where innovations are not white.
+/// Fraction of the limits that suffices where innovations are not white.
 const NOT_WHITE_PART: f64 = 0.4;
 
-/// Parts of the record that are compared.
+/// Number of parts of the record that are compared.
 const PARTS: usize = 3;
 
-/// Thrust that changes by less than this through a record does no harm …
+/// Change of thrust over mass within a record that is acceptable …
 const DRIFT_PART: f64 = 0.05;
-/// … and drag, by less than this.
+/// … and change of drag over mass.
 const DRAG_DRIFT_PART: f64 = 0.15;
-/// Chance makes as large a change this often.
+/// Significance level of the test for changes.
 const DRIFT_LEVEL: f64 = 1e-3;
 
-/// How the plant changes from the first third of the fitted record to the last.
+/// Change of the plant between the thirds of the fitted record.
 #[derive(Clone, Debug)]
 pub(crate) struct Drift {
     pub(crate) thrust: Changes,
@@ -325,14 +329,15 @@ pub(crate) struct Drift {
 }
 
 impl Drift {
-    /// Least squares of the simulation errors on what each third's own thrust over mass would do
-    /// beside another drag of all, and each third's own drag beside another thrust of all: with
-    /// both free in each third, motion that is nearly steady tells neither.
+    /// Estimates thrust over mass in each third, together with a common change of drag; and drag
+    /// over mass in each third, together with a common change of thrust. With both free in each
+    /// third, nearly steady motion would determine neither.
     ///
-    /// Thirds of all trials one after the other, or of each by itself, whichever differ more: a
-    /// battery may last for several trials, or be a new one in each.
+    /// Uses thirds of all trials in sequence, or of each trial, whichever differ more: a battery
+    /// may last for several trials, or be exchanged before each.
     pub(crate) fn of(windows: &[Window]) -> Option<Self> {
-        let all = [false, true].map(|by_trial| Self::over(windows, &Thirds::of(windows, by_trial)));
+        let all =
+            [false, true].map(|by_trial| Self::over(windows, &Thirds::new(windows, by_trial)));
         let least = |drift: &Self| drift.thrust.p_value.min(drift.drag.p_value);
         all.into_iter().flatten().min_by(|a, b| least(a).total_cmp(&least(b)))
     }
@@ -345,12 +350,12 @@ impl Drift {
                 let parts = (0..PARTS).map(|third| thirds.part(window, of, third));
                 Some(parts.chain([beside.clone()]).collect())
             };
-            Some(Changes::of(&Lacking::of(windows, columns).solve()?))
+            Some(Changes::of(&ErrorRegression::of(windows, columns).solve()?))
         };
         Some(Self { thrust: changes(true)?, drag: changes(false)? })
     }
 
-    /// That the plant is not one through the record.
+    /// Returns a caveat if the plant changes during the record.
     pub(crate) fn caveat(&self, dof: Dof) -> Option<Caveat> {
         let kinds = [
             ("thrust over mass", &self.thrust, DRIFT_PART),
@@ -369,14 +374,15 @@ impl Drift {
     }
 }
 
-/// The time of windows, one after the other, in three equal parts: of all, or of each trial's.
+/// Division of the time of windows into three equal parts: of all trials together, or of each
+/// trial.
 struct Thirds<'a> {
-    /// When each begins, s, of how long its trial or all take together, s.
+    /// For each window: its start, s, and the total duration of its trial or of all, s.
     places: Vec<(&'a Window, f64, f64)>,
 }
 
 impl<'a> Thirds<'a> {
-    fn of(windows: &'a [Window], by_trial: bool) -> Self {
+    fn new(windows: &'a [Window], by_trial: bool) -> Self {
         let mut spent_s: BTreeMap<&str, f64> = BTreeMap::new();
         let name = |window: &'a Window| if by_trial { window.trial.as_str() } else { "" };
         let mut starts_s = Vec::new();
@@ -390,7 +396,7 @@ impl<'a> Thirds<'a> {
         Self { places: places.collect() }
     }
 
-    /// A column of a window, zero outside a third.
+    /// Returns a column of a window, set to zero outside a third.
     fn part(&self, window: &Window, column: &[f64], third: usize) -> Vec<f64> {
         let own = self.places.iter().find(|(other, ..)| std::ptr::eq(*other, window));
         let (start_s, total_s) =
@@ -403,22 +409,22 @@ impl<'a> Thirds<'a> {
     }
 }
 
-/// One number, third by third.
+/// Changes of one quantity in each third.
 #[derive(Clone, Debug)]
 pub(crate) struct Changes {
-    /// Its change and the standard deviation of that.
+    /// Relative change and its standard deviation.
     pub(crate) parts: Vec<(f64, f64)>,
-    /// The greatest less the least.
+    /// Difference of the greatest and the least.
     pub(crate) range: f64,
-    /// How often chance makes as large changes.
+    /// Probability of such a difference by chance.
     pub(crate) p_value: f64,
 }
 
 impl Changes {
-    /// Of what is asked for in the first places.
-    fn of(asked: &Asked) -> Self {
-        let value = asked.value.rows(0, PARTS);
-        let covariance = asked.covariance.view((0, 0), (PARTS, PARTS));
+    /// Computes the changes from the first entries of a solution.
+    fn of(solution: &Solution) -> Self {
+        let value = solution.value.rows(0, PARTS);
+        let covariance = solution.covariance.view((0, 0), (PARTS, PARTS));
         let parts: Vec<(f64, f64)> =
             (0..PARTS).map(|k| (value[k], covariance[(k, k)].max(0.0).sqrt())).collect();
         let contrast = DMatrix::from_fn(PARTS - 1, PARTS, |i, j| match j {
@@ -431,7 +437,7 @@ impl Changes {
             .cholesky()
             .map_or(0.0, |cholesky| off.dot(&cholesky.solve(&off)));
         let numbers = (PARTS - 1) as f64;
-        let chance = FisherSnedecor::new(numbers, asked.freedom);
+        let chance = FisherSnedecor::new(numbers, solution.freedom);
         let p_value = chance.map_or(1.0, |chance| chance.sf(wald / numbers));
         let (low, high) = parts
             .iter()
@@ -454,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn another_plant_is_asked_for_beyond_chance_and_beyond_what_users_mind() {
+    fn warns_of_significant_and_relevant_changes_of_the_plant_only() {
         let of = |score: &Score, white| another_plant(Dof::Surge, score, "held-out", Some(white));
         let far = score(part(0.12, 0.02), part(0.0, 0.01));
         assert!(of(&far, 1.0).expect("raised").message.contains("mass +12.0 ± 3.9 %"));
@@ -466,14 +472,14 @@ mod tests {
     }
 
     #[test]
-    fn precise_agreement_vouches_and_a_rough_one_does_not() {
+    fn only_precise_agreement_confirms_a_plant() {
         let (mass, drag) = (|std| part(0.02, std), |std| part(-0.05, std));
         let change = |std| PlantChange { mass: mass(std), drag: drag(std), explained: 0.0 };
         assert!(change(0.03).vouches() && !change(0.2).vouches());
     }
 
     #[test]
-    fn a_change_that_explains_nothing_elsewhere_is_no_reason_to_doubt() {
+    fn a_change_that_fails_cross_validation_is_ignored() {
         let far = score(part(0.12, 0.02), part(0.0, 0.01));
         let of = |explained| {
             let change = far.change.map(|change| PlantChange { explained, ..change });

@@ -1,4 +1,4 @@
-//! What is estimated at an instant, and how well.
+//! Present estimate and its uncertainty.
 
 use nalgebra::{DMatrix, Vector6};
 
@@ -8,10 +8,10 @@ use super::{Engine, Online, OnlineEstimate};
 use crate::Error;
 
 impl Online {
-    /// What is estimated now.
+    /// Returns the present estimate.
     ///
     /// # Errors
-    /// [`Error::Plant`] if nothing was learnt yet.
+    /// [`Error::Plant`] if no estimate is available yet.
     pub fn estimate(&self) -> Result<OnlineEstimate, Error> {
         let p = self.projected.len();
         let information = self.recursive.information();
@@ -53,7 +53,7 @@ impl Online {
     }
 }
 
-/// Root mean square of the residual of each axis.
+/// Returns the root mean square residual of each axis.
 fn residual(recursive: &Recursive) -> Vector6<f64> {
     let mut residual = Vector6::zeros();
     for row in recursive.rows() {
@@ -62,11 +62,11 @@ fn residual(recursive: &Recursive) -> Vector6<f64> {
     residual
 }
 
-/// The inverse of information; zero of coefficients that are held.
+/// Returns the inverse of the information; zero for held coefficients.
 pub(super) fn covariance(recursive: &Recursive) -> DMatrix<f64> {
     let (information, held) = (recursive.information(), recursive.held());
     let p = held.len();
-    let mut factor = Factor::of(p);
+    let mut factor = Factor::new(p);
     factor.set(&information, 1e-9);
     let mut covariance = DMatrix::zeros(p, p);
     for k in (0..p).filter(|k| held[*k].is_none()) {
