@@ -24,6 +24,22 @@ BOUNDS = {
 }
 
 
+def moved(w, push, linear, quadratic, mass):
+    """Returns the velocity a step later, by Runge and Kutta's fourth order.
+
+    By Euler's rule a vehicle would have d h / 2 less mass, which is 1 to 3 % of it.
+    """
+
+    def rate(w):
+        return (push - linear * w - quadratic * w * abs(w)) / mass
+
+    a = rate(w)
+    b = rate(w + 0.5 * STEP * a)
+    c = rate(w + 0.5 * STEP * b)
+    d = rate(w + STEP * c)
+    return w + STEP * (a + 2 * b + 2 * c + d) / 6
+
+
 def draw(folder, seed, weight_n, times, tether_n):
     g = Random(seed)
     mass, linear, quadratic = g.uniform(15, 60), g.uniform(2, 30), g.uniform(20, 150)
@@ -57,8 +73,9 @@ def draw(folder, seed, weight_n, times, tether_n):
         tether = decay * tether + kick * g.gauss(0, 1)
         all_mass = mass + (lead if hangs else 0.0)
         push = thrust + tether + excess + (weight_n if hangs else 0.0)
-        w += STEP * (push - linear * w - quadratic * w * abs(w)) / all_mass
-        depth += STEP * w
+        before = w
+        w = moved(w, push, linear, quadratic, all_mass)
+        depth += 0.5 * STEP * (before + w)
     folder.mkdir(parents=True)
     names = "t [s],up [rpm],w [m/s],depth [m]\n"
     text = "".join(",".join(f"{x:.5f}" for x in row) + "\n" for row in rows)

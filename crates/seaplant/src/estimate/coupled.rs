@@ -33,6 +33,7 @@ use gains::Scaled;
 pub use information::{
     ExpectedNoise, ExpectedNoises, Information, information, information_before,
 };
+pub use known::ScaleClaim;
 pub use plan::CoupledPlan;
 use report::Reported;
 use schedule::Attitude;
@@ -103,6 +104,8 @@ pub struct CoupledFit {
     pub tried: Vec<Tried>,
     /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
     pub faults: Vec<ThrusterFault>,
+    /// What each known force says of the scale of thrust, where they contradict each other.
+    pub claims: Vec<ScaleClaim>,
 }
 
 /// What stands beside the plant on one axis.
@@ -506,6 +509,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let covariance = is_coloured.then(of_blocks).flatten();
         let covariance = covariance.unwrap_or_else(|| inverse(&optimum.information));
         let covariance = problem.with_known_uncertainty(&optimum, covariance);
+        let colour = whiteness.values().copied().fold(1.0, f64::max);
+        let claims = problem.contradictory_claims(&optimum, colour);
         let noise_covariance = inverse(&optimum.noise_information);
         let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
         let q = p + Actuator::COUNT;
@@ -554,6 +559,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             rank: (least_squares.rank + p).saturating_sub(least_squares.terms),
             tried,
             faults,
+            claims,
         })
     }
 }

@@ -313,6 +313,7 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
         // What acts before its log says does not act before it is commanded.
         delay: fitted("delay").filter(|delay| delay.value > 0.0),
         reverse_ratio: fitted("reverse_ratio"),
+        thrust_scale: fitted("thrust_scale"),
     }
 }
 

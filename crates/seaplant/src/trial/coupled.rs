@@ -332,18 +332,41 @@ impl CoupledRecord {
     /// # Errors
     /// Those of [`Timed::new`] if a force is not finite.
     pub(crate) fn with_gain(&self, thruster: &str, gain: f64) -> Result<Self, Error> {
+        self.with_gains(thruster, [gain; 2])
+    }
+
+    /// The same with one gain ahead and another in reverse.
+    pub(crate) fn with_gains(
+        &self,
+        thruster: &str,
+        [ahead, astern]: [f64; 2],
+    ) -> Result<Self, Error> {
         let mut record = self.clone();
         for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
             let [_, (_, logged)] = own.signals();
+            let beyond = logged.map(|x| x * (if x < 0.0 { astern } else { ahead } - 1.0));
             for (force, way) in record.force.iter_mut().zip(own.wrench.iter()) {
                 let Some(series) = force.as_mut().filter(|_| *way != 0.0) else { continue };
-                let less = |(t, x): (&f64, &f64)| x - (1.0 - gain) * way * logged.held_at(*t);
-                let values = series.time_s().iter().zip(series.values()).map(less).collect();
+                let more = |(t, x): (&f64, &f64)| x + way * beyond.held_at(*t);
+                let values = series.time_s().iter().zip(series.values()).map(more).collect();
                 *series = series.with_values("force", values)?;
             }
-            own.track.forward *= gain;
-            own.track.reverse *= gain;
+            own.track.forward *= ahead;
+            own.track.reverse *= astern;
             record.signals.extend(own.signals());
+        }
+        Ok(record)
+    }
+
+    /// The same with the force of axes that no thruster explains as many times as great.
+    pub(crate) fn with_wrench_scaled(&self, scale: f64) -> Result<Self, Error> {
+        let mut record = self.clone();
+        for (axis, force) in record.force.iter_mut().enumerate() {
+            let is_logged = !self.thrusters.iter().any(|own| own.wrench[axis] != 0.0);
+            if let Some(series) = force.as_mut().filter(|_| is_logged) {
+                let values = series.values().iter().map(|x| scale * x).collect();
+                *series = series.with_values("force", values)?;
+            }
         }
         Ok(record)
     }
