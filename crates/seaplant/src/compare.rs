@@ -1,6 +1,7 @@
 //! Whether fits of the same vehicle differ by more than chance.
 
 mod coupled;
+mod thrusters;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,6 +11,8 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use self::coupled::{Coupled, coefficients, stated};
+use self::thrusters::histories;
+pub use self::thrusters::{ThrusterCause, ThrusterChange, ThrusterHistory, other_thrusters};
 use crate::exchange::PlantModel;
 use crate::plant::{Basis, Product};
 use crate::results::{Parameter, Parameters, PlantResult, Results};
@@ -23,6 +26,8 @@ pub struct Differences {
     /// Each further coefficient of plants of several axes, by name: `mass.sway-yaw`, `yaw: |v|r`,
     /// `lever.z`; empty if there are not two such plants.
     pub coefficients: BTreeMap<String, ParameterDifference>,
+    /// What each thruster gives over the fits, in their order; without those that fewer than two determine.
+    pub thrusters: BTreeMap<String, ThrusterHistory>,
     /// What makes the tests doubtful.
     pub caveats: Vec<Caveat>,
 }
@@ -138,9 +143,10 @@ pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differe
         }
     }
     let mut coefficients = coefficients(&together);
-    correct(&mut dofs, &mut coefficients);
+    let mut thrusters = histories(compared);
+    correct(&mut dofs, &mut coefficients, &mut thrusters);
     let caveats = caveats(compared, &dofs);
-    Differences { dofs, coefficients, caveats }
+    Differences { dofs, coefficients, thrusters, caveats }
 }
 
 /// The names of parameters, in the order of `[m, d_Q, d_L, b]`.
@@ -305,10 +311,12 @@ fn homogeneity(estimates: &[Gaussian]) -> Option<DifferenceTest> {
     Some(DifferenceTest { q, degrees, p_value, differs: false })
 }
 
-/// Decides by Holm's method, among the tests of whole plants and among those of parameters.
+/// Decides by Holm's method, among the tests of whole plants, among those of parameters and among those
+/// of thrusters.
 fn correct(
     dofs: &mut BTreeMap<Dof, DofDifference>,
     coefficients: &mut BTreeMap<String, ParameterDifference>,
+    thrusters: &mut BTreeMap<String, ThrusterHistory>,
 ) {
     let mut plants = Vec::new();
     let mut parameters = Vec::new();
@@ -317,7 +325,8 @@ fn correct(
         parameters.extend(difference.parameters.values_mut().filter_map(|p| p.test.as_mut()));
     }
     parameters.extend(coefficients.values_mut().filter_map(|p| p.test.as_mut()));
-    for mut tests in [plants, parameters] {
+    let gains = thrusters.values_mut().filter_map(|own| own.test.as_mut()).collect();
+    for mut tests in [plants, parameters, gains] {
         tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let count = tests.len();
         for (k, test) in tests.into_iter().enumerate() {
@@ -344,6 +353,7 @@ fn caveats(compared: &[Compared<'_>], dofs: &BTreeMap<Dof, DofDifference>) -> Ve
         let message = format!("the fits are of vehicles of different names: {}", names.join(", "));
         caveats.push(Caveat::warning(CaveatCode::NotComparable, message));
     }
+    caveats.extend(other_thrusters(compared));
     let shared = shared_logs(&fits);
     if shared > 0 {
         let logs = if shared == 1 { "one log is".to_owned() } else { format!("{shared} logs are") };
@@ -464,7 +474,7 @@ mod tests {
         let given = [(Dof::Surge, 0.01), (Dof::Sway, 0.04), (Dof::Heave, 0.03), (Dof::Yaw, 0.9)];
         let mut dofs: BTreeMap<Dof, DofDifference> =
             given.into_iter().map(|(dof, p)| (dof, of(p))).collect();
-        correct(&mut dofs, &mut BTreeMap::new());
+        correct(&mut dofs, &mut BTreeMap::new(), &mut BTreeMap::new());
         // 0.01 · 4 < 0.05; then 0.03 · 3 > 0.05 ends it, though 0.03 and 0.04 are below 0.05 alone.
         let differing: Vec<Dof> = dofs
             .iter()

@@ -27,7 +27,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use coupled::{
     Actuator, AxisNoise, CoupledFit, CoupledPlan, CurrentDrift, ExpectedNoise, ExpectedNoises,
-    Information, ScaleClaim, Tried, fit_coupled, fit_coupled_freely, information,
+    GainBeside, Information, ScaleClaim, Tried, fit_coupled, fit_coupled_freely, information,
     information_before,
 };
 pub(crate) use coupled::{INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power};

@@ -15,6 +15,7 @@ mod schedule;
 mod search;
 mod start;
 mod step;
+mod swaps;
 mod thrust;
 mod uncertainty;
 
@@ -29,6 +30,7 @@ pub use actuator::Actuator;
 use equation_error::Solved;
 use filter::{Drift, InstrumentNoise};
 use fit::{Optimum, Problem, Tolerance};
+pub use gains::GainBeside;
 use gains::Scaled;
 pub use information::{
     ExpectedNoise, ExpectedNoises, Information, information, information_before,
@@ -104,6 +106,10 @@ pub struct CoupledFit {
     pub tried: Vec<Tried>,
     /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
     pub faults: Vec<ThrusterFault>,
+    /// Thrusters that follow each other's log; the plant is that of what they do.
+    pub exchanged: Vec<[String; 2]>,
+    /// What each thruster gives beside the others, where the trials determine it.
+    pub gains: BTreeMap<String, GainBeside>,
     /// What each known force says of the scale of thrust, where they contradict each other.
     pub claims: Vec<ScaleClaim>,
 }
@@ -194,6 +200,12 @@ fn fit_as(
         let records = if prompt.is_empty() { records } else { &prompt };
         let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
         let fitted = fitted.with_drift_that_shows()?;
+        let (fitted, following) = match search {
+            true => fitted.with_thrusters_exchanged(records)?,
+            false => (fitted, Vec::new()),
+        };
+        let following: Vec<&CoupledRecord> = following.iter().collect();
+        let records = if following.is_empty() { records } else { &following };
         let (fitted, acting) = match search {
             true => fitted.with_thrusters_that_act(records)?,
             false => (fitted, Vec::new()),
@@ -229,12 +241,14 @@ struct Fitted<const N: usize, const M: usize> {
     reported: Reported,
     /// Thrusters that did not act as logged; the problem's do as they did.
     faults: Vec<ThrusterFault>,
+    /// Thrusters that follow each other's log, likewise.
+    exchanged: Vec<[String; 2]>,
 }
 
 impl<const N: usize, const M: usize> Fitted<N, M> {
     fn new(problem: Problem, optimum: Optimum<N, M>) -> Self {
-        let (tried, reported, faults) = Default::default();
-        Self { problem, optimum, tried, reported, faults }
+        let (tried, reported, faults, exchanged) = Default::default();
+        Self { problem, optimum, tried, reported, faults, exchanged }
     }
 
     /// The same where what reads the speed of propellers reads that which they have, behind the one
@@ -299,8 +313,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         } else {
             problem.descent_at_noise(start, Tolerance::COARSE)?
         };
-        let faults = self.faults.clone();
-        Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported, faults })
+        let (faults, exchanged) = (self.faults.clone(), self.exchanged.clone());
+        Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported, faults, exchanged })
     }
 
     /// The same without what the trials do not show of the terms beside those of a structure.
@@ -500,7 +514,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         method: Method,
     ) -> Result<CoupledFit, Error> {
         let thrust_covariance = self.thrust_covariance()?;
-        let Self { problem, optimum, tried, reported, faults } = self;
+        let alike = self.gains_to_first_order()?;
+        let Self { problem, optimum, tried, reported, faults, exchanged } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
         let whiteness = whiteness(&problem, &optimum.point, reported.keep)?;
@@ -532,6 +547,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         inflation.resize(plant.coefficients().len(), 1.0);
         let mut noise = optimum.point.noise;
         noise.disturbance *= scale;
+        let gains = gains::of_plant(&plant, &of_plant).unwrap_or(alike);
         Ok(CoupledFit {
             plant: plant.pruned()?,
             method,
@@ -559,6 +575,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             rank: (least_squares.rank + p).saturating_sub(least_squares.terms),
             tried,
             faults,
+            exchanged,
+            gains,
             claims,
         })
     }
@@ -579,8 +597,8 @@ impl<const N: usize> Fitted<N, N> {
         let optimum = problem.descent(start, Tolerance::COARSE)?;
         let iterations = self.optimum.iterations + optimum.iterations;
         let optimum = Optimum { iterations, ..optimum };
-        let Self { tried, reported, faults, .. } = self;
-        Ok(Fitted { problem, optimum, tried, reported, faults })
+        let Self { tried, reported, faults, exchanged, .. } = self;
+        Ok(Fitted { problem, optimum, tried, reported, faults, exchanged })
     }
 }
 
@@ -690,12 +708,12 @@ impl CoupledFit {
         &self,
         records: &[&CoupledRecord],
     ) -> Result<Vec<CoupledRecord>, Error> {
-        if self.faults.is_empty() {
+        if self.faults.is_empty() && self.exchanged.is_empty() {
             return Ok(Vec::new());
         }
         let acting = |record: &&CoupledRecord| {
             let own = self.faults.iter().filter(|fault| fault.trial == record.trial);
-            let first = (*record).clone();
+            let first = record.with_all_exchanged(&self.exchanged)?;
             own.into_iter()
                 .try_fold(first, |record, fault| record.with_gain(&fault.thruster, fault.gain))
         };

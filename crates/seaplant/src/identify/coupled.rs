@@ -148,6 +148,7 @@ fn plant(
     let acted = fit.as_driven(&records.fit)?;
     let records = records.acting(&acted);
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
+    plant.thruster_estimates = thrusters::estimates(&fit, &plant);
     plant.fit = of_fit;
     plant.hold_out = of_hold_out;
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
@@ -416,6 +417,8 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         },
         structure: fit.tried.iter().map(decision).collect(),
         thruster_faults: fit.faults.clone(),
+        thrusters_exchanged: fit.exchanged.clone(),
+        thruster_estimates: BTreeMap::new(),
         samples: fit.samples,
         log_likelihood: fit.log_likelihood,
         fit: crate::results::CoupledScore::default(),

@@ -358,6 +358,46 @@ impl CoupledRecord {
         Ok(record)
     }
 
+    /// The same with two thrusters of which each does what the log of the other says.
+    ///
+    /// # Errors
+    /// As [`Self::with_gain`].
+    pub(crate) fn with_exchanged(&self, a: &str, b: &str) -> Result<Self, Error> {
+        let speed = |name: &str| {
+            let own = self.thrusters.iter().find(|own| own.name == name);
+            own.map(|own| own.track.speed.clone())
+        };
+        let Some((of_a, of_b)) = speed(a).zip(speed(b)) else { return Ok(self.clone()) };
+        self.with_speed(a, &of_b)?.with_speed(b, &of_a)
+    }
+
+    /// The same with several pairs.
+    pub(crate) fn with_all_exchanged(&self, pairs: &[[String; 2]]) -> Result<Self, Error> {
+        pairs.iter().try_fold(self.clone(), |record, [a, b]| record.with_exchanged(a, b))
+    }
+
+    /// The same with another speed of a thruster.
+    fn with_speed(&self, thruster: &str, speed: &Timed) -> Result<Self, Error> {
+        let mut record = self.clone();
+        for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
+            let [_, (_, before)] = own.signals();
+            own.track.speed = speed.clone();
+            let [_, (_, now)] = own.signals();
+            for (force, way) in record.force.iter_mut().zip(own.wrench.iter()) {
+                let Some(series) = force.as_mut().filter(|_| *way != 0.0) else { continue };
+                let first_s = series.first_s();
+                let mut times = union([series.time_s(), speed.time_s()].into_iter());
+                times.retain(|t| *t >= first_s);
+                let moved =
+                    |t: &f64| series.held_at(*t) + way * (now.held_at(*t) - before.held_at(*t));
+                let values: Vec<f64> = times.iter().map(moved).collect();
+                *series = Timed::new("force", times, values)?;
+            }
+            record.signals.extend(own.signals());
+        }
+        Ok(record)
+    }
+
     /// The same with the force of axes that no thruster explains as many times as great.
     pub(crate) fn with_wrench_scaled(&self, scale: f64) -> Result<Self, Error> {
         let mut record = self.clone();

@@ -90,11 +90,12 @@ impl Sums {
 /// That of the first trial, if none was read for the plant's axes; as [`plant_of_result`].
 pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<CoupledScore, Error> {
     let plant = plant_of_result(result)?;
-    let read: Vec<_> = trials.iter().map(|trial| trial.coupled(&result.axes)).collect();
-    let records: Vec<&CoupledRecord> =
-        read.iter().filter_map(|x| x.as_ref().ok().copied()).collect();
-    if let (true, Some(Err(error))) = (records.is_empty(), read.into_iter().next()) {
-        return Err(error);
+    let exchanged = |record: &CoupledRecord| record.with_all_exchanged(&result.thrusters_exchanged);
+    let read: Vec<_> =
+        trials.iter().map(|trial| trial.coupled(&result.axes).and_then(exchanged)).collect();
+    let records: Vec<&CoupledRecord> = read.iter().filter_map(|x| x.as_ref().ok()).collect();
+    if let (true, Some(Err(error))) = (records.is_empty(), read.first()) {
+        return Err(error.clone());
     }
     let current = mean_current(result);
     score(&plant, &Standing::of_result(result), &records, |_| current)
@@ -143,7 +144,7 @@ fn with_curves_of(
 /// That of the trial, if it was not read for the plant's axes; as [`plant_of_result`].
 pub fn compare_coupled(result: &CoupledPlant, trial: &Trial) -> Result<Vec<Comparison>, Error> {
     let plant = plant_of_result(result)?;
-    let record = trial.coupled(&result.axes)?;
+    let record = &trial.coupled(&result.axes)?.with_all_exchanged(&result.thrusters_exchanged)?;
     let own = |direction: &str| {
         result.nuisances.get(&format!("{direction}{}", record.trial)).map(|x| x.value)
     };
