@@ -12,7 +12,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use self::coupled::{Coupled, coefficients, stated};
 use self::thrusters::histories;
-pub use self::thrusters::{ThrusterCause, ThrusterChange, ThrusterHistory, other_thrusters};
+pub use self::thrusters::{
+    DiveThrusters, ThrusterCause, ThrusterChange, ThrusterHistory, follow_thrusters,
+    other_thrusters,
+};
 use crate::exchange::PlantModel;
 use crate::plant::{Basis, Product};
 use crate::results::{Parameter, Parameters, PlantResult, Results};
@@ -143,8 +146,8 @@ pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differe
         }
     }
     let mut coefficients = coefficients(&together);
-    let mut thrusters = histories(compared);
-    correct(&mut dofs, &mut coefficients, &mut thrusters);
+    let thrusters = histories(compared);
+    correct(&mut dofs, &mut coefficients);
     let caveats = caveats(compared, &dofs);
     Differences { dofs, coefficients, thrusters, caveats }
 }
@@ -311,12 +314,10 @@ fn homogeneity(estimates: &[Gaussian]) -> Option<DifferenceTest> {
     Some(DifferenceTest { q, degrees, p_value, differs: false })
 }
 
-/// Decides by Holm's method, among the tests of whole plants, among those of parameters and among those
-/// of thrusters.
+/// Decides by Holm's method, among the tests of whole plants and among those of parameters.
 fn correct(
     dofs: &mut BTreeMap<Dof, DofDifference>,
     coefficients: &mut BTreeMap<String, ParameterDifference>,
-    thrusters: &mut BTreeMap<String, ThrusterHistory>,
 ) {
     let mut plants = Vec::new();
     let mut parameters = Vec::new();
@@ -325,16 +326,19 @@ fn correct(
         parameters.extend(difference.parameters.values_mut().filter_map(|p| p.test.as_mut()));
     }
     parameters.extend(coefficients.values_mut().filter_map(|p| p.test.as_mut()));
-    let gains = thrusters.values_mut().filter_map(|own| own.test.as_mut()).collect();
-    for mut tests in [plants, parameters, gains] {
-        tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
-        let count = tests.len();
-        for (k, test) in tests.into_iter().enumerate() {
-            if test.p_value * (count - k) as f64 >= LEVEL {
-                break;
-            }
-            test.differs = true;
+    by_holm(plants);
+    by_holm(parameters);
+}
+
+/// Decides which of some tests differ by more than chance.
+fn by_holm(mut tests: Vec<&mut DifferenceTest>) {
+    tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    let count = tests.len();
+    for (k, test) in tests.into_iter().enumerate() {
+        if test.p_value * (count - k) as f64 >= LEVEL {
+            break;
         }
+        test.differs = true;
     }
 }
 
@@ -474,7 +478,7 @@ mod tests {
         let given = [(Dof::Surge, 0.01), (Dof::Sway, 0.04), (Dof::Heave, 0.03), (Dof::Yaw, 0.9)];
         let mut dofs: BTreeMap<Dof, DofDifference> =
             given.into_iter().map(|(dof, p)| (dof, of(p))).collect();
-        correct(&mut dofs, &mut BTreeMap::new(), &mut BTreeMap::new());
+        correct(&mut dofs, &mut BTreeMap::new());
         // 0.01 · 4 < 0.05; then 0.03 · 3 > 0.05 ends it, though 0.03 and 0.04 are below 0.05 alone.
         let differing: Vec<Dof> = dofs
             .iter()

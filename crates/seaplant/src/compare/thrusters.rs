@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Compared, DifferenceTest, Gaussian, Stated, homogeneity, single};
-use crate::results::{CoupledPlant, Parameter, Results, ThrusterEstimate};
+use super::{Compared, DifferenceTest, Gaussian, Stated, by_holm, homogeneity, single};
+use crate::results::{Parameter, Results, ThrusterEstimate};
 use crate::{Caveat, CaveatCode};
 
 /// A thruster over several fits.
@@ -69,22 +69,71 @@ const UNLIKE: f64 = 0.12;
 /// So many standard deviations are no chance: of eight thrusters one is so far off once in 2000 dives.
 const CLEARLY: f64 = 4.0;
 
-/// The history of each thruster that two fits or more have a gain of.
-pub(super) fn histories(compared: &[Compared<'_>]) -> BTreeMap<String, ThrusterHistory> {
-    let fits: Vec<Option<&Results>> = compared.iter().map(fit_of).collect();
-    let of = |name: &String| {
+/// What the fit of one dive says of its thrusters.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DiveThrusters {
+    /// What each gives over what its curve says.
+    pub estimates: BTreeMap<String, ThrusterEstimate>,
+    /// Pairs of which each does what the log of the other says.
+    pub exchanged: Vec<[String; 2]>,
+}
+
+impl DiveThrusters {
+    /// Those of all plants of a fit; of a thruster that several estimate, the surest.
+    pub fn of_results(results: &Results) -> Self {
+        let mut all = Self::default();
+        for plant in results.coupled.values() {
+            for (name, own) in &plant.thruster_estimates {
+                let surer = |known: &ThrusterEstimate| known.gain.std <= own.gain.std;
+                if !all.estimates.get(name).is_some_and(surer) {
+                    all.estimates.insert(name.clone(), own.clone());
+                }
+            }
+            let is_new = |pair: &&[String; 2]| !all.exchanged.contains(pair);
+            let new: Vec<[String; 2]> =
+                plant.thrusters_exchanged.iter().filter(is_new).cloned().collect();
+            all.exchanged.extend(new);
+        }
+        all
+    }
+}
+
+/// Follows each thruster over dives of one vehicle, in order: those that two dives or more have a gain of.
+///
+/// A gain that differs from those since the last change by more than 5 % and four standard deviations is a
+/// change; in the first dive, one more than 12 % from 1.
+///
+/// ```
+/// use seaplant::{DiveThrusters, ThrusterCause, follow_thrusters};
+/// let dive = |gain: f64| -> Result<DiveThrusters, serde_json::Error> {
+///     let gain = serde_json::json!({ "value": gain, "std": 0.02, "low95": gain - 0.04, "high95": gain + 0.04, "unit": "1" });
+///     let bow = serde_json::json!({ "gain": gain, "is_fitted": true });
+///     serde_json::from_value(serde_json::json!({ "estimates": { "bow": bow }, "exchanged": [] }))
+/// };
+/// let followed = follow_thrusters(&[dive(1.0)?, dive(0.99)?, dive(0.8)?]);
+/// let change = &followed["bow"].changes[0];
+/// assert_eq!((change.from, change.cause), (2, ThrusterCause::Loss));
+/// # Ok::<(), serde_json::Error>(())
+/// ```
+pub fn follow_thrusters(dives: &[DiveThrusters]) -> BTreeMap<String, ThrusterHistory> {
+    let mut histories: BTreeMap<String, ThrusterHistory> = BTreeMap::new();
+    let names: BTreeSet<&String> = dives.iter().flat_map(|dive| dive.estimates.keys()).collect();
+    for name in names {
         let estimates: Vec<Option<&ThrusterEstimate>> =
-            fits.iter().map(|fit| estimate((*fit)?, name)).collect();
-        let known = estimates.iter().flatten().count();
-        (known > 1).then(|| (name.clone(), history(name, &fits, &estimates)))
-    };
-    let names: BTreeSet<&String> = fits
-        .iter()
-        .flatten()
-        .flat_map(|fit| fit.coupled.values())
-        .flat_map(|plant| plant.thruster_estimates.keys())
-        .collect();
-    names.into_iter().filter_map(of).collect()
+            dives.iter().map(|dive| dive.estimates.get(name)).collect();
+        if estimates.iter().flatten().count() > 1 {
+            histories.insert(name.clone(), history(name, dives, &estimates));
+        }
+    }
+    let tests = histories.values_mut().filter_map(|own| own.test.as_mut()).collect();
+    by_holm(tests);
+    histories
+}
+
+/// The history of each thruster of what is compared.
+pub(super) fn histories(compared: &[Compared<'_>]) -> BTreeMap<String, ThrusterHistory> {
+    let of = |one: &Compared<'_>| fit_of(one).map(DiveThrusters::of_results).unwrap_or_default();
+    follow_thrusters(&compared.iter().map(of).collect::<Vec<_>>())
 }
 
 /// Returns a caveat if fits are of vehicles with other thrusters than each other.
@@ -119,11 +168,6 @@ fn fit_of<'a>(compared: &Compared<'a>) -> Option<&'a Results> {
     }
 }
 
-fn estimate<'a>(fit: &'a Results, name: &str) -> Option<&'a ThrusterEstimate> {
-    let known = fit.coupled.values().filter_map(|plant| plant.thruster_estimates.get(name));
-    known.min_by(|a, b| a.gain.std.total_cmp(&b.gain.std))
-}
-
 fn stated(parameter: &Parameter) -> Stated {
     Stated {
         value: parameter.value,
@@ -135,7 +179,7 @@ fn stated(parameter: &Parameter) -> Stated {
 
 fn history(
     name: &str,
-    fits: &[Option<&Results>],
+    dives: &[DiveThrusters],
     estimates: &[Option<&ThrusterEstimate>],
 ) -> ThrusterHistory {
     let gains: Vec<Option<Stated>> =
@@ -144,7 +188,7 @@ fn history(
         estimates.iter().map(|own| Some(stated(own.as_ref()?.reverse.as_ref()?))).collect();
     let known: Vec<Gaussian> = gains.iter().flatten().filter_map(single).collect();
     let mut changes = changes(name, estimates);
-    changes.extend(exchanges(name, fits));
+    changes.extend(exchanges(name, dives));
     changes.sort_by_key(|change| change.from);
     ThrusterHistory { gains, reverse, test: homogeneity(&known), changes }
 }
@@ -245,17 +289,13 @@ fn change(
 }
 
 /// That a thruster and another are exchanged, from which fit on.
-fn exchanges(name: &str, fits: &[Option<&Results>]) -> Vec<ThrusterChange> {
-    let other = |plant: &CoupledPlant| {
-        let pair = plant.thrusters_exchanged.iter().find(|pair| pair.iter().any(|own| own == name));
-        pair.and_then(|pair| pair.iter().find(|own| *own != name).cloned())
-    };
+fn exchanges(name: &str, dives: &[DiveThrusters]) -> Vec<ThrusterChange> {
     let mut all = Vec::new();
-    let mut last: Option<String> = None;
-    for (from, fit) in fits.iter().enumerate() {
-        let Some(fit) = fit else { continue };
-        let now = fit.coupled.values().find_map(other);
-        if let Some(other) = now.as_ref().filter(|_| now != last) {
+    let mut last: Option<&String> = None;
+    for (from, dive) in dives.iter().enumerate() {
+        let mut pairs = dive.exchanged.iter().filter(|pair| pair.iter().any(|own| own == name));
+        let now = pairs.next().and_then(|pair| pair.iter().find(|own| *own != name));
+        if let Some(other) = now.filter(|_| now != last) {
             let message = format!(
                 "thrusters `{name}` and `{other}` are exchanged from [{}] on: each does what the log of the other says",
                 from + 1
@@ -281,7 +321,7 @@ mod tests {
                 high95: value + 0.04,
                 unit: "1".to_owned(),
             };
-            ThrusterEstimate { gain, reverse: None, is_fitted: true }
+            ThrusterEstimate { gain, reverse: None, of_curve: None, is_fitted: true }
         };
         let all: Vec<ThrusterEstimate> = gains.iter().map(estimate).collect();
         let all: Vec<Option<&ThrusterEstimate>> = all.iter().map(Some).collect();

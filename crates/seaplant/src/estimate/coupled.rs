@@ -31,7 +31,7 @@ use equation_error::Solved;
 use filter::{Drift, InstrumentNoise};
 use fit::{Optimum, Problem, Tolerance};
 pub use gains::GainBeside;
-use gains::Scaled;
+use gains::{OfScale, Scaled};
 pub use information::{
     ExpectedNoise, ExpectedNoises, Information, information, information_before,
 };
@@ -547,7 +547,18 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         inflation.resize(plant.coefficients().len(), 1.0);
         let mut noise = optimum.point.noise;
         noise.disturbance *= scale;
-        let gains = gains::of_plant(&plant, &of_plant).unwrap_or(alike);
+        let place = p + Actuator::SCALE;
+        let of_scale = problem.fits[Actuator::SCALE].then(|| OfScale {
+            scale: optimum.point.actuator.log_scale.exp(),
+            covariance: covariance.column(place).rows(0, p).into_owned(),
+            variance: covariance[(place, place)],
+        });
+        let gains = match gains::of_plant(&plant, &of_plant, of_scale.as_ref()) {
+            Some(fitted) => fitted,
+            None => {
+                alike.into_iter().map(|(name, own)| (name, own.scaled(of_scale.as_ref()))).collect()
+            }
+        };
         Ok(CoupledFit {
             plant: plant.pruned()?,
             method,

@@ -297,6 +297,9 @@ pub struct ThrusterEstimate {
     /// The same of thrust below zero, where the trials show that it is another.
     #[serde(default)]
     pub reverse: Option<Parameter>,
+    /// Thrust over what its curve says ahead, with the scale of all thrust, where known forces reveal it.
+    #[serde(default)]
+    pub of_curve: Option<Parameter>,
     /// Whether the plant has these gains; else the trials do not ask for any, and `gain` is what they
     /// say of it to first order.
     pub is_fitted: bool,

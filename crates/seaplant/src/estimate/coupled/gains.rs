@@ -188,7 +188,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let known = beside_most(&beside.step(), &information);
         let of = |(term, known): (&Basis, Option<[f64; 2]>)| {
             let [excess, std] = known?;
-            let gain = GainBeside { gain: 1.0 + excess, std, is_fitted: false };
+            let (gain, is_fitted, of_curve) = (1.0 + excess, false, None);
+            let gain = GainBeside { gain, std, is_fitted, of_curve };
             Some((thruster_of(structure, term)?, gain))
         };
         Ok(group.iter().zip(known).filter_map(of).collect())
@@ -248,30 +249,68 @@ pub struct GainBeside {
     pub std: f64,
     /// Whether the plant has it; else the trials do not ask for it, and it is known to first order.
     pub is_fitted: bool,
+    /// Thrust over what its curve says, others being as they are, and its standard deviation; where known
+    /// forces reveal the scale.
+    pub of_curve: Option<[f64; 2]>,
+}
+
+/// The scale of thrust that known forces reveal.
+pub(super) struct OfScale {
+    pub(super) scale: f64,
+    /// Covariance of its logarithm with the coefficients …
+    pub(super) covariance: DVector<f64>,
+    /// … and its variance.
+    pub(super) variance: f64,
+}
+
+impl GainBeside {
+    /// The same with the scale of thrust, of a plant in which all thrusters give what their curves say times
+    /// that.
+    pub(super) fn scaled(self, of: Option<&OfScale>) -> Self {
+        let of_curve = of.map(|of| {
+            let std = of.scale * self.std.hypot(of.variance.sqrt());
+            [of.scale, std]
+        });
+        Self { of_curve, ..self }
+    }
 }
 
 /// The gains that a plant has of its thrusters beside each other; none of a plant without gains both ways.
 pub(super) fn of_plant(
     plant: &Plant,
     covariance: &DMatrix<f64>,
+    of_scale: Option<&OfScale>,
 ) -> Option<BTreeMap<String, GainBeside>> {
     let structure = plant.structure();
-    let terms = structure.terms().iter().enumerate();
-    let (places, names): (Vec<usize>, Vec<String>) = terms
-        .filter(|(_, term)| is_gain(structure, term))
-        .filter_map(|(k, term)| Some((k, thruster_of(structure, term)?)))
-        .unzip();
-    if places.is_empty() {
+    let fitted: Vec<Basis> =
+        structure.terms().iter().copied().filter(|term| is_gain(structure, term)).collect();
+    if fitted.is_empty() {
         return None;
     }
-    let excess = DVector::from_row_slice(plant.coefficients()).select_rows(&places);
-    let own = covariance.select_rows(&places).select_columns(&places);
+    // One without a coefficient gives what its curve says.
+    let all = [fitted, gains(structure, false)].concat();
+    let places: Vec<Option<usize>> = all.iter().map(|term| structure.index_of(term)).collect();
+    let scale = of_scale.map_or(1.0, |of| of.scale);
+    let value = |k: usize| places[k].map_or(0.0, |at| plant.coefficients()[at]);
+    let between =
+        |i: usize, j: usize| places[i].zip(places[j]).map_or(0.0, |(i, j)| covariance[(i, j)]);
+    // What all have in common is the scale.
+    let common = if of_scale.is_some() { 1.0 } else { 0.0 };
+    let n = all.len();
+    let excess = DVector::from_fn(n, |k, _| value(k) / scale);
+    let own = DMatrix::from_fn(n, n, |i, j| between(i, j) / (scale * scale) + common);
     let known = beside_most(&excess, &inverse(&own));
-    let of = |(name, known): (String, Option<[f64; 2]>)| {
+    let of = |(k, known): (usize, Option<[f64; 2]>)| {
         let [excess, std] = known?;
-        Some((name, GainBeside { gain: 1.0 + excess, std, is_fitted: true }))
+        let of_curve = of_scale.map(|of| {
+            let cross = places[k].map_or(0.0, |at| of.covariance[at]);
+            let variance = scale * scale * of.variance + between(k, k) + 2.0 * scale * cross;
+            [scale + value(k), variance.max(0.0).sqrt()]
+        });
+        let gain = GainBeside { gain: 1.0 + excess, std, is_fitted: true, of_curve };
+        Some((thruster_of(structure, &all[k])?, gain))
     };
-    Some(names.into_iter().zip(known).filter_map(of).collect())
+    Some(known.into_iter().enumerate().filter_map(of).collect())
 }
 
 /// Moves what gains exceed 1 by, along directions that the trials do not determine, such as all thrusters of

@@ -40,7 +40,8 @@ pub(super) fn estimates(
         let in_reverse = both.get(name).map_or(0.0, |own| own.reverse - own.forward);
         let reverse = (in_reverse != 0.0).then(|| parameter(found.gain + in_reverse, found.std));
         let (gain, is_fitted) = (parameter(found.gain, found.std), found.is_fitted);
-        (name.clone(), ThrusterEstimate { gain, reverse, is_fitted })
+        let of_curve = found.of_curve.map(|[value, std]| parameter(value, std));
+        (name.clone(), ThrusterEstimate { gain, reverse, of_curve, is_fitted })
     };
     fit.gains.iter().map(of).collect()
 }

@@ -173,7 +173,7 @@ impl WholeTwinSpec {
     /// follows, and its gain.
     ///
     /// # Errors
-    /// [`Error::Twin`] for a name that none of them has, or a gain that is not finite.
+    /// [`Error::TwinSpec`] for a name that none of them has, or a gain that is not finite.
     pub(super) fn acting(&self, names: &[&str]) -> Result<Vec<(usize, f64)>, Error> {
         let place = |key: &str, name: &String| {
             let expected = format!("one of {}", names.join(", "));
