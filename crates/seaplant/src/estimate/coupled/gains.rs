@@ -350,8 +350,9 @@ fn nearest_of_most(x: &DVector<f64>, open: &DMatrix<f64>) -> DVector<f64> {
 /// before anything is measured.
 const UNDETERMINED: f64 = 0.15;
 
-/// A thruster that determined directions move by less than this part of it has no gain of its own.
-const LEAST_OWN: f64 = 0.4;
+/// A thruster that determined directions move by less than this part of it has no gain of its own: of two
+/// with an open common gain, each has half, and which of them is weak is not determined.
+const LEAST_OWN: f64 = 0.6;
 
 /// How often weights are made anew.
 const REWEIGHTED: usize = 40;
