@@ -33,12 +33,12 @@ fn log(column: &str, phase: f64, input: impl Fn(f64) -> f64) -> String {
     const FINE: usize = 50;
     let mut text = format!("time [s],{column},w [m/s]\n");
     let [mass, linear, quadratic] = PLANT;
-    let mut w = 0.0_f64;
+    let (mut w, mut seed) = (0.0_f64, 7_u64);
     for k in 0..3000_u32 {
         let t = 0.1 * f64::from(k);
         let thrust = 15.0 * (0.5 * t + phase).sin() + 12.0 * (0.17 * t + 2.0 * phase).sin();
-        // Chance must not be as regular as what is measured.
-        let jitter = 0.003 * (f64::from(k) * 12.9898).sin() * (f64::from(k) * 78.233).cos();
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let jitter = 0.01 * ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
         text += &format!("{t:.1},{:.5},{:.6}\n", input(thrust), w + jitter);
         let hangs = HUNG.iter().any(|[from, to]| (*from..*to).contains(&(t + 1e-9)));
         let [weight, weight_kg] = if hangs { WEIGHT } else { [0.0; 2] };

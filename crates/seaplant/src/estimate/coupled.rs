@@ -29,7 +29,7 @@ use crate::{CoupledRecord, Dof, Error, Method, ThrusterFault, VelocityReport};
 pub use actuator::Actuator;
 use equation_error::Solved;
 use filter::{Drift, InstrumentNoise};
-use fit::{Optimum, Problem, Tolerance};
+use fit::{CURRENT_STD, Optimum, Problem, Tolerance};
 pub use gains::GainBeside;
 use gains::{OfScale, Scaled};
 pub use information::{
@@ -529,7 +529,11 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let noise_covariance = inverse(&optimum.noise_information);
         let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
         let q = p + Actuator::COUNT;
-        let std = |k: usize| covariance[(q + k, q + k)].sqrt();
+        // Of a current that nothing shows, the scores of blocks leave none of what was known before.
+        let std = |k: usize| {
+            let variance = covariance[(q + k, q + k)];
+            if variance > 0.0 { variance.sqrt() } else { CURRENT_STD }
+        };
         let current = |(trial, name): (usize, &String)| {
             let [north, east] = optimum.point.currents[trial];
             (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
