@@ -240,7 +240,6 @@ def test_thrusters_are_followed_over_dives(tmp_path):
     ]
     found = sp.fleet.identify(campaigns, out=tmp_path / "fleet", progress=False).thrusters()
     changed = found[found["change"] != ""]
-    assert list(zip(changed["dive"], changed["thruster"], changed["change"])) == [
-        ("dive 2", "aft port", "loss")
-    ], changed.to_string()
+    of = changed[["dive", "thruster", "change"]].to_numpy().tolist()
+    assert of == [["dive 2", "aft port", "loss"]], changed.to_string()
     assert "from dive 2 on" in changed["message"].iloc[0]

@@ -105,7 +105,7 @@ class Fleet:
         return summarise(self.to_pandas())
 
     def thrusters(self) -> pd.DataFrame:
-        """Follows each thruster over the dives, by date where all have one, else in their order.
+        """Follows each thruster over the dives: by date if all have one, or in their order.
 
         Returns
         -------

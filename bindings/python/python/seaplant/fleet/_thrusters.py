@@ -59,7 +59,11 @@ def _numbers(gain: dict[str, Any] | None) -> list[float | None]:
 
 
 def _check_names(names: list[str], dives: list[dict[str, Any]]) -> None:
-    known = [(name, set(of["estimates"])) for name, of in zip(names, dives) if of["estimates"]]
+    known = [
+        (name, set(of["estimates"]))
+        for name, of in zip(names, dives, strict=True)
+        if of["estimates"]
+    ]
     for name, others in known[1:]:
         first, own = known[0]
         if not own & others:
