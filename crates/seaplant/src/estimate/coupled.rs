@@ -735,6 +735,17 @@ impl CoupledFit {
         records.iter().map(acting).collect()
     }
 
+    /// Records that were not fitted, with exchanged thrusters as they act; none where none are.
+    ///
+    /// # Errors
+    /// As [`Self::as_driven`].
+    pub(crate) fn as_wired(&self, records: &[&CoupledRecord]) -> Result<Vec<CoupledRecord>, Error> {
+        if self.exchanged.is_empty() {
+            return Ok(Vec::new());
+        }
+        records.iter().map(|record| record.with_all_exchanged(&self.exchanged)).collect()
+    }
+
     /// Noise of instruments as a filter takes it.
     fn instrument_noise(&self) -> InstrumentNoise {
         let mut noise = InstrumentNoise::NONE;

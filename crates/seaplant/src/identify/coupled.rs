@@ -112,12 +112,13 @@ impl<'a> Records<'a> {
     }
 
     /// The same with others to fit, if there are any.
-    fn acting<'b>(self, acted: &'b [CoupledRecord]) -> Records<'b>
+    fn acting<'b>(self, acted: &'b [CoupledRecord], wired: &'b [CoupledRecord]) -> Records<'b>
     where
         'a: 'b,
     {
         let fit = if acted.is_empty() { self.fit } else { acted.iter().collect() };
-        let Self { hold_out, of_logs, left_out, .. } = self;
+        let hold_out = if wired.is_empty() { self.hold_out } else { wired.iter().collect() };
+        let Self { of_logs, left_out, .. } = self;
         Records { fit, hold_out, of_logs, left_out }
     }
 }
@@ -146,7 +147,8 @@ fn plant(
     let (disputed, rival) = rival.unzip();
     let Scored { fit, of_fit, of_hold_out } = scored;
     let acted = fit.as_driven(&records.fit)?;
-    let records = records.acting(&acted);
+    let wired = fit.as_wired(&records.hold_out)?;
+    let records = records.acting(&acted, &wired);
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
     plant.thruster_estimates = thrusters::estimates(&fit, &plant);
     plant.fit = of_fit;
@@ -195,13 +197,16 @@ impl Scored {
         let acted: Vec<&CoupledRecord> = acted.iter().collect();
         let fitted = if acted.is_empty() { records.fit.as_slice() } else { &acted };
         let of_fit = score::score(&fit.plant, &beside, fitted, own)?;
-        let mut of_hold_out = match records.hold_out.as_slice() {
+        let wired = fit.as_wired(&records.hold_out)?;
+        let wired: Vec<&CoupledRecord> = wired.iter().collect();
+        let held_out = if wired.is_empty() { records.hold_out.as_slice() } else { &wired };
+        let mut of_hold_out = match held_out {
             [] => None,
             // A trial that was not fitted has no current of its own.
             held => Some(score::score(&fit.plant, &beside, held, |_| fit.mean_current())?),
         };
         if let Some(score) = &mut of_hold_out {
-            for (dof, change) in change::changes(&fit, &records.hold_out)? {
+            for (dof, change) in change::changes(&fit, held_out)? {
                 score.by_axis.entry(dof).and_modify(|score| score.change = Some(change));
             }
         }
