@@ -231,6 +231,12 @@ def reversed_thruster(s, g):
 
 
 @fault_of_thrusters
+def exchanged(s, g):
+    a, b = g.choice(8, 2, replace=False)
+    s["follows"][[a, b]] = s["follows"][[b, a]]
+
+
+@fault_of_thrusters
 def misplaced(s, g):
     s["claimed_places"] = s["places"] + g.normal(0.0, 0.02, (8, 3))
 
@@ -355,6 +361,8 @@ def draw(seed, wanted=()):
     s["claimed_places"] = s["places"]
     # By trial, thruster and way: ahead, in reverse.
     s["gain"] = np.ones((len(TRIALS), 8, 2))
+    # Which log each propeller follows.
+    s["follows"] = np.arange(8)
     chosen = g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)
     s["instruments"] = next(
         (INSTRUMENTS[name] for name in wanted if name in INSTRUMENTS), ["dvl"]
@@ -462,7 +470,7 @@ def followed(s, heard, speed):
 
 def propelled(s, speed, relative, done):
     """Computes thrust of each propeller, at this fraction of all trials."""
-    part = speed / s["max_rate"]
+    part = speed[:, s["follows"]] / s["max_rate"]
     pushed = np.sign(part) * np.abs(part) ** s["exponent"] * s["max_force"]
     pushed = np.where(pushed < 0, s["reverse"] * pushed, pushed)
     pushed *= np.where(pushed < 0, s["gain"][:, :, 1], s["gain"][:, :, 0])
@@ -795,6 +803,7 @@ def one(job):
         "lever_z": s["mass"] * G * s["cg"][2],
         "claimed_thrust": float(s["claimed_thrust"]),
         "gain": s["gain"].tolist(),
+        "follows": s["follows"].tolist(),
         **{
             k: s[k]
             for k in [

@@ -24,9 +24,11 @@ def median(values):
     return 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2]) if ordered else float("nan")
 
 
-def truly_at_fault(gain):
+def truly_at_fault(truth):
     """Returns the faulty thrusters: (name, trial), without a trial if the fault is in all."""
-    faults = set()
+    gain = truth["gain"]
+    follows = truth.get("follows", list(range(8)))
+    faults = {(f"T{k + 1}", f"T{of + 1}") for k, of in enumerate(follows) if of != k}
     for k in range(8):
         both = [min(gain[trial][k]) for trial in range(2)]
         usual = median([gain[0][j][0] for j in range(8)])
@@ -40,8 +42,15 @@ def truly_at_fault(gain):
 def named(plant):
     """Returns the thrusters that the results name."""
     found = {(fault["thruster"], fault["trial"]) for fault in plant["thruster_faults"]}
+    for a, b in plant.get("thrusters_exchanged", []):
+        found |= {(a, b), (b, a)}
     for caveat in plant["caveats"]:
-        if caveat["code"] == "thruster-fault" and " in trial `" not in caveat["message"]:
+        said = caveat["message"]
+        if (
+            caveat["code"] == "thruster-fault"
+            and " in trial `" not in said
+            and "exchanged" not in said
+        ):
             found.add((caveat["message"].split("`")[1], None))
     return found
 
@@ -84,7 +93,7 @@ def judge(program, folder):
         true, found = truth["M"][k][k], plant["parameters"][f"mass.{axis}"]
         masses.append(abs(found["value"] / true - 1.0))
         held.append(found["low95"] <= true <= found["high95"])
-    wanted, said = truly_at_fault(truth["gain"]), named(plant)
+    wanted, said = truly_at_fault(truth), named(plant)
     return {
         "gains": [abs(x) for x in gain_errors(plant, truth["gain"])],
         "masses": masses,

@@ -24,6 +24,22 @@ BOUNDS = {
 }
 
 
+def moved(w, push, linear, quadratic, mass):
+    """Returns the velocity a step later, by Runge and Kutta's fourth order.
+
+    By Euler's rule a vehicle would have d h / 2 less mass, which is 1 to 3 % of it.
+    """
+
+    def rate(w):
+        return (push - linear * w - quadratic * w * abs(w)) / mass
+
+    a = rate(w)
+    b = rate(w + 0.5 * STEP * a)
+    c = rate(w + 0.5 * STEP * b)
+    d = rate(w + STEP * c)
+    return w + STEP * (a + 2 * b + 2 * c + d) / 6
+
+
 def draw(folder, seed, weight_n, times, tether_n):
     g = Random(seed)
     mass, linear, quadratic = g.uniform(15, 60), g.uniform(2, 30), g.uniform(20, 150)
@@ -57,8 +73,9 @@ def draw(folder, seed, weight_n, times, tether_n):
         tether = decay * tether + kick * g.gauss(0, 1)
         all_mass = mass + (lead if hangs else 0.0)
         push = thrust + tether + excess + (weight_n if hangs else 0.0)
-        w += STEP * (push - linear * w - quadratic * w * abs(w)) / all_mass
-        depth += STEP * w
+        before = w
+        w = moved(w, push, linear, quadratic, all_mass)
+        depth += 0.5 * STEP * (before + w)
     folder.mkdir(parents=True)
     names = "t [s],up [rpm],w [m/s],depth [m]\n"
     text = "".join(",".join(f"{x:.5f}" for x in row) + "\n" for row in rows)
@@ -110,7 +127,7 @@ def identified(program, folder):
         return None
     results = json.loads((out / "results.json").read_text())
     (plant,) = results["coupled"].values()
-    return plant, results
+    return plant
 
 
 def part(values, p):
@@ -129,7 +146,7 @@ def main():
     rows = one or [(w, n, s) for (w, n), own in BOUNDS.items() for s in own]
     for weight_n, times, tether_n in rows:
         bound = BOUNDS.get((int(weight_n), int(times)), {}).get(tether_n, math.nan)
-        errors, stds, inside, masses, mass_inside, usable = [], [], 0, [], 0, 0
+        errors, stds, inside, masses, mass_inside = [], [], 0, [], 0
         for k in range(number):
             folder = out / f"{weight_n:g}-{times:g}-{tether_n:g}" / f"{k:03}"
             if not folder.exists():
@@ -137,7 +154,7 @@ def main():
             found = identified(program, folder)
             if found is None:
                 continue
-            plant, _ = found
+            plant = found
             truth = json.loads((folder / "truth.json").read_text())
             scale, mass = plant["nuisances"]["thrust_scale"], plant["parameters"]["mass.heave"]
             errors.append(abs(scale["value"] / truth["scale"] - 1))
@@ -145,7 +162,6 @@ def main():
             inside += scale["low95"] <= truth["scale"] <= scale["high95"]
             masses.append(abs(mass["value"] / truth["mass"] - 1))
             mass_inside += mass["low95"] <= truth["mass"] <= mass["high95"]
-            usable += plant["verdict"]["trust"] != "doubtful"
         n = len(errors)
         if n == 0:
             continue
@@ -155,8 +171,7 @@ def main():
             f"{100 * part(errors, 0.5):.1f} % (50 %), {100 * part(errors, 0.9):.1f} % (90 %), rms "
             f"{100 * rms:.1f} %; stated std {100 * statistics.median(stds):.1f} %, "
             f"{statistics.median(stds) / bound:.2f} of the bound; {inside} of {n} intervals hold; "
-            f"mass off by {100 * part(masses, 0.5):.1f} % (50 %), {mass_inside} of {n} hold; "
-            f"{usable} not doubtful",
+            f"mass off by {100 * part(masses, 0.5):.1f} % (50 %), {mass_inside} of {n} hold",
             flush=True,
         )
 

@@ -37,7 +37,7 @@ mod _native {
     #[pymodule_export]
     use crate::plant::{Plant, state_names};
     #[pymodule_export]
-    use crate::results::{Results, rounded, steady_drag};
+    use crate::results::{Results, follow_thrusters, rounded, steady_drag};
     #[pymodule_export]
     use crate::schema::{schema, version};
     #[pymodule_export]

@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use seaplant::estimate::steady::SteadyOptions;
@@ -160,6 +161,17 @@ pub fn steady_drag(
         let options = SteadyOptions { window_s, slope, thrust_part };
         json(&seaplant::steady_drag(dof, &trials, &options)?)
     })
+}
+
+/// Follows each thruster over dives: JSON of what each says of its thrusters, to JSON of histories.
+///
+/// # Errors
+/// `ValueError` for text that is not such JSON.
+#[pyfunction]
+pub fn follow_thrusters(dives: &str) -> PyResult<String> {
+    let dives: Vec<seaplant::DiveThrusters> =
+        serde_json::from_str(dives).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok(json(&seaplant::follow_thrusters(&dives))?)
 }
 
 /// Rounds a number with its uncertainty for readers: value, standard deviation and the ends of its

@@ -222,3 +222,24 @@ def test_a_campaign_is_given_once(campaigns, tmp_path):
         sp.fleet.identify([], out=tmp_path)
     with pytest.raises(FileNotFoundError, match="holds no fleet"):
         sp.fleet.Fleet.open(tmp_path / "nowhere")
+
+
+PUSHED = {
+    "vehicle": "published:bluerov2-heavy-von-benzon-2022",
+    "axes": ["surge", "sway", "yaw"],
+    "duration_s": 100.0,
+    "hold_out_s": 60.0,
+}
+
+
+def test_thrusters_are_followed_over_dives(tmp_path):
+    gains = [{}, {}, {"aft port": 0.75}]
+    campaigns = [
+        sp.twin({**PUSHED, "thruster_gains": of}, seed=k).write(tmp_path / f"dive {k}")
+        for k, of in enumerate(gains)
+    ]
+    found = sp.fleet.identify(campaigns, out=tmp_path / "fleet", progress=False).thrusters()
+    changed = found[found["change"] != ""]
+    of = changed[["dive", "thruster", "change"]].to_numpy().tolist()
+    assert of == [["dive 2", "aft port", "loss"]], changed.to_string()
+    assert "from dive 2 on" in changed["message"].iloc[0]

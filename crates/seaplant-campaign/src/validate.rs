@@ -8,8 +8,8 @@ use seaplant::results::{
     AxisScore, CoupledPlant, CoupledScore, PlantResult, Results, Score, TrialResult, TrialScore,
 };
 use seaplant::{
-    Comparison, Dof, Error, Method, Model, Role, Trial, compare_coupled, evaluate, score_coupled,
-    score_plant, score_table,
+    Comparison, Dof, Error, LumpedParameters, Method, Model, Role, Trial, Vehicle, compare_coupled,
+    evaluate, score_coupled, score_plant, score_table,
 };
 use serde::Serialize;
 
@@ -192,19 +192,23 @@ fn by_axis(
 /// As [`score_table`] and [`score_plant`].
 pub fn validate_table(
     model: &PlantModel,
+    vehicle: &Vehicle,
     trials: &[SourcedTrial],
 ) -> Result<Vec<Validation>, Error> {
     let axes = model.plant.axes();
     let read = read_for(axes, trials);
-    if axes.len() > 1 && !read.is_empty() {
+    if !read.is_empty() {
         let scored: Vec<&Trial> = read.iter().map(|of| &of.trial).collect();
-        return Ok(by_axis(&score_table(model, &scored)?, axes, None, &[]));
+        return Ok(by_axis(&score_table(model, vehicle, &scored)?, axes, None, &[]));
     }
     let mut validations = Vec::new();
     for &dof in axes {
         let scored = moving(dof, trials);
         let Some(axis) = model.single_axis(dof).filter(|_| !scored.is_empty()) else { continue };
-        let score = score_plant(dof, &Model::from(axis.to_lumped()), &scored)?;
+        let thrust = model.thrust_along_over(vehicle, dof)?;
+        let lumped = axis.to_lumped();
+        let lumped = LumpedParameters { alpha: thrust * lumped.alpha, ..lumped };
+        let score = score_plant(dof, &Model::from(lumped), &scored)?;
         let (axes, fitted_to) = (vec![dof], Vec::new());
         validations.push(Validation { dof, axes, method: None, score, fitted_to });
     }

@@ -293,6 +293,8 @@ pub(crate) fn plant_of_several_axes() -> CoupledPlant {
         symmetry: seaplant::plant::Symmetry::PortStarboard,
         effects: Vec::new(),
         thruster_faults: Vec::new(),
+        thrusters_exchanged: Vec::new(),
+        thruster_estimates: BTreeMap::new(),
         parameters: BTreeMap::from([
             ("mass.sway".to_owned(), coefficient(180.0, 2.0, "kg", &[Dof::Sway])),
             ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),

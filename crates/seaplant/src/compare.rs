@@ -1,6 +1,7 @@
 //! Tests for differences between fits of the same vehicle.
 
 mod coupled;
+mod thrusters;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,6 +11,11 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use self::coupled::{Coupled, coefficients, stated};
+use self::thrusters::histories;
+pub use self::thrusters::{
+    DiveThrusters, ThrusterCause, ThrusterChange, ThrusterHistory, follow_thrusters,
+    other_thrusters,
+};
 use crate::exchange::PlantModel;
 use crate::plant::{Basis, Product};
 use crate::results::{Parameter, Parameters, PlantResult, Results};
@@ -23,6 +29,8 @@ pub struct Differences {
     /// Each further coefficient of plants of several axes, by name: `mass.sway-yaw`, `yaw: |v|r`,
     /// `lever.z`; empty unless there are two such plants.
     pub coefficients: BTreeMap<String, ParameterDifference>,
+    /// What each thruster gives over the fits, in their order; without those that fewer than two determine.
+    pub thrusters: BTreeMap<String, ThrusterHistory>,
     /// Reasons to doubt the tests.
     pub caveats: Vec<Caveat>,
 }
@@ -138,9 +146,10 @@ pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differe
         }
     }
     let mut coefficients = coefficients(&together);
+    let thrusters = histories(compared);
     correct(&mut dofs, &mut coefficients);
     let caveats = caveats(compared, &dofs);
-    Differences { dofs, coefficients, caveats }
+    Differences { dofs, coefficients, thrusters, caveats }
 }
 
 /// Names of parameters, in the order of `[m, d_Q, d_L, b]`.
@@ -318,15 +327,19 @@ fn correct(
         parameters.extend(difference.parameters.values_mut().filter_map(|p| p.test.as_mut()));
     }
     parameters.extend(coefficients.values_mut().filter_map(|p| p.test.as_mut()));
-    for mut tests in [plants, parameters] {
-        tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
-        let count = tests.len();
-        for (k, test) in tests.into_iter().enumerate() {
-            if test.p_value * (count - k) as f64 >= LEVEL {
-                break;
-            }
-            test.differs = true;
+    by_holm(plants);
+    by_holm(parameters);
+}
+
+/// Decides which of some tests differ by more than chance.
+fn by_holm(mut tests: Vec<&mut DifferenceTest>) {
+    tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    let count = tests.len();
+    for (k, test) in tests.into_iter().enumerate() {
+        if test.p_value * (count - k) as f64 >= LEVEL {
+            break;
         }
+        test.differs = true;
     }
 }
 
@@ -345,6 +358,7 @@ fn caveats(compared: &[Compared<'_>], dofs: &BTreeMap<Dof, DofDifference>) -> Ve
         let message = format!("the fits are of vehicles of different names: {}", names.join(", "));
         caveats.push(Caveat::warning(CaveatCode::NotComparable, message));
     }
+    caveats.extend(other_thrusters(compared));
     let shared = shared_logs(&fits);
     if shared > 0 {
         let logs = if shared == 1 { "one log is".to_owned() } else { format!("{shared} logs are") };

@@ -109,6 +109,10 @@ pub struct Actuation {
     /// Ratio of reverse thrust to that of the curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reverse_ratio: Option<Parameter>,
+    /// Thrust over what curves and logs said where the plant was fitted, as known forces show: curves of
+    /// thrusters have it, a logged wrench has not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thrust_scale: Option<Parameter>,
 }
 
 /// Source of a plant.

@@ -105,7 +105,9 @@ pub use caveat::spoken;
 pub use caveat::{Caveat, CaveatCode, Severity};
 pub use clock::{ClockOffset, OffsetPair, estimate_offset};
 pub use compare::{
-    Compared, DifferenceTest, Differences, DofDifference, ParameterDifference, Stated, differences,
+    Compared, DifferenceTest, Differences, DiveThrusters, DofDifference, ParameterDifference,
+    Stated, ThrusterCause, ThrusterChange, ThrusterHistory, differences, follow_thrusters,
+    other_thrusters,
 };
 pub use dof::{Dof, Units};
 pub use error::Error;

@@ -47,8 +47,8 @@ pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 pub(crate) use coupled::is_gain;
 pub use coupled::{
     AxisChange, AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability,
-    MatrixResult, PrimeCoefficient, PrimeSystem, TermDecision, ThrusterGain, ToldBy,
-    plant_of_result,
+    MatrixResult, PrimeCoefficient, PrimeSystem, TermDecision, ThrusterEstimate, ThrusterGain,
+    ToldBy, plant_of_result,
 };
 
 /// Name and version of this contract.

@@ -179,6 +179,27 @@ impl ThrustCurve {
         }
     }
 
+    /// The thrust of this curve over that of another, ahead and in reverse; none of curves that read
+    /// other inputs, or of a law beside a table.
+    ///
+    /// Of tables it is that at the ends of the other's, for the highest voltage.
+    pub(crate) fn over(&self, other: &Self) -> Option<[f64; 2]> {
+        let ratio = |own: f64, other: f64| if other == 0.0 { 1.0 } else { own / other };
+        match (self, other) {
+            (Self::Quadratic { input: a, law }, Self::Quadratic { input: b, law: other }) => {
+                let ways = [ratio(law.forward, other.forward), ratio(law.reverse, other.reverse)];
+                (a == b).then_some(ways)
+            }
+            (Self::Table { input: a, tables }, Self::Table { input: b, tables: others }) => {
+                let (own, other) = tables.last().zip(others.last())?;
+                let (least, most) = other.range();
+                let at = |input: f64| ratio(own.force(input), other.force(input));
+                (a == b).then(|| [at(most), at(least)])
+            }
+            _ => None,
+        }
+    }
+
     /// Returns n of thrust k n|n| at an input: the effective input of a square law, or the root of
     /// a table's thrust.
     pub(crate) fn propeller_speed(&self, input: f64) -> f64 {

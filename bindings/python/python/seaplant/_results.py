@@ -97,6 +97,7 @@ __all__ = [
     "Term",
     "TermDecision",
     "ThrustPart",
+    "ThrusterEstimate",
     "ThrusterFault",
     "ThrusterInput",
     "ThrusterResult",
@@ -868,9 +869,17 @@ class CoupledPlant(Record):
     structure: tuple[TermDecision, ...]
     """The terms that were tried beside the usual ones."""
 
+    thruster_estimates: dict[str, ThrusterEstimate]
+    """What each thruster gives over what its curve says, where most others give what theirs
+    say; without those of which the trials do not determine it."""
+
     thruster_faults: tuple[ThrusterFault, ...]
     """Thrusters that stood still or pushed the other way in a trial; they were taken to do
     so."""
+
+    thrusters_exchanged: tuple[tuple[str, ...], ...]
+    """Pairs of thrusters of which each does what the log of the other says; they were taken
+    to do so."""
 
     verdict: Verdict
     """What to make of it."""
@@ -2105,6 +2114,25 @@ class ThrustPart(Record):
 
     quadratic_drag: float | None
     """Of quadratic drag; absent if it was not fitted."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThrusterEstimate(Record):
+    """What the trials of a fit say of one thruster."""
+
+    gain: Parameter
+    """Thrust over that of its curve, ahead and in reverse unless ``reverse`` differs."""
+
+    is_fitted: bool
+    """Whether the plant has these gains; else the trials do not ask for any, and ``gain`` is
+    what they say of it to first order."""
+
+    of_curve: Parameter | None
+    """Thrust over what its curve says ahead, with the scale of all thrust, where known forces
+    reveal it."""
+
+    reverse: Parameter | None
+    """The same of thrust below zero, where the trials show that it is another."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

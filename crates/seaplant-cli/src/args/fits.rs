@@ -101,7 +101,7 @@ pub struct Validate {
 /// Compare fits and plant tables, and test whether they differ by more than chance.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  seaplant compare spring/results autumn/results\n  seaplant compare dive*/results/results.json --method filter-error"
+    after_help = "Examples:\n  seaplant compare spring/results autumn/results\n  seaplant compare dive*/results/results.json --method filter-error\n  seaplant compare dive*/results --out life.html"
 )]
 pub struct Compare {
     /// The results of each fit (the folder or its results.json), a plant file, or published:NAME.
@@ -110,6 +110,13 @@ pub struct Compare {
     /// The method whose plants to compare; the recommended ones if not given.
     #[arg(long, value_parser = method())]
     pub method: Option<Method>,
+    /// Write what each thruster gives from dive to dive as a page to this file (.html); the results are
+    /// dives of one vehicle, in order.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+    /// Also overwrite a file that Seaplant did not write.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Identify a campaign again whenever one of its files changes.

@@ -1,3 +1,4 @@
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -7,9 +8,10 @@ use seaplant::exchange::PlantModel;
 use seaplant::results::{Parameter, Results};
 use seaplant::{
     Compared, DifferenceTest, Differences, Dof, DofDifference, ParameterDifference, Stated,
-    differences,
+    differences, other_thrusters,
 };
 use seaplant_report::number::{ABSENT, Rounded, significant};
+use seaplant_report::{is_life_page, life_page};
 use serde::Serialize;
 
 use super::plant::{file_of, read_table};
@@ -17,6 +19,7 @@ use super::validate::read_results;
 use crate::args::Compare;
 use crate::output::{FAINT, Output, STRONG, WARNING};
 use crate::summary::{align, plain_table, push_caveats};
+use crate::writing::{Permit, write_file};
 
 /// Compared fits.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -32,14 +35,43 @@ pub fn run(arguments: &Compare, output: Output) -> Result<ExitCode> {
     let read: Vec<Read> = paths.iter().map(|path| Read::open(path)).collect::<Result<_>>()?;
     let compared: Vec<Compared<'_>> = read.iter().map(Read::compared).collect();
     let found = differences(&compared, arguments.method);
-    if found.dofs.is_empty() {
+    if found.dofs.is_empty() && found.thrusters.is_empty() {
         let by = arguments.method.map_or(String::new(), |method| format!(" by {method}"));
         bail!("no degree of freedom has a plant{by} in two of the results");
+    }
+    if let Some(path) = &arguments.out {
+        let permit = Permit::new(&paths, arguments.force);
+        write_file(path, &life(&read, &found, &paths)?, permit, is_life_page)?;
     }
     let results = paths.iter().map(|path| path.display().to_string()).collect();
     let comparison = Comparison { results, differences: found };
     output.give(&comparison, || words(&comparison))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the page of a vehicle's thrusters over dives.
+fn life(read: &[Read], found: &Differences, paths: &[PathBuf]) -> Result<Vec<u8>> {
+    let vehicles: BTreeSet<&str> = read.iter().map(Read::vehicle).collect();
+    if vehicles.len() > 1 {
+        let names: Vec<&str> = vehicles.into_iter().collect();
+        bail!(
+            "the results are of different vehicles: {}; give dives of one vehicle, with one name in their vehicle files",
+            names.join(", ")
+        );
+    }
+    let compared: Vec<Compared<'_>> = read.iter().map(Read::compared).collect();
+    if let Some(caveat) = other_thrusters(&compared) {
+        bail!("{}", caveat.message);
+    }
+    if found.thrusters.is_empty() {
+        bail!(
+            "no thruster has a gain in two of the results: plants of several axes have them, of two thrusters or more along an axis ([[plant]] in the campaign), by this version of Seaplant; identify the dives again"
+        );
+    }
+    let dives: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    let vehicle = vehicles.into_iter().next().unwrap_or_default();
+    let notes: Vec<String> = found.caveats.iter().map(|caveat| caveat.message.clone()).collect();
+    Ok(life_page(vehicle, &dives, &found.thrusters, &notes)?)
 }
 
 /// A fit, or a plant file.
@@ -53,6 +85,13 @@ impl Read {
         match read_table(path)? {
             Some(model) => Ok(Self::Table(Box::new(model))),
             None => Ok(Self::Fit(Box::new(read_results(path)?))),
+        }
+    }
+
+    fn vehicle(&self) -> &str {
+        match self {
+            Self::Fit(results) => &results.vehicle,
+            Self::Table(model) => &model.name,
         }
     }
 
@@ -81,9 +120,44 @@ fn words(comparison: &Comparison) -> String {
             comparison.results.len(),
         );
     }
+    text += &words_of_thrusters(comparison);
     text += "\n";
     push_caveats(&mut text, &comparison.differences.caveats);
     text
+}
+
+/// Returns the gain of each thruster in each of the results, and what has changed.
+fn words_of_thrusters(comparison: &Comparison) -> String {
+    let thrusters = &comparison.differences.thrusters;
+    if thrusters.is_empty() {
+        return String::new();
+    }
+    let mut table = plain_table();
+    let heads = (1..=comparison.results.len()).map(|k| format!("[{k}]"));
+    let ends = ["chance", ""].map(str::to_owned);
+    table.set_header(std::iter::once(String::new()).chain(heads).chain(ends));
+    for (name, own) in thrusters {
+        let gain = |gain: &Option<Stated>| gain.as_ref().map_or_else(|| ABSENT.to_owned(), short);
+        let mut row = vec![format!("  {name}")];
+        row.extend(own.gains.iter().map(gain));
+        row.push(own.test.as_ref().map_or_else(|| ABSENT.to_owned(), p_value));
+        let differs = own.test.is_some_and(|test| test.differs);
+        row.push(if differs { "differs".to_owned() } else { String::new() });
+        table.add_row(row);
+    }
+    align(&mut table, 1..comparison.results.len() + 1);
+    let table = table.to_string();
+    let mut text =
+        format!("\n{STRONG}thrust over that of the curves{STRONG:#}\n{}\n", table.trim_end());
+    for change in thrusters.values().flat_map(|own| &own.changes) {
+        text += &format!("{WARNING}thruster:{WARNING:#} {}\n", change.message);
+    }
+    text
+}
+
+fn short(gain: &Stated) -> String {
+    let half = gain.std.map_or_else(String::new, |std| format!(" ± {:.2}", 1.96 * std));
+    format!("{:.2}{half}", gain.value)
 }
 
 /// States in a sentence whether the plants of one degree of freedom differ.

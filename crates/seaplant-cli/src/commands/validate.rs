@@ -19,7 +19,7 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
     let validations = match table(arguments)? {
         Some(model) => {
             let campaign = watched(output, || Campaign::open(&arguments.campaign))?;
-            validate_table(&model, &campaign.sourced_trials())
+            validate_table(&model, &campaign.vehicle, &campaign.sourced_trials())
         }
         None => {
             let results = read_results(&file_of(&arguments.results))?;

@@ -5,7 +5,8 @@ use std::fmt::Write;
 
 use seaplant::estimate::RudderLaw;
 use seaplant::results::{
-    AxisScore, Coefficient, CoupledPlant, NomotoResult, Parameter, SecondOrder, ToldBy,
+    AxisScore, Coefficient, CoupledPlant, NomotoResult, Parameter, SecondOrder, ThrusterEstimate,
+    ToldBy,
 };
 use seaplant::{Dof, Estimate};
 use seaplant_report::number::{Rounded, decimals, or_absent};
@@ -37,6 +38,7 @@ pub(super) fn block(
     push_good_for(&mut text, &plant.verdict);
     let _ = writeln!(text, "{}", coefficients(plant, truth));
     push_drag(&mut text, drag);
+    text += &thrusters(plant);
     let where_ = if plant.hold_out.is_some() { "held out" } else { "on its own trials" };
     let _ = writeln!(text, "  simulated from forces alone, {where_}:\n{}", scores(plant));
     push_caveats(&mut text, &plant.caveats);
@@ -116,6 +118,30 @@ fn coefficients(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
     }
     align(&mut table, 1..4);
     table.to_string().trim_end().to_owned()
+}
+
+/// Lists what each thruster gives, if the plant has gains or known forces reveal the scale of thrust.
+fn thrusters(plant: &CoupledPlant) -> String {
+    let all = &plant.thruster_estimates;
+    let is_told = |own: &ThrusterEstimate| own.is_fitted || own.of_curve.is_some();
+    if !all.values().any(is_told) {
+        return String::new();
+    }
+    let mut table = plain_table();
+    table.add_row([
+        format!("  {STRONG}thrusters{STRONG:#}"),
+        "beside most".to_owned(),
+        "of its curve".to_owned(),
+    ]);
+    let half = |x: &Parameter| {
+        let Rounded { value, low95, high95, .. } = Rounded::of(x);
+        format!("{value} [{low95}, {high95}]")
+    };
+    for (name, own) in all {
+        let of_curve = own.of_curve.as_ref().map_or(String::new(), half);
+        table.add_row([format!("    {name}"), half(&own.gain), of_curve]);
+    }
+    format!("{}\n", table.to_string().trim_end())
 }
 
 /// Returns the axis that a coefficient acts on; `None` for one that acts on several.

@@ -95,3 +95,48 @@ fn published_plants_of_several_axes_are_compared_with_their_couplings() {
     let refused = workshop.failure(&["compare", "otter-mss", both[0]]);
     assert!(refused.contains("did you mean `published:otter-mss`"), "{refused}");
 }
+
+/// Makes and identifies two dives of a vehicle; `aft port` gives less in the second.
+fn two_dives_of_eight_thrusters() -> Workshop {
+    let workshop = Workshop::empty();
+    for (name, seed, gains) in [("may", 1, ""), ("june", 2, "\"aft port\" = 0.75")] {
+        let spec = format!(
+            "vehicle = \"published:bluerov2-heavy-von-benzon-2022\"\naxes = [\"surge\", \"sway\", \"yaw\"]\nseed = {seed}\nduration_s = 100.0\nhold_out_s = 60.0\nthruster_gains = {{ {gains} }}\n"
+        );
+        workshop.write(&format!("{name}.toml"), spec);
+        let folder = format!("dive-{name}");
+        workshop.success(&["twin", &format!("{name}.toml"), "--out", &folder, "-q"]);
+        let campaign = format!("{folder}/campaign.toml");
+        workshop.success(&["identify", &campaign, "--out", name, "-q"]);
+    }
+    workshop
+}
+
+#[test]
+fn a_thruster_that_gives_less_is_named_by_dive_and_cause() {
+    let workshop = two_dives_of_eight_thrusters();
+    let found = workshop.json(&["compare", "may", "june", "--json"]);
+    let thrusters = found["thrusters"].as_object().expect("histories");
+    for (name, own) in thrusters {
+        let changes = own["changes"].as_array().expect("a list");
+        if name != "aft port" {
+            assert!(changes.is_empty(), "{name}: {own}");
+            continue;
+        }
+        assert_eq!((&changes[0]["cause"], &changes[0]["from"]), (&"loss".into(), &1.into()));
+        assert_within("gain", number(&own["gains"][1], "value"), 0.75, 0.04);
+        assert!(own["test"]["differs"].as_bool().expect("tested"));
+    }
+    let words = workshop.success(&["compare", "may", "june", "--out", "life.html"]);
+    assert!(words.contains("thruster: thruster `aft port` gives 0.7"), "{words}");
+    let page = workshop.read("life.html");
+    assert!(page.contains("aft port") && page.contains("<svg"));
+    // A page of one vehicle is not one of two, nor of thrusters that are called otherwise.
+    let june = workshop.read("june/results.json");
+    workshop.write("june/results.json", june.replace("\"aft port\"", "\"stern port\""));
+    let refused = workshop.failure(&["compare", "may", "june", "--out", "other.html"]);
+    assert!(refused.contains("only [1] has `aft port`, only [2] has `stern port`"), "{refused}");
+    workshop.write("june/results.json", june.replace("BlueROV2 Heavy", "BlueROV3 Heavy"));
+    let refused = workshop.failure(&["compare", "may", "june", "--out", "other.html"]);
+    assert!(refused.contains("different vehicles: BlueROV2 Heavy"), "{refused}");
+}

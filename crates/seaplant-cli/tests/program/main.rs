@@ -13,6 +13,7 @@ mod dataflash;
 mod demo;
 mod export;
 mod formats;
+mod known_forces;
 mod look;
 mod memory;
 mod methods;

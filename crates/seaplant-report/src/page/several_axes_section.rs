@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use seaplant::Dof;
 use seaplant::results::{
     AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, Part, PrimeCoefficient,
-    ThrusterGain, ToldBy,
+    ThrusterEstimate, ToldBy,
 };
 use serde::Serialize;
 
@@ -252,21 +252,33 @@ fn prime(plant: &CoupledPlant) -> Option<Table> {
     Some(Table::new("Coefficients without dimension", head, rows).noted(&note))
 }
 
-/// Returns the gain of each thruster relative to its curve, if the plant has gains.
+/// Returns what each thruster gives, as far as the trials determine it.
 fn thrusters(plant: &CoupledPlant) -> Option<Table> {
-    let row = |(name, gain): (String, ThrusterGain)| {
-        let with_std = |value: f64, std: f64| {
-            let decimals = Decimals::of_std(value, std);
-            [decimals.write(value), decimals.write(std)]
-        };
-        let [ahead, ahead_std] = with_std(gain.forward, gain.std[0]);
-        let [astern, astern_std] = with_std(gain.reverse, gain.std[1]);
-        Row::new([name, ahead, ahead_std, astern, astern_std])
+    let with_std = |x: Option<&Parameter>| {
+        x.map_or([ABSENT.to_owned(), ABSENT.to_owned()], |x| {
+            let Rounded { value, low95, high95, .. } = Rounded::of(x);
+            [value, format!("{low95} to {high95}")]
+        })
     };
-    let rows: Vec<Row> = plant.thruster_gains().into_iter().map(row).collect();
-    let head = ["Thruster", "ahead", "±", "in reverse", "±"];
+    let row = |(name, own): (&String, &ThrusterEstimate)| {
+        let columns = [Some(&own.gain), own.reverse.as_ref(), own.of_curve.as_ref()].map(with_std);
+        let is_fitted = if own.is_fitted { "yes" } else { "no" };
+        let cells = std::iter::once(name.clone()).chain(columns.into_iter().flatten());
+        Row::new(cells.chain([is_fitted.to_owned()])).strong_if(own.is_fitted)
+    };
+    let rows: Vec<Row> = plant.thruster_estimates.iter().map(row).collect();
+    let head = [
+        "Thruster",
+        "beside most",
+        "95 %",
+        "in reverse",
+        "95 %",
+        "of its curve",
+        "95 %",
+        "in the plant",
+    ];
     (!rows.is_empty()).then(|| {
-        Table::new("Thrust over that of the curve", head, rows).noted("Beside each other, thrusters are known better than these standard deviations say: a common factor is in all of them, as motion does not show the scale of thrust, and their mean is taken for that of the curves.")
+        Table::new("Thrust over that of the curve", head, rows).noted("Beside most: where most other thrusters give what their curves say; in reverse where that is another. Of its curve: with the scale of all thrust, where known forces reveal it. A gain that is not in the plant is what the trials say of it to first order; they do not ask for it.")
     })
 }
 

@@ -15,6 +15,7 @@ mod schedule;
 mod search;
 mod start;
 mod step;
+mod swaps;
 mod thrust;
 mod uncertainty;
 
@@ -28,11 +29,13 @@ use crate::{CoupledRecord, Dof, Error, Method, ThrusterFault, VelocityReport};
 pub use actuator::Actuator;
 use equation_error::Solved;
 use filter::{Drift, InstrumentNoise};
-use fit::{Optimum, Problem, Tolerance};
-use gains::Scaled;
+use fit::{CURRENT_STD, Optimum, Problem, Tolerance};
+pub use gains::GainBeside;
+use gains::{OfScale, Scaled};
 pub use information::{
     ExpectedNoise, ExpectedNoises, Information, information, information_before,
 };
+pub use known::ScaleClaim;
 pub use plan::CoupledPlan;
 use report::Reported;
 use schedule::Attitude;
@@ -103,6 +106,12 @@ pub struct CoupledFit {
     pub tried: Vec<Tried>,
     /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
     pub faults: Vec<ThrusterFault>,
+    /// Thrusters that follow each other's log; the plant is that of what they do.
+    pub exchanged: Vec<[String; 2]>,
+    /// What each thruster gives beside the others, where the trials determine it.
+    pub gains: BTreeMap<String, GainBeside>,
+    /// What each known force says of the scale of thrust, where they contradict each other.
+    pub claims: Vec<ScaleClaim>,
 }
 
 /// What stands beside the plant on one axis.
@@ -191,6 +200,12 @@ fn fit_as(
         let records = if prompt.is_empty() { records } else { &prompt };
         let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
         let fitted = fitted.with_drift_that_shows()?;
+        let (fitted, following) = match search {
+            true => fitted.with_thrusters_exchanged(records)?,
+            false => (fitted, Vec::new()),
+        };
+        let following: Vec<&CoupledRecord> = following.iter().collect();
+        let records = if following.is_empty() { records } else { &following };
         let (fitted, acting) = match search {
             true => fitted.with_thrusters_that_act(records)?,
             false => (fitted, Vec::new()),
@@ -226,12 +241,14 @@ struct Fitted<const N: usize, const M: usize> {
     reported: Reported,
     /// Thrusters that did not act as logged; the problem's do as they did.
     faults: Vec<ThrusterFault>,
+    /// Thrusters that follow each other's log, likewise.
+    exchanged: Vec<[String; 2]>,
 }
 
 impl<const N: usize, const M: usize> Fitted<N, M> {
     fn new(problem: Problem, optimum: Optimum<N, M>) -> Self {
-        let (tried, reported, faults) = Default::default();
-        Self { problem, optimum, tried, reported, faults }
+        let (tried, reported, faults, exchanged) = Default::default();
+        Self { problem, optimum, tried, reported, faults, exchanged }
     }
 
     /// The same where what reads the speed of propellers reads that which they have, behind the one
@@ -296,8 +313,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         } else {
             problem.descent_at_noise(start, Tolerance::COARSE)?
         };
-        let faults = self.faults.clone();
-        Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported, faults })
+        let (faults, exchanged) = (self.faults.clone(), self.exchanged.clone());
+        Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported, faults, exchanged })
     }
 
     /// The same without what the trials do not show of the terms beside those of a structure.
@@ -504,7 +521,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         method: Method,
     ) -> Result<CoupledFit, Error> {
         let thrust_covariance = self.thrust_covariance()?;
-        let Self { problem, optimum, tried, reported, faults } = self;
+        let alike = self.gains_to_first_order()?;
+        let Self { problem, optimum, tried, reported, faults, exchanged } = self;
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
         let whiteness = whiteness(&problem, &optimum.point, reported.keep)?;
@@ -513,10 +531,16 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let covariance = is_coloured.then(of_blocks).flatten();
         let covariance = covariance.unwrap_or_else(|| inverse(&optimum.information));
         let covariance = problem.with_known_uncertainty(&optimum, covariance);
+        let colour = whiteness.values().copied().fold(1.0, f64::max);
+        let claims = problem.contradictory_claims(&optimum, colour);
         let noise_covariance = inverse(&optimum.noise_information);
         let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
         let q = p + Actuator::COUNT;
-        let std = |k: usize| covariance[(q + k, q + k)].sqrt();
+        // Of a current that nothing shows, the scores of blocks leave none of what was known before.
+        let std = |k: usize| {
+            let variance = covariance[(q + k, q + k)];
+            if variance > 0.0 { variance.sqrt() } else { CURRENT_STD }
+        };
         let current = |(trial, name): (usize, &String)| {
             let [north, east] = optimum.point.currents[trial];
             (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
@@ -534,6 +558,18 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         inflation.resize(plant.coefficients().len(), 1.0);
         let mut noise = optimum.point.noise;
         noise.disturbance *= scale;
+        let place = p + Actuator::SCALE;
+        let of_scale = problem.fits[Actuator::SCALE].then(|| OfScale {
+            scale: optimum.point.actuator.log_scale.exp(),
+            covariance: covariance.column(place).rows(0, p).into_owned(),
+            variance: covariance[(place, place)],
+        });
+        let gains = match gains::of_plant(&plant, &of_plant, of_scale.as_ref()) {
+            Some(fitted) => fitted,
+            None => {
+                alike.into_iter().map(|(name, own)| (name, own.scaled(of_scale.as_ref()))).collect()
+            }
+        };
         Ok(CoupledFit {
             plant: plant.pruned()?,
             method,
@@ -561,6 +597,9 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             rank: (least_squares.rank + p).saturating_sub(least_squares.terms),
             tried,
             faults,
+            exchanged,
+            gains,
+            claims,
         })
     }
 }
@@ -580,8 +619,8 @@ impl<const N: usize> Fitted<N, N> {
         let optimum = problem.descent(start, Tolerance::COARSE)?;
         let iterations = self.optimum.iterations + optimum.iterations;
         let optimum = Optimum { iterations, ..optimum };
-        let Self { tried, reported, faults, .. } = self;
-        Ok(Fitted { problem, optimum, tried, reported, faults })
+        let Self { tried, reported, faults, exchanged, .. } = self;
+        Ok(Fitted { problem, optimum, tried, reported, faults, exchanged })
     }
 }
 
@@ -691,16 +730,27 @@ impl CoupledFit {
         &self,
         records: &[&CoupledRecord],
     ) -> Result<Vec<CoupledRecord>, Error> {
-        if self.faults.is_empty() {
+        if self.faults.is_empty() && self.exchanged.is_empty() {
             return Ok(Vec::new());
         }
         let acting = |record: &&CoupledRecord| {
             let own = self.faults.iter().filter(|fault| fault.trial == record.trial);
-            let first = (*record).clone();
+            let first = record.with_all_exchanged(&self.exchanged)?;
             own.into_iter()
                 .try_fold(first, |record, fault| record.with_gain(&fault.thruster, fault.gain))
         };
         records.iter().map(acting).collect()
+    }
+
+    /// Records that were not fitted, with exchanged thrusters as they act; none where none are.
+    ///
+    /// # Errors
+    /// As [`Self::as_driven`].
+    pub(crate) fn as_wired(&self, records: &[&CoupledRecord]) -> Result<Vec<CoupledRecord>, Error> {
+        if self.exchanged.is_empty() {
+            return Ok(Vec::new());
+        }
+        records.iter().map(|record| record.with_all_exchanged(&self.exchanged)).collect()
     }
 
     /// Noise of instruments as a filter takes it.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{Actuation, PlantModel};
 use crate::motion::Wind;
 use crate::plant::Signal;
-use crate::{Dof, Error, Thruster, Timed};
+use crate::{Dof, Error, Thruster, Timed, Vehicle};
 
 /// The inputs of a plant, by name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,6 +24,9 @@ pub struct Drive {
     /// until then.
     pub already_turning: bool,
 }
+
+/// Parts of thrust that differ by less are alike: by the rounding of a file.
+const ALIKE: f64 = 1e-6;
 
 /// Time step for lagging propellers, s: that of the simulation.
 const GRID_S: f64 = 0.02;
@@ -50,7 +53,7 @@ impl PlantModel {
                 .thrusters
                 .iter()
                 .filter_map(|(name, input)| Some((self.thruster(name).ok()?, input)))
-                .filter(|(thruster, _)| crate::Vehicle::acts_on(thruster, dof))
+                .filter(|(thruster, _)| Vehicle::acts_on(thruster, dof))
                 .collect();
             let known = drive.wrench.get(&dof);
             if acting.is_empty() && known.is_none() {
@@ -103,6 +106,40 @@ impl PlantModel {
             (signal.clone(), given.unwrap_or_else(|| still.clone()))
         };
         Ok(wanted.iter().map(series).collect())
+    }
+
+    /// What each thruster's thrust is, ahead and in reverse, times that of the same thruster of a
+    /// vehicle; without those of which curves read other inputs. None of a published table, which is no
+    /// more of its curves than of a vehicle's.
+    pub fn thrust_over(&self, vehicle: &Vehicle) -> BTreeMap<String, [f64; 2]> {
+        // Only what was identified says how far its axes were driven.
+        if self.driven.is_empty() {
+            return BTreeMap::new();
+        }
+        let of = |own: &Thruster| {
+            let same = vehicle.thrusters.iter().find(|other| other.name == own.name)?;
+            Some((own.name.clone(), own.curve.over(&same.curve)?))
+        };
+        self.thrusters.iter().filter_map(of).collect()
+    }
+
+    /// The thrust along an axis over what a vehicle's curves say.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if thrusters along the axis, or their ways, differ in that.
+    pub fn thrust_along_over(&self, vehicle: &Vehicle, dof: Dof) -> Result<f64, Error> {
+        let over = self.thrust_over(vehicle);
+        let acting = vehicle.thrusters.iter().filter(|own| Vehicle::acts_on(own, dof));
+        let ratios: Vec<f64> =
+            acting.filter_map(|own| over.get(&own.name)).flatten().copied().collect();
+        let Some(first) = ratios.first() else { return Ok(1.0) };
+        match ratios.iter().all(|ratio| (ratio / first - 1.0).abs() < ALIKE) {
+            true => Ok(*first),
+            false => Err(Error::Plant {
+                axes: dof.to_string(),
+                reason: "its thrusters give other parts of their curves in the plant than in the vehicle file; state a [[plant]] of its axes in the campaign".to_owned(),
+            }),
+        }
     }
 
     /// Returns whether an effect depends on wind.

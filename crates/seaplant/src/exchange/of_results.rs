@@ -313,6 +313,7 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
         // A negative delay is an error of the log; an exported plant must be causal.
         delay: fitted("delay").filter(|delay| delay.value > 0.0),
         reverse_ratio: fitted("reverse_ratio"),
+        thrust_scale: fitted("thrust_scale"),
     }
 }
 

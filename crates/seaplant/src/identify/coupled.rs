@@ -112,13 +112,14 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// Replaces the fitted records by the given ones, if there are any.
-    fn with_fitted<'b>(self, as_driven: &'b [CoupledRecord]) -> Records<'b>
+    /// Replaces the fitted records, and those held out, by the given ones, if there are any.
+    fn with_trials<'b>(self, acted: &'b [CoupledRecord], wired: &'b [CoupledRecord]) -> Records<'b>
     where
         'a: 'b,
     {
-        let fit = if as_driven.is_empty() { self.fit } else { as_driven.iter().collect() };
-        let Self { hold_out, of_logs, left_out, .. } = self;
+        let fit = if acted.is_empty() { self.fit } else { acted.iter().collect() };
+        let hold_out = if wired.is_empty() { self.hold_out } else { wired.iter().collect() };
+        let Self { of_logs, left_out, .. } = self;
         Records { fit, hold_out, of_logs, left_out }
     }
 }
@@ -147,8 +148,10 @@ fn plant(
     let (disputed, rival) = rival.unzip();
     let Scored { fit, of_fit, of_hold_out } = scored;
     let as_driven = fit.as_driven(&records.fit)?;
-    let records = records.with_fitted(&as_driven);
+    let as_wired = fit.as_wired(&records.hold_out)?;
+    let records = records.with_trials(&as_driven, &as_wired);
     let mut plant = result(&fit, vehicle.rigid_body.as_ref());
+    plant.thruster_estimates = thrusters::estimates(&fit, &plant);
     plant.fit = of_fit;
     plant.hold_out = of_hold_out;
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
@@ -195,13 +198,16 @@ impl Scored {
         let as_driven: Vec<&CoupledRecord> = as_driven.iter().collect();
         let fitted = if as_driven.is_empty() { records.fit.as_slice() } else { &as_driven };
         let of_fit = score::score(&fit.plant, &beside, fitted, own)?;
-        let mut of_hold_out = match records.hold_out.as_slice() {
+        let wired = fit.as_wired(&records.hold_out)?;
+        let wired: Vec<&CoupledRecord> = wired.iter().collect();
+        let held_out = if wired.is_empty() { records.hold_out.as_slice() } else { &wired };
+        let mut of_hold_out = match held_out {
             [] => None,
             // A trial outside the fit has no estimated current.
             held => Some(score::score(&fit.plant, &beside, held, |_| fit.mean_current())?),
         };
         if let Some(score) = &mut of_hold_out {
-            for (dof, change) in change::changes(&fit, &records.hold_out)? {
+            for (dof, change) in change::changes(&fit, held_out)? {
                 score.by_axis.entry(dof).and_modify(|score| score.change = Some(change));
             }
         }
@@ -420,6 +426,8 @@ fn result(fit: &CoupledFit, rigid_body: Option<&RigidBody>) -> CoupledPlant {
         },
         structure: fit.tried.iter().map(decision).collect(),
         thruster_faults: fit.faults.clone(),
+        thrusters_exchanged: fit.exchanged.clone(),
+        thruster_estimates: BTreeMap::new(),
         samples: fit.samples,
         log_likelihood: fit.log_likelihood,
         fit: crate::results::CoupledScore::default(),

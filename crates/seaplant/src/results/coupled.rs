@@ -53,6 +53,13 @@ pub struct CoupledPlant {
     /// Thrusters that were at rest or reversed in a trial, for which the fit allows.
     #[serde(default)]
     pub thruster_faults: Vec<ThrusterFault>,
+    /// Pairs of thrusters of which each does what the log of the other says; they were taken to do so.
+    #[serde(default)]
+    pub thrusters_exchanged: Vec<[String; 2]>,
+    /// What each thruster gives over what its curve says, where most others give what theirs say; without
+    /// those of which the trials do not determine it.
+    #[serde(default)]
+    pub thruster_estimates: BTreeMap<String, ThrusterEstimate>,
     /// Number of measured values.
     pub samples: usize,
     /// Log-likelihood at the optimum.
@@ -281,6 +288,22 @@ impl AxisScore {
         let both = self.restarted_error.zip(self.kept_error);
         both.is_some_and(|(error, kept)| error < FOLLOWED * kept)
     }
+}
+
+/// What the trials of a fit say of one thruster.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ThrusterEstimate {
+    /// Thrust over that of its curve, ahead and in reverse unless `reverse` differs.
+    pub gain: Parameter,
+    /// The same of thrust below zero, where the trials show that it is another.
+    #[serde(default)]
+    pub reverse: Option<Parameter>,
+    /// Thrust over what its curve says ahead, with the scale of all thrust, where known forces reveal it.
+    #[serde(default)]
+    pub of_curve: Option<Parameter>,
+    /// Whether the plant has these gains; else the trials do not ask for any, and `gain` is what they
+    /// say of it to first order.
+    pub is_fitted: bool,
 }
 
 /// Ratio of a thruster's thrust to that of its curve.

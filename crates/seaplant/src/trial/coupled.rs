@@ -334,18 +334,81 @@ impl CoupledRecord {
     /// # Errors
     /// As [`Timed::new`], if a force is not finite.
     pub(crate) fn with_gain(&self, thruster: &str, gain: f64) -> Result<Self, Error> {
+        self.with_gains(thruster, [gain; 2])
+    }
+
+    /// The same with one gain ahead and another in reverse.
+    pub(crate) fn with_gains(
+        &self,
+        thruster: &str,
+        [ahead, astern]: [f64; 2],
+    ) -> Result<Self, Error> {
         let mut record = self.clone();
         for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
             let [_, (_, logged)] = own.signals();
+            let beyond = logged.map(|x| x * (if x < 0.0 { astern } else { ahead } - 1.0));
             for (force, way) in record.force.iter_mut().zip(own.wrench.iter()) {
                 let Some(series) = force.as_mut().filter(|_| *way != 0.0) else { continue };
-                let less = |(t, x): (&f64, &f64)| x - (1.0 - gain) * way * logged.held_at(*t);
-                let values = series.time_s().iter().zip(series.values()).map(less).collect();
+                let more = |(t, x): (&f64, &f64)| x + way * beyond.held_at(*t);
+                let values = series.time_s().iter().zip(series.values()).map(more).collect();
                 *series = series.with_values("force", values)?;
             }
-            own.track.forward *= gain;
-            own.track.reverse *= gain;
+            own.track.forward *= ahead;
+            own.track.reverse *= astern;
             record.signals.extend(own.signals());
+        }
+        Ok(record)
+    }
+
+    /// The same with two thrusters of which each does what the log of the other says.
+    ///
+    /// # Errors
+    /// As [`Self::with_gain`].
+    pub(crate) fn with_exchanged(&self, a: &str, b: &str) -> Result<Self, Error> {
+        let speed = |name: &str| {
+            let own = self.thrusters.iter().find(|own| own.name == name);
+            own.map(|own| own.track.speed.clone())
+        };
+        let Some((of_a, of_b)) = speed(a).zip(speed(b)) else { return Ok(self.clone()) };
+        self.with_speed(a, &of_b)?.with_speed(b, &of_a)
+    }
+
+    /// The same with several pairs.
+    pub(crate) fn with_all_exchanged(&self, pairs: &[[String; 2]]) -> Result<Self, Error> {
+        pairs.iter().try_fold(self.clone(), |record, [a, b]| record.with_exchanged(a, b))
+    }
+
+    /// The same with another speed of a thruster.
+    fn with_speed(&self, thruster: &str, speed: &Timed) -> Result<Self, Error> {
+        let mut record = self.clone();
+        for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
+            let [_, (_, before)] = own.signals();
+            own.track.speed = speed.clone();
+            let [_, (_, now)] = own.signals();
+            for (force, way) in record.force.iter_mut().zip(own.wrench.iter()) {
+                let Some(series) = force.as_mut().filter(|_| *way != 0.0) else { continue };
+                let first_s = series.first_s();
+                let mut times = union([series.time_s(), speed.time_s()].into_iter());
+                times.retain(|t| *t >= first_s);
+                let moved =
+                    |t: &f64| series.held_at(*t) + way * (now.held_at(*t) - before.held_at(*t));
+                let values: Vec<f64> = times.iter().map(moved).collect();
+                *series = Timed::new("force", times, values)?;
+            }
+            record.signals.extend(own.signals());
+        }
+        Ok(record)
+    }
+
+    /// The same with the force of axes that no thruster explains as many times as great.
+    pub(crate) fn with_wrench_scaled(&self, scale: f64) -> Result<Self, Error> {
+        let mut record = self.clone();
+        for (axis, force) in record.force.iter_mut().enumerate() {
+            let is_logged = !self.thrusters.iter().any(|own| own.wrench[axis] != 0.0);
+            if let Some(series) = force.as_mut().filter(|_| is_logged) {
+                let values = series.values().iter().map(|x| scale * x).collect();
+                *series = series.with_values("force", values)?;
+            }
         }
         Ok(record)
     }

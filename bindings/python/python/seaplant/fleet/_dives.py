@@ -17,7 +17,7 @@ from typing import Any
 
 from seaplant import _native
 from seaplant._choices import Methods, Terms
-from seaplant._results import PlantResult, Results
+from seaplant._results import CoupledPlant, PlantResult, Results
 from seaplant.errors import InputError
 from seaplant.identification import identify_campaign
 
@@ -52,6 +52,8 @@ COLUMNS: dict[str, str] = {
     "fit_null_error": "double",
     "hold_out_error": "double",
     "hold_out_null_error": "double",
+    "vehicle": "string",
+    "thrusters": "string",
     "nuisances": "string",
     "caveats": "strings",
     "caveat_messages": "strings",
@@ -165,10 +167,16 @@ def rows_of(dive: Row, results: Results) -> list[Row]:
         "command": results.provenance.command,
         "settings": json.dumps(results.provenance.settings, sort_keys=True),
         "inputs": json.dumps([of.to_dict() for of in results.provenance.inputs]),
+        "vehicle": results.vehicle,
+        "thrusters": json.dumps(_thrusters(results), sort_keys=True),
     }
     rows = [
         {**empty, **dive, **provenance, **_plant(dof, plant)}
         for dof, plant in results.plants.items()
+    ]
+    rows += [
+        {**empty, **dive, **provenance, **_coupled(name, plant)}
+        for name, plant in results.coupled.items()
     ]
     without: dict[str, list[str]] = {}
     for of in results.failures:
@@ -196,11 +204,34 @@ def _plant(dof: str, plant: PlantResult) -> Row:
         if score is not None:
             row[f"{name}_error"] = score.mean_abs_error
             row[f"{name}_null_error"] = score.null_error
+    return row | _beside(plant)
+
+
+def _coupled(name: str, plant: CoupledPlant) -> Row:
+    row: Row = {"status": "found", "dof": name, "method": plant.method}
+    return row | _beside(plant)
+
+
+def _beside(plant: PlantResult | CoupledPlant) -> Row:
     nuisances = {name: of.to_dict() for name, of in plant.nuisances.items()}
-    row["nuisances"] = json.dumps(nuisances, sort_keys=True)
-    row["caveats"] = [of.code for of in plant.caveats]
-    row["caveat_messages"] = [of.message for of in plant.caveats]
-    return row
+    return {
+        "nuisances": json.dumps(nuisances, sort_keys=True),
+        "caveats": [of.code for of in plant.caveats],
+        "caveat_messages": [of.message for of in plant.caveats],
+    }
+
+
+def _thrusters(results: Results) -> dict[str, Any]:
+    """Returns what each thruster gives, in the form that the library follows over dives."""
+    estimates: dict[str, Any] = {}
+    exchanged: list[list[str]] = []
+    for plant in results.coupled.values():
+        for name, of in plant.thruster_estimates.items():
+            known = estimates.get(name)
+            if known is None or of.gain.std < known["gain"]["std"]:
+                estimates[name] = of.to_dict()
+        exchanged += [list(pair) for pair in plant.thrusters_exchanged]
+    return {"estimates": estimates, "exchanged": exchanged}
 
 
 def listed(campaigns: Sequence[Dive | str | PathLike[str]], order: Order) -> list[Row]:

@@ -25,6 +25,7 @@ from seaplant.fleet._dives import (
 )
 from seaplant.fleet._store import PLANTS, Store, is_fresh
 from seaplant.fleet._summary import Summary, summarise
+from seaplant.fleet._thrusters import followed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -102,6 +103,24 @@ class Fleet:
             A trend for each degree of freedom and parameter.
         """
         return summarise(self.to_pandas())
+
+    def thrusters(self) -> pd.DataFrame:
+        """Follows each thruster over the dives: by date if all have one, or in their order.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each dive and thruster: what it gives over what its curve says, ``gain``
+            with ``gain_std``, ``gain_low95`` and ``gain_high95``; ``change``, the cause of a
+            change that this dive shows first (``loss``, ``more``, ``stands-still``,
+            ``reversed``, ``direction-wrong``, ``exchanged``), and ``message``, in words.
+
+        Raises
+        ------
+        InputError
+            If the dives are of several vehicles, or their thrusters have other names.
+        """
+        return followed(self.to_pandas())
 
     def report(self, path: str | PathLike[str] | None = None) -> Path:
         """Writes the summary as one HTML file with figures.

@@ -1,6 +1,8 @@
 //! Thrusters that do not push as their curves say: a gain for each, all of them together, and those
 //! that stand still or push the other way in one of several trials.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -82,6 +84,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
                 tried: Vec::new(),
                 reported: self.reported,
                 faults: self.faults.clone(),
+                exchanged: self.exchanged.clone(),
             };
             // The fault itself colours innovations; what counts is what is left of that.
             let gained = 2.0 * (self.optimum.cost - acting.optimum.cost);
@@ -148,7 +151,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             let mut group = gains(&self.problem.structure, in_reverse);
             let needed = needed(group.len());
             let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
-            let step = -(inverse(&beside.left) * &beside.beyond);
+            let step = beside.step();
             if -step.dot(&beside.beyond) < needed {
                 continue;
             }
@@ -171,8 +174,29 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         Ok(self)
     }
 
+    /// What each thruster gives beside the others, to first order from a plant in which all give what
+    /// their curves say; none of a plant with gains, and of motion left to itself.
+    pub(super) fn gains_to_first_order(&self) -> Result<BTreeMap<String, GainBeside>, Error> {
+        let structure = &self.problem.structure;
+        let group = gains(structure, false);
+        let has_gains = structure.terms().iter().any(|term| is_gain(structure, term));
+        if group.len() < 2 || has_gains || self.problem.is_free {
+            return Ok(BTreeMap::new());
+        }
+        let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
+        let information = &beside.left / self.colour_of(&group)?;
+        let known = beside_most(&beside.step(), &information);
+        let of = |(term, known): (&Basis, Option<[f64; 2]>)| {
+            let [excess, std] = known?;
+            let (gain, is_fitted, of_curve) = (1.0 + excess, false, None);
+            let gain = GainBeside { gain, std, is_fitted, of_curve };
+            Some((thruster_of(structure, term)?, gain))
+        };
+        Ok(group.iter().zip(known).filter_map(of).collect())
+    }
+
     /// The optimum with a group of gains; those in reverse are in place of the ratio of all.
-    fn with_group(&self, group: &[Basis], in_reverse: bool) -> Result<Self, Error> {
+    pub(super) fn with_group(&self, group: &[Basis], in_reverse: bool) -> Result<Self, Error> {
         let structure = search::with_all(&self.problem.structure, group)?;
         let mut problem = self.problem.with_terms(structure);
         let mut start = search::widened(&problem, &self.problem, &self.optimum.point);
@@ -182,7 +206,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         }
         let optimum = problem.optimum(start, Tolerance::COARSE)?;
         let (reported, faults) = (self.reported, self.faults.clone());
-        Self { problem, optimum, tried: Vec::new(), reported, faults }.refined()
+        let exchanged = self.exchanged.clone();
+        Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged }.refined()
     }
 
     /// What terms are worth together, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the
@@ -208,12 +233,129 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     }
 
     /// The greatest colour of the innovations of the axes that terms act on, at least 1.
-    fn colour_of(&self, terms: &[Basis]) -> Result<f64, Error> {
+    pub(super) fn colour_of(&self, terms: &[Basis]) -> Result<f64, Error> {
         let white = self.whiteness()?;
         let axes = terms.iter().flat_map(|term| self.problem.structure.axes_of(term));
         Ok(axes.map(|dof: Dof| white(dof)).fold(1.0, f64::max))
     }
 }
+
+/// What a thruster gives over what its curve says, where most others give what theirs say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GainBeside {
+    /// The part of the curve's thrust ahead, and in reverse as well unless the plant has another there.
+    pub gain: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Whether the plant has it; else the trials do not ask for it, and it is known to first order.
+    pub is_fitted: bool,
+    /// Thrust over what its curve says, others being as they are, and its standard deviation; where known
+    /// forces reveal the scale.
+    pub of_curve: Option<[f64; 2]>,
+}
+
+/// The scale of thrust that known forces reveal.
+pub(super) struct OfScale {
+    pub(super) scale: f64,
+    /// Covariance of its logarithm with the coefficients …
+    pub(super) covariance: DVector<f64>,
+    /// … and its variance.
+    pub(super) variance: f64,
+}
+
+impl GainBeside {
+    /// The same with the scale of thrust, of a plant in which all thrusters give what their curves say times
+    /// that.
+    pub(super) fn scaled(self, of: Option<&OfScale>) -> Self {
+        let of_curve = of.map(|of| {
+            let std = of.scale * self.std.hypot(of.variance.sqrt());
+            [of.scale, std]
+        });
+        Self { of_curve, ..self }
+    }
+}
+
+/// The gains that a plant has of its thrusters beside each other; none of a plant without gains both ways.
+pub(super) fn of_plant(
+    plant: &Plant,
+    covariance: &DMatrix<f64>,
+    of_scale: Option<&OfScale>,
+) -> Option<BTreeMap<String, GainBeside>> {
+    let structure = plant.structure();
+    let fitted: Vec<Basis> =
+        structure.terms().iter().copied().filter(|term| is_gain(structure, term)).collect();
+    if fitted.is_empty() {
+        return None;
+    }
+    // One without a coefficient gives what its curve says.
+    let all = [fitted, gains(structure, false)].concat();
+    let places: Vec<Option<usize>> = all.iter().map(|term| structure.index_of(term)).collect();
+    let scale = of_scale.map_or(1.0, |of| of.scale);
+    let value = |k: usize| places[k].map_or(0.0, |at| plant.coefficients()[at]);
+    let between =
+        |i: usize, j: usize| places[i].zip(places[j]).map_or(0.0, |(i, j)| covariance[(i, j)]);
+    // What all have in common is the scale.
+    let common = if of_scale.is_some() { 1.0 } else { 0.0 };
+    let n = all.len();
+    let excess = DVector::from_fn(n, |k, _| value(k) / scale);
+    let own = DMatrix::from_fn(n, n, |i, j| between(i, j) / (scale * scale) + common);
+    let known = beside_most(&excess, &inverse(&own));
+    let of = |(k, known): (usize, Option<[f64; 2]>)| {
+        let [excess, std] = known?;
+        let of_curve = of_scale.map(|of| {
+            let cross = places[k].map_or(0.0, |at| of.covariance[at]);
+            let variance = scale * scale * of.variance + between(k, k) + 2.0 * scale * cross;
+            [scale + value(k), variance.max(0.0).sqrt()]
+        });
+        let gain = GainBeside { gain: 1.0 + excess, std, is_fitted: true, of_curve };
+        Some((thruster_of(structure, &all[k])?, gain))
+    };
+    Some(known.into_iter().enumerate().filter_map(of).collect())
+}
+
+/// Moves what gains exceed 1 by, along directions that the trials do not determine, such as all thrusters of
+/// heave together, to where most of them exceed it least: each with its standard deviation beside
+/// the others, none of one that only such directions move.
+fn beside_most(excess: &DVector<f64>, information: &DMatrix<f64>) -> Vec<Option<[f64; 2]>> {
+    let eigen = information.clone().symmetric_eigen();
+    let n = excess.len();
+    let is_open = |k: &usize| eigen.eigenvalues[*k] < UNDETERMINED.powi(-2);
+    let (open, known): (Vec<usize>, Vec<usize>) = (0..n).partition(is_open);
+    let open = eigen.eigenvectors.select_columns(&open);
+    let mut left = excess - &open * (open.transpose() * excess);
+    if open.ncols() > 0 {
+        left = nearest_of_most(&left, &open);
+    }
+    let std = |i: usize| {
+        let of = |k: &usize| eigen.eigenvectors[(i, *k)].powi(2) / eigen.eigenvalues[*k];
+        known.iter().map(of).sum::<f64>().sqrt()
+    };
+    let own = |i: usize| 1.0 - open.row(i).norm_squared();
+    (0..n).map(|i| (own(i) > LEAST_OWN).then(|| [left[i], std(i)])).collect()
+}
+
+/// `x + V u` with the least `Σ |x_i + (V u)_i|`, by least squares with weights made anew.
+fn nearest_of_most(x: &DVector<f64>, open: &DMatrix<f64>) -> DVector<f64> {
+    let mut left = x.clone();
+    for _ in 0..REWEIGHTED {
+        let weights = left.map(|x| 1.0 / x.abs().max(LEAST_MINDED));
+        let weighted = DMatrix::from_diagonal(&weights) * open;
+        let u = inverse(&(open.transpose() * &weighted)) * (weighted.transpose() * x);
+        left = x - open * u;
+    }
+    left
+}
+
+/// A direction of gains whose standard deviation would be more is not determined: it is hardly less than
+/// before anything is measured.
+const UNDETERMINED: f64 = 0.15;
+
+/// A thruster that determined directions move by less than this part of it has no gain of its own: of two
+/// with an open common gain, each has half, and which of them is weak is not determined.
+const LEAST_OWN: f64 = 0.6;
+
+/// How often weights are made anew.
+const REWEIGHTED: usize = 40;
 
 /// A plant with thrusters whose gains are those of their curves in the mean.
 pub(super) struct Scaled {
@@ -290,12 +432,12 @@ fn is_gain(structure: &Structure, term: &Basis) -> bool {
 }
 
 /// What gains have to be worth together.
-fn needed(count: usize) -> f64 {
+pub(super) fn needed(count: usize) -> f64 {
     ChiSquared::new(count as f64).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - CHANCE))
 }
 
 /// The gains that a plant may have of its thrusters, both ways or in reverse only.
-fn gains(structure: &Structure, in_reverse: bool) -> Vec<Basis> {
+pub(super) fn gains(structure: &Structure, in_reverse: bool) -> Vec<Basis> {
     let is_one = |k: &usize| match &structure.effects()[*k].force {
         EffectForce::Gain { reverse, .. } => *reverse == in_reverse,
         _ => false,
@@ -348,5 +490,31 @@ mod tests {
     #[test]
     fn thrusters_that_are_exactly_alike_are_not_known_to_be() {
         assert_eq!(mean_of_alike(&[0.0; 4]), (0.0, 0.5 * LEAST_SPREAD));
+    }
+
+    /// Six thrusters in two groups, of each of which the common gain is open.
+    fn two_groups() -> DMatrix<f64> {
+        let in_group = |i: usize, j: usize| if (i < 3) == (j < 3) { 1.0 / 3.0 } else { 0.0 };
+        let common = DMatrix::from_fn(6, 6, in_group);
+        (DMatrix::identity(6, 6) - &common) * 1e4 + common * 10.0
+    }
+
+    #[test]
+    fn gains_are_beside_the_others_of_a_group_whose_common_gain_is_open() {
+        // One of the first group is weak, and the fit left half of that to all of the second.
+        let excess = DVector::from_row_slice(&[0.1, -0.1, 0.1, 0.1, 0.1, 0.1]);
+        let known = beside_most(&excess, &two_groups());
+        for (k, known) in known.iter().enumerate() {
+            let [excess, std] = known.expect("determined beside the others");
+            let truth = if k == 1 { -0.2 } else { 0.0 };
+            assert!((excess - truth).abs() < 1e-3 && (std - 0.00816).abs() < 1e-4, "{known:?}");
+        }
+    }
+
+    #[test]
+    fn a_thruster_without_others_beside_it_has_no_gain_of_its_own() {
+        let information = DMatrix::from_diagonal(&DVector::from_row_slice(&[1e4, 1e4, 11.0]));
+        let known = beside_most(&DVector::from_row_slice(&[0.02, -0.02, 0.3]), &information);
+        assert!(known[0].is_some() && known[1].is_some() && known[2].is_none(), "{known:?}");
     }
 }

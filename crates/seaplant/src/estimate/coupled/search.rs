@@ -92,6 +92,13 @@ pub(super) struct Beside {
     pub(super) left: DMatrix<f64>,
 }
 
+impl Beside {
+    /// The step that all of them ask for.
+    pub(super) fn step(&self) -> DVector<f64> {
+        -(inverse(&self.left) * &self.beyond)
+    }
+}
+
 /// The slope by candidates, from one pass of the filter.
 pub(super) fn beside<const N: usize, const M: usize>(
     base: &Problem,

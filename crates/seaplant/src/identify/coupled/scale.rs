@@ -1,7 +1,7 @@
 //! What known forces say of the scale of thrust.
 
 use crate::caveat::spoken;
-use crate::estimate::CoupledFit;
+use crate::estimate::{CoupledFit, ScaleClaim};
 use crate::motion::{KnownForce, KnownKind};
 use crate::{Caveat, CaveatCode, CoupledRecord, ThrustUncertainty};
 
@@ -21,6 +21,9 @@ pub(super) fn scale(fit: &CoupledFit) -> Option<(f64, f64)> {
 /// Reports what fixed the scale of thrust, and to what accuracy; or that nothing did.
 pub(super) fn doubts(fit: &CoupledFit, records: &[&CoupledRecord]) -> Vec<Caveat> {
     let Some((scale, half)) = scale(fit) else { return Vec::new() };
+    if let Some(caveat) = contradiction(&fit.claims) {
+        return std::iter::once(caveat).chain(beside_stated(scale, records)).collect();
+    }
     let by = forces(records).join(" and ");
     let (s, h) = (digits(scale), digits(half));
     if half > WIDEST_SCALE * scale {
@@ -35,6 +38,30 @@ pub(super) fn doubts(fit: &CoupledFit, records: &[&CoupledRecord]) -> Vec<Caveat
     let told = Caveat::note(CaveatCode::ThrustScaleKnown, message);
     std::iter::once(told).chain(beside_stated(scale, records)).collect()
 }
+
+/// That known forces say different things of the scale.
+fn contradiction(claims: &[ScaleClaim]) -> Option<Caveat> {
+    let scales = || claims.iter().map(|claim| claim.scale);
+    let (least, most) = (scales().fold(f64::INFINITY, f64::min), scales().fold(0.0, f64::max));
+    let said = |claim: &ScaleClaim| {
+        let (scale, half) = (digits(claim.scale), digits(1.96 * claim.std));
+        format!("{scale} ± {half} by {}", in_words(&claim.force))
+    };
+    let all: Vec<String> = claims.iter().map(said).collect();
+    (!claims.is_empty()).then(|| {
+        let message = format!(
+            "known forces contradict each other: thrust is {} (95 %) times what curves and logs say, each by itself, and what is fitted lies between; check the size, the times and the direction of each, and give std_n of one that is known less well",
+            all.join(", and ")
+        );
+        match most > MOST_APART * least {
+            true => Caveat::severe(CaveatCode::ThrustScale, message),
+            false => Caveat::warning(CaveatCode::ThrustScale, message),
+        }
+    })
+}
+
+/// Known forces that are further apart than this are no help.
+const MOST_APART: f64 = 1.25;
 
 /// That the scale is not that which the vehicle file states.
 fn beside_stated(scale: f64, records: &[&CoupledRecord]) -> Option<Caveat> {
@@ -61,14 +88,18 @@ fn forces(records: &[&CoupledRecord]) -> Vec<String> {
         }
     }
     let said = |(force, times): (&KnownForce, usize)| {
-        let what = match force.kind {
-            KnownKind::Weight { .. } => "weight",
-            KnownKind::Line { .. } => "line",
-        };
         let times = if times > 1 { format!(", {times} times") } else { String::new() };
-        format!("a {what} of {} N{times}", spoken(force.size_n()))
+        format!("{}{times}", in_words(force))
     };
     all.into_iter().map(said).collect()
+}
+
+fn in_words(force: &KnownForce) -> String {
+    let what = match force.kind {
+        KnownKind::Weight { .. } => "weight",
+        KnownKind::Line { .. } => "line",
+    };
+    format!("a {what} of {} N", spoken(force.size_n()))
 }
 
 fn digits(x: f64) -> String {

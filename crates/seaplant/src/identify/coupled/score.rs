@@ -16,7 +16,7 @@ use crate::results::{AxisScore, CoupledPlant, CoupledScore, Parameter, plant_of_
 use crate::series::union;
 use crate::signal::sample_noise;
 use crate::{
-    Agreement, Comparison, CoupledRecord, Dof, Error, Method, ScoredMotion, Timed, Trial,
+    Agreement, Comparison, CoupledRecord, Dof, Error, Method, ScoredMotion, Timed, Trial, Vehicle,
     VelocityReport, parallel,
 };
 
@@ -90,11 +90,12 @@ impl Sums {
 /// That of the first trial, if none was read for the plant's axes; as [`plant_of_result`].
 pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<CoupledScore, Error> {
     let plant = plant_of_result(result)?;
-    let read: Vec<_> = trials.iter().map(|trial| trial.coupled(&result.axes)).collect();
-    let records: Vec<&CoupledRecord> =
-        read.iter().filter_map(|x| x.as_ref().ok().copied()).collect();
-    if let (true, Some(Err(error))) = (records.is_empty(), read.into_iter().next()) {
-        return Err(error);
+    let exchanged = |record: &CoupledRecord| record.with_all_exchanged(&result.thrusters_exchanged);
+    let read: Vec<_> =
+        trials.iter().map(|trial| trial.coupled(&result.axes).and_then(exchanged)).collect();
+    let records: Vec<&CoupledRecord> = read.iter().filter_map(|x| x.as_ref().ok()).collect();
+    if let (true, Some(Err(error))) = (records.is_empty(), read.first()) {
+        return Err(error.clone());
     }
     let current = mean_current(result);
     score(&plant, &Standing::of_result(result), &records, |_| current)
@@ -103,14 +104,35 @@ pub fn score_coupled(result: &CoupledPlant, trials: &[&Trial]) -> Result<Coupled
 /// The error of a table of several axes on trials, each simulated freely from its start in water
 /// that stands still.
 ///
-/// Thrust acts behind the lag, delay and reverse ratio that the table states for its first axis.
+/// Thrust acts behind the lag, delay and reverse ratio that the table states for its first axis, and
+/// is that of the table's curves where these read the inputs of the trials' `vehicle`.
 ///
 /// # Errors
 /// That of the first trial, if none was read for the table's axes; as [`simulate`].
-pub fn score_table(model: &PlantModel, trials: &[&Trial]) -> Result<CoupledScore, Error> {
+pub fn score_table(
+    model: &PlantModel,
+    vehicle: &Vehicle,
+    trials: &[&Trial],
+) -> Result<CoupledScore, Error> {
     let axes = model.plant.axes();
-    let records: Result<Vec<_>, Error> = trials.iter().map(|trial| trial.coupled(axes)).collect();
-    score(&model.plant, &Standing::of_table(model), &records?, |_| [0.0; 2])
+    let of = |trial: &&Trial| with_curves_of(model, vehicle, trial.coupled(axes)?);
+    let records = trials.iter().map(of).collect::<Result<Vec<_>, Error>>()?;
+    let records: Vec<&CoupledRecord> = records.iter().collect();
+    score(&model.plant, &Standing::of_table(model), &records, |_| [0.0; 2])
+}
+
+/// A record with the thrust that the curves of a plant give; a wrench that was logged is scaled as where
+/// the plant was fitted.
+fn with_curves_of(
+    model: &PlantModel,
+    vehicle: &Vehicle,
+    record: &CoupledRecord,
+) -> Result<CoupledRecord, Error> {
+    let of_axis = |dof: &Dof| model.actuation.get(dof)?.thrust_scale.as_ref();
+    let scale = model.plant.axes().iter().find_map(of_axis).map_or(1.0, |scale| scale.value);
+    let scaled = record.with_wrench_scaled(scale)?;
+    let over = model.thrust_over(vehicle);
+    over.iter().try_fold(scaled, |record, (name, ways)| record.with_gains(name, *ways))
 }
 
 /// Measured and simulated velocity of each axis over a trial, simulated freely from its start with
@@ -122,7 +144,7 @@ pub fn score_table(model: &PlantModel, trials: &[&Trial]) -> Result<CoupledScore
 /// That of the trial, if it was not read for the plant's axes; as [`plant_of_result`].
 pub fn compare_coupled(result: &CoupledPlant, trial: &Trial) -> Result<Vec<Comparison>, Error> {
     let plant = plant_of_result(result)?;
-    let record = trial.coupled(&result.axes)?;
+    let record = &trial.coupled(&result.axes)?.with_all_exchanged(&result.thrusters_exchanged)?;
     let own = |direction: &str| {
         result.nuisances.get(&format!("{direction}{}", record.trial)).map(|x| x.value)
     };

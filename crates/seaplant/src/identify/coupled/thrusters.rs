@@ -1,7 +1,10 @@
 //! Thrusters that do not push as their curves and logs say.
 
-use crate::results::{CoupledPlant, ThrusterGain};
-use crate::{Caveat, CaveatCode, ThrusterFault};
+use std::collections::BTreeMap;
+
+use crate::estimate::CoupledFit;
+use crate::results::{CoupledPlant, Parameter, ThrusterEstimate, ThrusterGain};
+use crate::{Caveat, CaveatCode, Estimate, ThrusterFault};
 
 /// A thruster that gives less than this part of its curve stands still …
 const STILL: f64 = 0.2;
@@ -18,10 +21,36 @@ const CLEARLY: f64 = 3.0;
 /// What is wrong with single thrusters, and how they differ.
 pub(super) fn doubts(plant: &CoupledPlant) -> Vec<Caveat> {
     let mut all: Vec<Caveat> = plant.thruster_faults.iter().map(of_trial).collect();
+    all.extend(plant.thrusters_exchanged.iter().map(exchanged));
     let gains = plant.thruster_gains();
     all.extend(gains.iter().filter_map(|(name, gain)| fault(name, gain)));
     all.extend(differing(plant));
     all
+}
+
+/// What trials say of each thruster.
+pub(super) fn estimates(
+    fit: &CoupledFit,
+    plant: &CoupledPlant,
+) -> BTreeMap<String, ThrusterEstimate> {
+    let both = plant.thruster_gains();
+    let parameter =
+        |value: f64, std: f64| Parameter::new(Estimate::new(value, std, fit.samples as f64), "1");
+    let of = |(name, found): (&String, &crate::estimate::GainBeside)| {
+        let in_reverse = both.get(name).map_or(0.0, |own| own.reverse - own.forward);
+        let reverse = (in_reverse != 0.0).then(|| parameter(found.gain + in_reverse, found.std));
+        let (gain, is_fitted) = (parameter(found.gain, found.std), found.is_fitted);
+        let of_curve = found.of_curve.map(|[value, std]| parameter(value, std));
+        (name.clone(), ThrusterEstimate { gain, reverse, of_curve, is_fitted })
+    };
+    fit.gains.iter().map(of).collect()
+}
+
+fn exchanged([a, b]: &[String; 2]) -> Caveat {
+    let message = format!(
+        "thrusters `{a}` and `{b}` are exchanged: each does what the log of the other says, and the plant takes it so; exchange their channels in the campaign, or their places in the vehicle file, and identify again"
+    );
+    Caveat::warning(CaveatCode::ThrusterFault, message)
 }
 
 fn of_trial(fault: &ThrusterFault) -> Caveat {

@@ -35,6 +35,8 @@ pub(super) struct Rig<'a> {
     pub(super) hold: [(f64, f64); 2],
     /// Length scale relative to Jason 2.
     scale: f64,
+    /// Which each thruster follows, and its gain.
+    acting: Vec<(usize, f64)>,
 }
 
 /// Returns the ratio of true reverse thrust to that of the analyst's curve under `thrcoef`, as for
@@ -73,6 +75,8 @@ impl<'a> Rig<'a> {
             .clone()
             .pseudo_inverse(RANK * wrenches.amax())
             .map_err(|reason| refused("vehicle", "thrusters", reason))?;
+        let names: Vec<&str> = model.thrusters.iter().map(|own| own.name.as_str()).collect();
+        let acting = spec.acting(&names)?;
         let farthest = model.thrusters.iter().map(|t| t.position_body.norm()).fold(0.0, f64::max);
         let scale = farthest / YAW_ARM_M;
         shared.strength.lever_m *= scale;
@@ -88,6 +92,7 @@ impl<'a> Rig<'a> {
             righting: model.lever()[2],
             hold: [(0.0, 0.0); 2],
             scale,
+            acting,
         };
         rig.find_forces()?;
         Ok(rig)
@@ -309,11 +314,12 @@ impl Thrusters<'_> {
         let tick = (TICK_HZ * (t_s - self.delay_s) + 1e-6).floor();
         let mut wrench = Vector6::zeros();
         for (at, speed) in self.speeds.iter_mut().enumerate() {
-            let wanted = if tick < 0.0 { 0.0 } else { self.commands[at][tick as usize] };
+            let (follows, gain) = self.rig.acting[at];
+            let wanted = if tick < 0.0 { 0.0 } else { self.commands[follows][tick as usize] };
             let middle = self.motor.after(0.5 * h, *speed, wanted);
             *speed = self.motor.after(h, *speed, wanted);
             let unit = self.rig.wrenches.fixed_view::<6, 1>(0, at);
-            wrench += unit * self.screw.thrust(middle, unit.dot(through_water));
+            wrench += unit * (gain * self.screw.thrust(middle, unit.dot(through_water)));
         }
         let (before, per_s) = self.sag;
         wrench * (1.0 - before - per_s * t_s)

@@ -1,6 +1,6 @@
 //! The specification of the twin of a vehicle of several axes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -59,6 +59,11 @@ pub struct WholeTwinSpec {
     pub swell_part: f64,
     /// Ratio of true thrust to that of the vehicle file.
     pub thrust_scale: f64,
+    /// The same of single thrusters, by name, times `thrust_scale`: 0.8 of a fouled one, 0 of one that stands still,
+    /// −1 of one that pushes the other way.
+    pub thruster_gains: BTreeMap<String, f64>,
+    /// Pairs of thrusters that are exchanged: each does what the log of the other says.
+    pub thrusters_exchanged: Vec<[String; 2]>,
     /// A weight that is hung on and taken off in the fitted trials.
     pub weight: Option<TwinWeight>,
     /// Strength of each disturbance, if it is enabled.
@@ -119,6 +124,8 @@ impl Default for WholeTwinSpec {
             tether_part: 0.05,
             swell_part: 0.05,
             thrust_scale: 1.0,
+            thruster_gains: BTreeMap::new(),
+            thrusters_exchanged: Vec::new(),
             weight: None,
             strength: DisturbanceStrength::default(),
         }
@@ -160,6 +167,32 @@ impl WholeTwinSpec {
         };
         spec.validate()?;
         Ok(spec)
+    }
+
+    /// Where the thrusters that the spec names stand among those of a vehicle: of each, which it
+    /// follows, and its gain.
+    ///
+    /// # Errors
+    /// [`Error::TwinSpec`] for a name that none of them has, or a gain that is not finite.
+    pub(super) fn acting(&self, names: &[&str]) -> Result<Vec<(usize, f64)>, Error> {
+        let place = |key: &str, name: &String| {
+            let expected = format!("one of {}", names.join(", "));
+            let found = names.iter().position(|own| own == name);
+            found.ok_or_else(|| refused(key, name, &expected))
+        };
+        let mut acting: Vec<(usize, f64)> = (0..names.len()).map(|at| (at, 1.0)).collect();
+        for (name, gain) in &self.thruster_gains {
+            if !gain.is_finite() {
+                let key = format!("thruster_gains.{name}");
+                return Err(refused(&key, &gain.to_string(), "a number"));
+            }
+            acting[place("thruster_gains", name)?].1 = *gain;
+        }
+        for [a, b] in &self.thrusters_exchanged {
+            let [a, b] = [place("thrusters_exchanged", a)?, place("thrusters_exchanged", b)?];
+            (acting[a].0, acting[b].0) = (b, a);
+        }
+        Ok(acting)
     }
 
     /// Returns the weight of a trial, each time it is hung on.

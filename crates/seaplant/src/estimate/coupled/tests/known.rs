@@ -154,3 +154,28 @@ fn a_force_that_is_not_known_for_sure_widens_the_scale() {
     let added = (unsure * unsure - sure * sure).sqrt();
     assert!((added - 0.1).abs() < 0.01, "{sure} {unsure}");
 }
+
+/// A line that pulls down.
+fn line(force_n: f64, from_s: f64, to_s: f64) -> KnownForce {
+    let kind = KnownKind::Line { force_n, direction: [0.0, 0.0, 1.0] };
+    KnownForce { kind, ..weight(from_s, to_s) }
+}
+
+#[test]
+fn known_forces_that_contradict_each_other_are_told_with_what_each_says() {
+    let acting = vec![weight(30.0, 90.0), line(15.0, 120.0, 180.0), weight(210.0, 260.0)];
+    let mut record = heave(1.0, acting.clone(), 5);
+    assert_eq!(fitted(&record).claims, []);
+    // A line that pulled with 15 N, while its scale was read as 19.5 N.
+    record.known[1] = line(19.5, 120.0, 180.0);
+    let claims = fitted(&record).claims;
+    let said: Vec<(f64, f64)> =
+        claims.iter().map(|claim| (claim.force.size_n(), claim.scale)).collect();
+    assert_eq!(claims.len(), 2, "{said:?}");
+    for (claim, truth) in claims.iter().zip([1.0, 1.3]) {
+        assert!((claim.scale - truth).abs() < 3.0 * claim.std && claim.std < 0.03, "{said:?}");
+    }
+    // One that is known to 30 % only does not contradict.
+    record.known[1].std_n = 5.0;
+    assert_eq!(fitted(&record).claims, []);
+}
