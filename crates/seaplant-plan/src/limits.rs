@@ -54,6 +54,13 @@ pub(crate) struct Use {
     pub(crate) of: &'static str,
 }
 
+impl Use {
+    /// Returns the greater of two.
+    pub(crate) fn or(self, other: Self) -> Self {
+        if other.part > self.part { other } else { self }
+    }
+}
+
 impl Limits {
     /// Checks that the limits leave room for motion.
     ///
@@ -90,6 +97,11 @@ impl Limits {
     /// Returns the limit that is used most by a vehicle that stops within `stop_s2` v² m; positions
     /// are relative to the start.
     pub(crate) fn most_used(&self, state: &State, stop_s2: f64) -> Use {
+        self.uses(state, stop_s2).into_iter().fold(Use { part: 0.0, of: "none" }, Use::or)
+    }
+
+    /// Returns the use of every limit, likewise.
+    pub(crate) fn uses(&self, state: &State, stop_s2: f64) -> [Use; 6] {
         let nu: Vector6<f64> = state.fixed_rows::<6>(6).into_owned();
         let v = Vector3::new(nu[0], nu[1], nu[2]);
         let (speed, rate) = (v.norm(), Vector3::new(nu[3], nu[4], nu[5]).amax());
@@ -98,21 +110,19 @@ impl Limits {
         let depth = self.start_depth_m + state[2];
         let (up, down) = (self.start_depth_m - low, high - self.start_depth_m);
         let room = if state[2] < 0.0 { up } else { down };
-        let mut uses = vec![
-            Use { part: (state[0].abs() + stop) / self.box_m[0], of: "box_m" },
-            Use { part: (state[1].abs() + stop) / self.box_m[1], of: "box_m" },
+        let [north, east] = [0, 1].map(|k| (state[k].abs() + stop) / self.box_m[k]);
+        let away = Vector3::new(state[0], state[1], state[2]).norm();
+        [
+            Use { part: north.max(east), of: "box_m" },
             Use { part: ((depth - self.start_depth_m).abs() + stop) / room, of: "depth_m" },
             Use { part: speed / self.speed_m_s, of: "speed_m_s" },
             Use { part: rate / self.rate_rad_s, of: "rate_rad_s" },
             Use { part: state[3].abs().max(state[4].abs()) / self.tilt_rad, of: "tilt_rad" },
-        ];
-        if let Some(tether) = self.tether_m {
-            let away = Vector3::new(state[0], state[1], state[2]).norm();
-            uses.push(Use { part: (away + stop) / tether, of: "tether_m" });
-        }
-        uses.into_iter().fold(Use { part: 0.0, of: "none" }, |most, one| {
-            if one.part > most.part { one } else { most }
-        })
+            Use {
+                part: self.tether_m.map_or(0.0, |tether| (away + stop) / tether),
+                of: "tether_m",
+            },
+        ]
     }
 }
 

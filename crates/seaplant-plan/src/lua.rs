@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use seaplant::{ThrustCurve, ThrusterInput};
 
 use crate::Error;
-use crate::drive::{BACK, DAMPING, Pilot, TAKEN, TAKEN_BACK, TICK_S};
+use crate::drive::{DAMPING, Pilot, TAKEN, TAKEN_BACK, TICK_S};
 use crate::manoeuvre::Manoeuvre;
 use crate::plan::Plan;
 use crate::prior::Prior;
@@ -72,7 +72,8 @@ pub fn lua_script(prior: &Prior, plan: &Plan) -> Result<String, Error> {
     put(format!("local TETHER_M = {}", limits.tether_m.map_or("nil".to_owned(), number)));
     put(format!("local STOP_S2, TRIM_N = {}, {}", number(pilot.stop_s2), number(pilot.trim_n)));
     put(format!(
-        "local TAKEN_BACK, TAKEN, BACK, DAMPING = {TAKEN_BACK}, {TAKEN}, {BACK}, {DAMPING}"
+        "local TAKEN_BACK, TAKEN, BACK_RAD_S, DAMPING = {TAKEN_BACK}, {TAKEN}, {}, {DAMPING}",
+        list(&pilot.back_rad_s())
     ));
     put(format!("local MASS = {}", list(&pilot.mass)));
     put(format!("local MOST = {}", list(&rig.most)));

@@ -217,7 +217,7 @@ end
 local function drive(s, away)
   local own, t = MANOEUVRES[running], now_s() - began_s
   local part = clamp((TAKEN - most_used(away, s)) / (TAKEN - TAKEN_BACK), 0, 1)
-  local here, back = hold(away, s, own.hold_rad_s), hold(away, s, { BACK, BACK, BACK, BACK, BACK, BACK })
+  local here, back = hold(away, s, own.hold_rad_s), hold(away, s, BACK_RAD_S)
   local held, asked = {}, {}
   for k = 1, 6 do
     held[k] = here[k] * part + back[k] * (1 - part)

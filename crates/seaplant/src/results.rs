@@ -8,6 +8,7 @@ mod coupled;
 mod drag;
 mod model;
 mod online;
+mod plan_outcome;
 mod plant;
 mod series;
 mod steady;
@@ -32,6 +33,7 @@ pub use campaign::{
 pub use consequence::{Consequence, Driven};
 pub use drag::DragCurve;
 pub use online::CoupledOnline;
+pub use plan_outcome::{AxisOutcome, DrivenStretch, GoalOutcome, ManoeuvreOutcome, PlanOutcome};
 pub use plant::{
     AccumulatedPlant, Parameter, Parameters, PlantResult, RegressionResult, SteadyTestResult,
     SubsetResult, ThrustPart, TruePlant,
@@ -110,6 +112,9 @@ pub struct Results {
     /// time constants, stopping distances, natural periods.
     #[serde(default)]
     pub consequences: Vec<Consequence>,
+    /// The plan of the dive compared with what was driven and found, if one was named.
+    #[serde(default)]
+    pub plan: Option<PlanOutcome>,
     /// What could not be done, and why.
     pub failures: Vec<Failure>,
     /// Doubts about the campaign as a whole.

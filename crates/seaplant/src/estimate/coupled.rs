@@ -31,7 +31,7 @@ use filter::{Drift, InstrumentNoise};
 use fit::{Optimum, Problem, Tolerance};
 use gains::Scaled;
 pub use information::{
-    ExpectedNoise, ExpectedNoises, Information, information, information_before,
+    ExpectedActuator, ExpectedNoise, ExpectedNoises, Information, information, information_before,
 };
 pub use plan::CoupledPlan;
 use report::Reported;
