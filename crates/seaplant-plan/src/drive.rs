@@ -6,11 +6,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use seaplant::estimate::ExpectedNoises;
 use seaplant::motion::{State, StateSpace};
-use seaplant::plant::Plant;
+use seaplant::plant::{Basis, Plant};
 use seaplant::random::{gauss_markov, normal};
 
 use crate::Error;
-use crate::limits::{Limits, Use};
+use crate::limits::{Limits, Stop, Use};
 use crate::logging::Logging;
 use crate::manoeuvre::Manoeuvre;
 use crate::rig::Rig;
@@ -41,8 +41,9 @@ pub(crate) struct Pilot<'a> {
     pub(crate) manoeuvre: &'a Manoeuvre,
     /// Diagonal of M of the prior's plant, which scales controllers' gains.
     pub(crate) mass: [f64; 6],
-    /// Stopping distance over squared speed, s²/m: m/F of the weakest translation.
-    pub(crate) stop_s2: f64,
+    /// Stopping distance over squared speed, m/F of the weakest translation, and the swing of roll
+    /// and pitch.
+    pub(crate) stop: Stop,
     /// The vertical force that holds depth at rest: minus the believed excess of weight, N.
     pub(crate) trim_n: f64,
 }
@@ -57,10 +58,17 @@ impl<'a> Pilot<'a> {
         let m = plant.mass_matrix_of_six();
         let mass = std::array::from_fn(|k| m[(k, k)]);
         let stop = |k: usize| if rig.most[k] > 0.0 { 0.5 * mass[k] / rig.most[k] } else { 0.0 };
-        let stop_s2 = (0..3).map(stop).fold(0.0, f64::max);
-        let excess = plant.coefficient(&seaplant::plant::Basis::WeightExcess);
+        let distance_s2 = (0..3).map(stop).fold(0.0, f64::max);
+        let righting = plant.coefficient(&Basis::Lever(2)).unwrap_or(0.0).max(0.0);
+        let swing = |k: usize| {
+            let held = if rig.most[k] > 0.0 { upright_rad_s(rig).powi(2) } else { 0.0 };
+            let rad_s = if mass[k] > 0.0 { (righting / mass[k] + held).sqrt() } else { 0.0 };
+            if rad_s > 0.0 { 1.0 / rad_s } else { 0.0 }
+        };
+        let stop = Stop { distance_s2, swing_s: TILTS.map(swing) };
+        let excess = plant.coefficient(&Basis::WeightExcess);
         let trim_n = if rig.most[2] > 0.0 { -excess.unwrap_or(0.0) } else { 0.0 };
-        Self { rig, limits, manoeuvre, mass, stop_s2, trim_n }
+        Self { rig, limits, manoeuvre, mass, stop, trim_n }
     }
 
     /// Returns the natural frequencies of the controller that brings a vehicle back, rad/s.
@@ -71,7 +79,7 @@ impl<'a> Pilot<'a> {
 
     /// Returns the fraction of the excitation that limits permit.
     pub(crate) fn part(&self, state: &State) -> f64 {
-        let most = self.limits.most_used(state, self.stop_s2);
+        let most = self.limits.most_used(state, &self.stop);
         ((TAKEN - most.part) / (TAKEN - TAKEN_BACK)).clamp(0.0, 1.0)
     }
 
@@ -199,7 +207,7 @@ pub(crate) fn drive(
         states: Vec::with_capacity(ticks),
         measured: Vec::with_capacity(ticks),
         worst: Use { part: 0.0, of: "none" },
-        uses: pilot.limits.uses(&state, 0.0),
+        uses: pilot.limits.uses(&state, &Stop::default()),
         part: 0.0,
     };
     let h = STEP_S;
@@ -211,7 +219,7 @@ pub(crate) fn drive(
     });
     for tick in 0..ticks {
         let t = tick as f64 * TICK_S;
-        for (most, now) in driven.uses.iter_mut().zip(pilot.limits.uses(&state, 0.0)) {
+        for (most, now) in driven.uses.iter_mut().zip(pilot.limits.uses(&state, &Stop::default())) {
             *most = most.or(now);
         }
         let measured = instruments.as_mut().map_or(state, |own| own.measure(&state));

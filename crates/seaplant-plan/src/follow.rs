@@ -20,15 +20,15 @@ use crate::plan::Planned;
 /// Sample period of the comparison, s.
 const STEP_S: f64 = 0.2;
 /// Least length of a block that is compared, s …
-const BLOCK_S: f64 = 10.0;
+const BLOCK_S: f64 = 20.0;
 /// … and as a fraction of the manoeuvre's period.
 const BLOCK_PART: f64 = 1.0 / 3.0;
 /// Least correlation of a block that follows the plan …
 const FOLLOWS: f64 = 0.6;
 /// … and of all blocks of a stretch together.
-const FOLLOWS_TOGETHER: f64 = 0.7;
+const FOLLOWS_TOGETHER: f64 = 0.75;
 /// Least duration of a stretch, s, …
-const LEAST_S: f64 = 20.0;
+const LEAST_S: f64 = 40.0;
 /// … and as a fraction of the planned one.
 const LEAST_PART: f64 = 0.1;
 /// Least fraction of a stretch that follows the plan.
@@ -151,7 +151,7 @@ impl Template {
     }
 
     fn blocks(&self) -> usize {
-        self.length / self.block
+        self.length.div_ceil(self.block)
     }
 }
 
@@ -260,16 +260,27 @@ struct Found {
     score: f64,
 }
 
+/// Returns the part of a block that the log contains, in the template's samples and in its own; half
+/// of a block at least, and nothing that another manoeuvre has taken.
+fn logged_part(
+    block: Range<usize>,
+    offset: isize,
+    sampled: &Sampled,
+) -> Option<(Range<usize>, Range<usize>)> {
+    let logged = sampled.is_free.len() as isize;
+    let start = (block.start as isize + offset).clamp(0, logged);
+    let end = (block.end as isize + offset).clamp(0, logged);
+    let own = usize::try_from(start).ok()?..usize::try_from(end).ok()?;
+    let planned = usize::try_from(start - offset).ok()?..usize::try_from(end - offset).ok()?;
+    let is_free = 2 * own.len() >= block.len() && sampled.is_free[own.clone()].iter().all(|x| *x);
+    is_free.then_some((planned, own))
+}
+
 fn placed(template: &Template, sampled: &Sampled, offset: isize) -> Option<Found> {
     let (mut ends, mut seconds, mut sums) = (None, 0.0, Sums::default());
     let mut is_before = false;
     for b in 0..template.blocks() {
-        let range = template.block(b);
-        let first = offset + range.start as isize;
-        let own = usize::try_from(first).ok().map(|first| first..first + range.len());
-        let own = own.filter(|own| own.end <= sampled.is_free.len());
-        let own = own.filter(|own| sampled.is_free[own.clone()].iter().all(|is_free| *is_free));
-        let Some(own) = own else {
+        let Some((range, own)) = logged_part(template.block(b), offset, sampled) else {
             is_before = false;
             continue;
         };
@@ -381,7 +392,7 @@ mod tests {
         assert_eq!(found.iter().map(|one| one.manoeuvre).collect::<Vec<_>>(), [1, 2]);
         let (surge, turn) = (&found[0], &found[1]);
         assert!(
-            (surge.from_s - 30.0).abs() < 0.5 && (surge.seconds - 90.0).abs() < 11.0,
+            (surge.from_s - 30.0).abs() < 0.5 && (surge.seconds - 90.0).abs() < 15.0,
             "{surge:?}"
         );
         assert!((surge.force_ratio - 0.8).abs() < 0.05, "{surge:?}");

@@ -70,7 +70,12 @@ pub fn lua_script(prior: &Prior, plan: &Plan) -> Result<String, Error> {
         number(limits.tilt_rad)
     ));
     put(format!("local TETHER_M = {}", limits.tether_m.map_or("nil".to_owned(), number)));
-    put(format!("local STOP_S2, TRIM_N = {}, {}", number(pilot.stop_s2), number(pilot.trim_n)));
+    put(format!(
+        "local STOP_S2, TRIM_N = {}, {}",
+        number(pilot.stop.distance_s2),
+        number(pilot.trim_n)
+    ));
+    put(format!("local SWING_S = {}", list(&pilot.stop.swing_s)));
     put(format!(
         "local TAKEN_BACK, TAKEN, BACK_RAD_S, DAMPING = {TAKEN_BACK}, {TAKEN}, {}, {DAMPING}",
         list(&pilot.back_rad_s())

@@ -7,7 +7,7 @@ use seaplant::exchange::PlantModel;
 use seaplant::results::{
     AxisOutcome, DrivenStretch, GoalOutcome, ManoeuvreOutcome, PlanOutcome, Results,
 };
-use seaplant::{Dof, Trial, spoken};
+use seaplant::{Dof, Role, Trial, spoken};
 
 use crate::Error;
 use crate::follow::{Log, Stretch, followed};
@@ -67,7 +67,8 @@ pub fn outcome(
     results_file: &str,
 ) -> Result<PlanOutcome, Error> {
     check_outcome(plan, trials)?;
-    let logs: Vec<Log> = trials.iter().map(|trial| Log::new(trial, &plan.axes)).collect();
+    let fitted = trials.iter().filter(|trial| trial.role() != Role::HoldOut);
+    let logs: Vec<Log> = fitted.map(|trial| Log::new(trial, &plan.axes)).collect();
     let stretches = followed(&plan.manoeuvres, &logs);
     let manoeuvres = manoeuvres(plan, &logs, &stretches);
     let minutes_driven = manoeuvres.iter().map(|one| one.minutes_driven).sum();
@@ -142,7 +143,7 @@ fn doubts(plan: &Plan, results: &Results, manoeuvres: &[ManoeuvreOutcome]) -> Ve
     }
     if manoeuvres.iter().all(|one| one.stretches.is_empty()) {
         doubts.push(
-            "no trial follows any manoeuvre of the plan: the dive was driven otherwise, or the plan is another one".to_owned(),
+            "no fitted trial follows any manoeuvre of the plan: the dive was driven otherwise, or the plan is another one".to_owned(),
         );
     }
     for one in manoeuvres {
@@ -254,7 +255,11 @@ fn open(
     for one in manoeuvres {
         let left = one.minutes_planned - one.minutes_driven;
         if one.minutes_driven == 0.0 {
-            open.push(format!("{} was not driven: {} min", one.name, spoken(left)));
+            open.push(format!(
+                "{} was not driven in a fitted trial: {} min",
+                one.name,
+                spoken(left)
+            ));
         } else if one.minutes_driven < DRIVEN * one.minutes_planned {
             open.push(format!(
                 "{} was driven for {} of {} min",

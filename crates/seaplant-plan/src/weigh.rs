@@ -56,14 +56,9 @@ const LEFT: f64 = 0.85;
 pub(crate) const MARGIN_RUNS: usize = 32;
 /// … for so long, s.
 pub(crate) const MARGIN_S: f64 = 180.0;
-/// Standard deviations from the median of that use to the limit, by the half of the
-/// runs above the median: 999 of 1000 runs stay within it, with a confidence of 90 % by a normal sample
-/// of 16. Runs that use less of a limit are no danger, and the controller bounds the others.
-///
-/// # Source
-/// \[Natrella1963, § 2-5\], one-sided tolerance limits: `k = (z + √(z² − a b)) / a`,
-/// `a = 1 − c² / (2 (n − 1))`, `b = z² − c² / n` with z = 3.09 and c = 1.28.
-const MARGIN: f64 = 4.1;
+/// Standard deviations from the median of that use to the limit, by the half of the runs above the
+/// median: 999 of 1000 runs stay within it by a normal law. Runs that use less of a limit are no danger.
+const MARGIN: f64 = 3.09;
 /// Factor by which forces are reduced until the margin is left.
 const REDUCED: f64 = 0.85;
 /// Reductions after which a manoeuvre is given up.

@@ -7,7 +7,7 @@ use seaplant::spoken;
 use seaplant_report::number::{or_absent, significant, with_minus};
 
 use super::{align, plain_table};
-use crate::output::{FAINT, STRONG, WARNING};
+use crate::output::{STRONG, WARNING};
 
 /// Formats what of the plan was driven, the goals, and what is still open.
 pub(super) fn block(plan: &PlanOutcome) -> String {
@@ -22,7 +22,7 @@ pub(super) fn block(plan: &PlanOutcome) -> String {
         plan.goals.len()
     );
     let mut table = plain_table();
-    table.add_row(["  axis", "driven", "planned", "", "velocity", "planned", ""].map(faint));
+    table.add_row(["  axis", "driven", "planned", "", "velocity", "planned", ""]);
     for (dof, axis) in &plan.axes {
         let AxisOutcome { minutes_planned, minutes_driven, velocity_planned, .. } = axis;
         let range =
@@ -40,7 +40,7 @@ pub(super) fn block(plan: &PlanOutcome) -> String {
     align(&mut table, 1..3);
     let _ = writeln!(text, "{}", with_minus(table.to_string().trim_end()));
     let mut table = plain_table();
-    table.add_row(["  goal", "found", "interval", "promised", "wanted", ""].map(faint));
+    table.add_row(["  goal", "found", "interval", "promised", "wanted", ""]);
     for goal in &plan.goals {
         table.add_row(row(goal));
     }
@@ -54,10 +54,6 @@ pub(super) fn block(plan: &PlanOutcome) -> String {
     }
     text.push('\n');
     text
-}
-
-fn faint(word: &str) -> String {
-    format!("{FAINT}{word}{FAINT:#}")
 }
 
 fn row(goal: &GoalOutcome) -> [String; 6] {

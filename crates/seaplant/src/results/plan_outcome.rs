@@ -17,7 +17,7 @@ pub struct PlanOutcome {
     pub vehicle: String,
     /// Minutes of the plan.
     pub minutes_planned: f64,
-    /// Minutes of its manoeuvres that the logs contain.
+    /// Minutes of its manoeuvres that the fitted trials contain.
     pub minutes_driven: f64,
     /// Its manoeuvres, in its order.
     pub manoeuvres: Vec<ManoeuvreOutcome>,
@@ -40,7 +40,7 @@ pub struct ManoeuvreOutcome {
     pub axes: Vec<Dof>,
     /// Minutes of the plan.
     pub minutes_planned: f64,
-    /// Minutes in which the logged forces follow it.
+    /// Minutes of fitted trials in which the logged forces follow it.
     pub minutes_driven: f64,
     /// Where.
     pub stretches: Vec<DrivenStretch>,
