@@ -22,6 +22,10 @@ const HARDLY: f64 = 1e-3;
 /// steps of a fifth of a second.
 const SAME: f64 = 0.01;
 
+/// Samples at rest before the reference begins: what thrust did before a log is not known, so that a
+/// record leaves out its first 5 %, which these are.
+const RESTS: usize = 7;
+
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()
 }
@@ -38,11 +42,17 @@ fn information_agrees_with_pyomo() {
     let rows = |key: &str| -> Vec<Vec<f64>> {
         reference[key].as_array().expect("rows").iter().map(numbers).collect()
     };
-    let (force, velocity) = (rows("force"), rows("velocity"));
-    let times: Vec<f64> = (0..force.len()).map(|k| step_s * k as f64).collect();
+    let at_rest = |mut rows: Vec<Vec<f64>>| {
+        rows.splice(0..0, vec![vec![0.0; AXES.len()]; RESTS]);
+        rows
+    };
+    let (force, velocity) = (at_rest(rows("force")), at_rest(rows("velocity")));
+    let first = RESTS as f64;
+    let times: Vec<f64> = (0..force.len()).map(|k| step_s * (k as f64 - first)).collect();
     let series = |values: Vec<f64>| Timed::new("reference", times.clone(), values).expect("sorted");
     let column = |of: &[Vec<f64>], k: usize| series(of.iter().map(|row| row[k]).collect());
-    let heading = series(numbers(&reference["heading"]));
+    let heading = [vec![0.0; RESTS], numbers(&reference["heading"])].concat();
+    let heading = series(heading);
     let mut recording = BTreeMap::from([(Quantity::Attitude(Attitude::Heading), heading)]);
     let mut axes = BTreeMap::new();
     for (k, (dof, name)) in AXES.into_iter().zip(["u", "v", "r"]).enumerate() {

@@ -10,7 +10,7 @@ The boat has surge, sway and yaw:
     m_r r' = (m_u − m_v) u v − d_r r − D_r |r| r + N
 
 with (u, v) relative to the water, whose velocity north and east is unknown to 1 m/s; heading is known.
-Forces are held for 0.2 s. Velocity over ground is measured every 0.2 s. pyomo.dae discretises the
+Forces are held for 0.2 s, and are zero for the first 0.6 s. Velocity over ground is measured every 0.2 s. pyomo.dae discretises the
 equations by collocation, and pyomo.contrib.doe differentiates their solution. Its solver is Newton's
 method with derivatives by Pyomo, since the equations have as many unknowns: no other is needed.
 """
@@ -33,7 +33,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
 STEP_S = 0.2
-STEPS = 120
+REST = 3
+STEPS = 120 + REST
 POINTS = 3
 COEFFICIENTS = {
     "mass.surge": 120.0,
@@ -52,7 +53,9 @@ CURRENT_STD = 1.0
 
 def force(k):
     """Return surge force, sway force and yaw moment of an interval."""
-    t = k * STEP_S
+    if k < REST:
+        return (0.0, 0.0, 0.0)
+    t = (k - REST) * STEP_S
     return (
         40.0 * math.sin(0.5 * t) + 25.0 * math.cos(1.3 * t),
         30.0 * math.sin(0.8 * t + 1.0),
