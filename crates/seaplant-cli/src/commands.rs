@@ -16,6 +16,8 @@ pub mod man;
 mod manoeuvre;
 pub mod monte_carlo;
 #[cfg(not(target_family = "wasm"))]
+mod named_plan;
+#[cfg(not(target_family = "wasm"))]
 pub mod page;
 #[cfg(not(target_family = "wasm"))]
 pub mod plan;

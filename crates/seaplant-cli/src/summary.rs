@@ -1,5 +1,6 @@
 //! The summary that `identify` prints in the terminal.
 
+mod planned;
 mod several_axes;
 
 use std::fmt::Write;
@@ -34,6 +35,9 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     }
     for (dof, steady) in &results.steady {
         text.push_str(&steady_block(*dof, steady));
+    }
+    if let Some(plan) = &results.plan {
+        text.push_str(&planned::block(plan));
     }
     for (dof, methods, why) in results.reasons() {
         let _ = writeln!(text, "{SEVERE}failed:{SEVERE:#} {dof} by {methods}: {why}");

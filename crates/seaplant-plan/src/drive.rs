@@ -6,11 +6,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use seaplant::estimate::ExpectedNoises;
 use seaplant::motion::{State, StateSpace};
-use seaplant::plant::Plant;
+use seaplant::plant::{Basis, Plant};
 use seaplant::random::{gauss_markov, normal};
 
 use crate::Error;
-use crate::limits::Limits;
+use crate::limits::{Limits, Stop, Use};
 use crate::logging::Logging;
 use crate::manoeuvre::Manoeuvre;
 use crate::rig::Rig;
@@ -28,7 +28,10 @@ pub(crate) const TAKEN_BACK: f64 = 0.75;
 /// … and at which it is zero.
 pub(crate) const TAKEN: f64 = 0.9;
 /// Natural frequency of the controller that brings a vehicle back, rad/s.
-pub(crate) const BACK: f64 = 0.5;
+const BACK: f64 = 0.5;
+/// Phase that thrusters may lose where the damping of an attitude hold acts, rad: a quarter of what
+/// makes it unstable.
+const LOST: f64 = 0.4;
 
 /// The controller that drives a manoeuvre: the same in simulations and in scripts.
 #[derive(Clone, Debug)]
@@ -38,8 +41,9 @@ pub(crate) struct Pilot<'a> {
     pub(crate) manoeuvre: &'a Manoeuvre,
     /// Diagonal of M of the prior's plant, which scales controllers' gains.
     pub(crate) mass: [f64; 6],
-    /// Stopping distance over squared speed, s²/m: m/F of the weakest translation.
-    pub(crate) stop_s2: f64,
+    /// Stopping distance over squared speed, m/F of the weakest translation, and the swing of roll
+    /// and pitch.
+    pub(crate) stop: Stop,
     /// The vertical force that holds depth at rest: minus the believed excess of weight, N.
     pub(crate) trim_n: f64,
 }
@@ -54,15 +58,28 @@ impl<'a> Pilot<'a> {
         let m = plant.mass_matrix_of_six();
         let mass = std::array::from_fn(|k| m[(k, k)]);
         let stop = |k: usize| if rig.most[k] > 0.0 { 0.5 * mass[k] / rig.most[k] } else { 0.0 };
-        let stop_s2 = (0..3).map(stop).fold(0.0, f64::max);
-        let excess = plant.coefficient(&seaplant::plant::Basis::WeightExcess);
+        let distance_s2 = (0..3).map(stop).fold(0.0, f64::max);
+        let righting = plant.coefficient(&Basis::Lever(2)).unwrap_or(0.0).max(0.0);
+        let swing = |k: usize| {
+            let held = if rig.most[k] > 0.0 { upright_rad_s(rig).powi(2) } else { 0.0 };
+            let rad_s = if mass[k] > 0.0 { (righting / mass[k] + held).sqrt() } else { 0.0 };
+            if rad_s > 0.0 { 1.0 / rad_s } else { 0.0 }
+        };
+        let stop = Stop { distance_s2, swing_s: TILTS.map(swing) };
+        let excess = plant.coefficient(&Basis::WeightExcess);
         let trim_n = if rig.most[2] > 0.0 { -excess.unwrap_or(0.0) } else { 0.0 };
-        Self { rig, limits, manoeuvre, mass, stop_s2, trim_n }
+        Self { rig, limits, manoeuvre, mass, stop, trim_n }
+    }
+
+    /// Returns the natural frequencies of the controller that brings a vehicle back, rad/s.
+    pub(crate) fn back_rad_s(&self) -> [f64; 6] {
+        let upright = upright_rad_s(self.rig);
+        std::array::from_fn(|k| if TILTS.contains(&k) { upright } else { BACK })
     }
 
     /// Returns the fraction of the excitation that limits permit.
     pub(crate) fn part(&self, state: &State) -> f64 {
-        let most = self.limits.most_used(state, self.stop_s2);
+        let most = self.limits.most_used(state, &self.stop);
         ((TAKEN - most.part) / (TAKEN - TAKEN_BACK)).clamp(0.0, 1.0)
     }
 
@@ -87,7 +104,7 @@ impl<'a> Pilot<'a> {
     pub(crate) fn thrusts(&self, t_s: f64, state: &State) -> DVector<f64> {
         let part = self.part(state);
         let own = self.hold(state, &self.manoeuvre.hold_rad_s);
-        let back = self.hold(state, &[BACK; 6]);
+        let back = self.hold(state, &self.back_rad_s());
         let mut hold = own * part + back * (1.0 - part);
         hold[2] += self.trim_n;
         let mut wrench = Vector6::zeros();
@@ -115,6 +132,20 @@ impl<'a> Pilot<'a> {
     }
 }
 
+/// Indices of roll and pitch.
+pub(crate) const TILTS: [usize; 2] = [3, 4];
+
+/// Returns the natural frequency with which roll and pitch are held, rad/s: as firm as the lag of the
+/// thrusters allows, because the flow turns a moving hull broadside with a moment that grows with
+/// the square of speed, `(m_i − m_j) v_i v_j`.
+///
+/// ```text
+/// ω = φ / (2 ζ (T + D + Δt))     φ the phase that is lost at the rate 2 ζ ω of the damping
+/// ```
+pub(crate) fn upright_rad_s(rig: &Rig) -> f64 {
+    LOST / (2.0 * DAMPING * (rig.lag_s + rig.delay_s + TICK_S))
+}
+
 /// A simulated run.
 #[derive(Clone, Debug)]
 pub(crate) struct Driven {
@@ -127,7 +158,9 @@ pub(crate) struct Driven {
     /// The states as instruments measure them.
     pub(crate) measured: Vec<State>,
     /// The greatest use of a limit.
-    pub(crate) worst: crate::limits::Use,
+    pub(crate) worst: Use,
+    /// The greatest use of each limit.
+    pub(crate) uses: [Use; 6],
     /// Mean fraction of the excitation that limits permitted.
     pub(crate) part: f64,
 }
@@ -173,7 +206,8 @@ pub(crate) fn drive(
         inputs: vec![Vec::with_capacity(ticks); n],
         states: Vec::with_capacity(ticks),
         measured: Vec::with_capacity(ticks),
-        worst: crate::limits::Use { part: 0.0, of: "none" },
+        worst: Use { part: 0.0, of: "none" },
+        uses: pilot.limits.uses(&state, &Stop::default()),
         part: 0.0,
     };
     let h = STEP_S;
@@ -185,9 +219,8 @@ pub(crate) fn drive(
     });
     for tick in 0..ticks {
         let t = tick as f64 * TICK_S;
-        let most = pilot.limits.most_used(&state, 0.0);
-        if most.part > driven.worst.part {
-            driven.worst = most;
+        for (most, now) in driven.uses.iter_mut().zip(pilot.limits.uses(&state, &Stop::default())) {
+            *most = most.or(now);
         }
         let measured = instruments.as_mut().map_or(state, |own| own.measure(&state));
         let believed = instruments.as_mut().map_or(state, |own| own.estimate(&state, &measured));
@@ -218,6 +251,7 @@ pub(crate) fn drive(
             turning = end;
         }
     }
+    driven.worst = driven.uses.into_iter().fold(driven.worst, Use::or);
     Ok(driven)
 }
 

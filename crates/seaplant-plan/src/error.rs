@@ -85,6 +85,14 @@ pub enum Error {
         /// The solver's reason.
         reason: String,
     },
+    /// A plan that cannot be compared with a dive.
+    #[error("plan of `{vehicle}`: {reason}")]
+    Outcome {
+        /// The vehicle of the plan.
+        vehicle: String,
+        /// The reason, and advice.
+        reason: String,
+    },
     /// The template of the deck page cannot be filled in.
     #[error("page for the deck: {0}")]
     Page(#[from] minijinja::Error),

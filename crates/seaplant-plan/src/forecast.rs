@@ -54,7 +54,7 @@ pub struct Chart {
 /// Search range of the time that goals need, minutes.
 pub(crate) const TIMES_MIN: [f64; 2] = [2.0, 600.0];
 /// Fraction of the greatest speed that limits and thrust allow at which drag is evaluated.
-const DRAG_AT: f64 = 0.7;
+pub(crate) const DRAG_AT: f64 = 0.7;
 
 /// Goals, and the information on them before the trial.
 pub(crate) struct Forecaster<'a> {

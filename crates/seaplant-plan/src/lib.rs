@@ -9,19 +9,21 @@
 //! ```
 //!
 //! [`plan()`] does all of it; [`rehearse`] drives the plan with a simulated vehicle and returns its
-//! logs; [`commands_csv`], [`lua_script`] and [`deck_page`] make files to play and to print.
+//! logs; after the dive [`outcome`] compares the plan with them; [`commands_csv`], [`lua_script`] and [`deck_page`] make files to play and to print.
 
 mod allocate;
 mod description;
 mod drive;
 mod error;
 mod files;
+mod follow;
 mod forecast;
 mod goal;
 mod limits;
 mod logging;
 mod lua;
 mod manoeuvre;
+mod outcome;
 mod page;
 mod plan;
 mod prior;
@@ -43,6 +45,7 @@ pub use limits::Limits;
 pub use logging::Logging;
 pub use lua::lua_script;
 pub use manoeuvre::{Kind, Manoeuvre};
+pub use outcome::{check_outcome, outcome};
 pub use page::{chart_svg, deck_page};
 pub use plan::{Certificate, LimitCheck, PLAN_SCHEMA, Plan, Planned};
 pub use prior::Prior;

@@ -54,6 +54,23 @@ pub(crate) struct Use {
     pub(crate) of: &'static str,
 }
 
+/// How far a vehicle goes on once it is no longer driven; zero for where it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Stop {
+    /// Stopping distance over squared speed, s²/m.
+    pub(crate) distance_s2: f64,
+    /// Inverse natural frequency of roll and of pitch, s: without forces, an angle φ at the rate p
+    /// swings to `√(φ² + (p/ω)²)`.
+    pub(crate) swing_s: [f64; 2],
+}
+
+impl Use {
+    /// Returns the greater of two.
+    pub(crate) fn or(self, other: Self) -> Self {
+        if other.part > self.part { other } else { self }
+    }
+}
+
 impl Limits {
     /// Checks that the limits leave room for motion.
     ///
@@ -87,32 +104,36 @@ impl Limits {
         Ok(())
     }
 
-    /// Returns the limit that is used most by a vehicle that stops within `stop_s2` v² m; positions
-    /// are relative to the start.
-    pub(crate) fn most_used(&self, state: &State, stop_s2: f64) -> Use {
+    /// Returns the limit that is used most by a vehicle that stops so; positions are relative to the
+    /// start.
+    pub(crate) fn most_used(&self, state: &State, stop: &Stop) -> Use {
+        self.uses(state, stop).into_iter().fold(Use { part: 0.0, of: "none" }, Use::or)
+    }
+
+    /// Returns the use of every limit, likewise.
+    pub(crate) fn uses(&self, state: &State, stop: &Stop) -> [Use; 6] {
         let nu: Vector6<f64> = state.fixed_rows::<6>(6).into_owned();
         let v = Vector3::new(nu[0], nu[1], nu[2]);
         let (speed, rate) = (v.norm(), Vector3::new(nu[3], nu[4], nu[5]).amax());
-        let stop = stop_s2 * speed * speed;
+        let swings = [0, 1].map(|k| state[3 + k].hypot(nu[3 + k] * stop.swing_s[k]));
+        let stop = stop.distance_s2 * speed * speed;
         let [low, high] = self.depth_m;
         let depth = self.start_depth_m + state[2];
         let (up, down) = (self.start_depth_m - low, high - self.start_depth_m);
         let room = if state[2] < 0.0 { up } else { down };
-        let mut uses = vec![
-            Use { part: (state[0].abs() + stop) / self.box_m[0], of: "box_m" },
-            Use { part: (state[1].abs() + stop) / self.box_m[1], of: "box_m" },
+        let [north, east] = [0, 1].map(|k| (state[k].abs() + stop) / self.box_m[k]);
+        let away = Vector3::new(state[0], state[1], state[2]).norm();
+        [
+            Use { part: north.max(east), of: "box_m" },
             Use { part: ((depth - self.start_depth_m).abs() + stop) / room, of: "depth_m" },
             Use { part: speed / self.speed_m_s, of: "speed_m_s" },
             Use { part: rate / self.rate_rad_s, of: "rate_rad_s" },
-            Use { part: state[3].abs().max(state[4].abs()) / self.tilt_rad, of: "tilt_rad" },
-        ];
-        if let Some(tether) = self.tether_m {
-            let away = Vector3::new(state[0], state[1], state[2]).norm();
-            uses.push(Use { part: (away + stop) / tether, of: "tether_m" });
-        }
-        uses.into_iter().fold(Use { part: 0.0, of: "none" }, |most, one| {
-            if one.part > most.part { one } else { most }
-        })
+            Use { part: swings[0].max(swings[1]) / self.tilt_rad, of: "tilt_rad" },
+            Use {
+                part: self.tether_m.map_or(0.0, |tether| (away + stop) / tether),
+                of: "tether_m",
+            },
+        ]
     }
 }
 
@@ -125,10 +146,15 @@ mod tests {
         let limits = Limits { box_m: [2.0, 20.0], ..Limits::default() };
         let mut state = State::zeros();
         (state[0], state[6]) = (1.5, 0.2);
-        let most = limits.most_used(&state, 0.0);
+        let most = limits.most_used(&state, &Stop::default());
         assert_eq!((most.part, most.of), (0.75, "box_m"));
         // 0.2 m/s needs 0.4 m to stop.
-        assert!((limits.most_used(&state, 10.0).part - 0.95).abs() < 1e-12);
+        let stop = Stop { distance_s2: 10.0, swing_s: [0.5; 2] };
+        assert!((limits.most_used(&state, &stop).part - 0.95).abs() < 1e-12);
+        // A roll of 0.16 rad at 0.24 rad/s and 2 rad/s goes on to 0.2 rad.
+        (state[0], state[3], state[9]) = (0.0, 0.16, 0.24);
+        let swing = limits.uses(&state, &stop)[4];
+        assert!((swing.part - 0.2 / limits.tilt_rad).abs() < 1e-12 && swing.of == "tilt_rad");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use seaplant::{ThrustCurve, ThrusterInput};
 
 use crate::Error;
-use crate::drive::{BACK, DAMPING, Pilot, TAKEN, TAKEN_BACK, TICK_S};
+use crate::drive::{DAMPING, Pilot, TAKEN, TAKEN_BACK, TICK_S};
 use crate::manoeuvre::Manoeuvre;
 use crate::plan::Plan;
 use crate::prior::Prior;
@@ -70,9 +70,15 @@ pub fn lua_script(prior: &Prior, plan: &Plan) -> Result<String, Error> {
         number(limits.tilt_rad)
     ));
     put(format!("local TETHER_M = {}", limits.tether_m.map_or("nil".to_owned(), number)));
-    put(format!("local STOP_S2, TRIM_N = {}, {}", number(pilot.stop_s2), number(pilot.trim_n)));
     put(format!(
-        "local TAKEN_BACK, TAKEN, BACK, DAMPING = {TAKEN_BACK}, {TAKEN}, {BACK}, {DAMPING}"
+        "local STOP_S2, TRIM_N = {}, {}",
+        number(pilot.stop.distance_s2),
+        number(pilot.trim_n)
+    ));
+    put(format!("local SWING_S = {}", list(&pilot.stop.swing_s)));
+    put(format!(
+        "local TAKEN_BACK, TAKEN, BACK_RAD_S, DAMPING = {TAKEN_BACK}, {TAKEN}, {}, {DAMPING}",
+        list(&pilot.back_rad_s())
     ));
     put(format!("local MASS = {}", list(&pilot.mass)));
     put(format!("local MOST = {}", list(&rig.most)));

@@ -7,6 +7,7 @@ use seaplant::plant::{Basis, Plant, Product};
 use seaplant::{Dof, axes_by_name};
 use serde::{Deserialize, Serialize};
 
+use crate::drive::{TILTS, upright_rad_s};
 use crate::limits::Limits;
 use crate::rig::Rig;
 use crate::wave::{Wave, seed_of};
@@ -347,7 +348,8 @@ pub(crate) fn unplanned(
 const SWEPT: u32 = 12;
 
 fn held(rig: &Rig) -> [f64; 6] {
-    std::array::from_fn(|k| if rig.most[k] > 0.0 { HELD } else { 0.0 })
+    let firm = |k: usize| if TILTS.contains(&k) { upright_rad_s(rig).max(HELD) } else { HELD };
+    std::array::from_fn(|k| if rig.most[k] > 0.0 { firm(k) } else { 0.0 })
 }
 
 /// Returns variants of a useful manoeuvre: with other periods and, for multisines, other phases.

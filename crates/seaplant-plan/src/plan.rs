@@ -93,4 +93,7 @@ pub struct LimitCheck {
     pub greatest: f64,
     /// Name of that limit.
     pub of: String,
+    /// Runs beyond a limit, by limit and by manoeuvre.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub by_limit: BTreeMap<String, BTreeMap<String, usize>>,
 }

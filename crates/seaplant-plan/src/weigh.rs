@@ -1,5 +1,7 @@
 //! Fisher information of each manoeuvre for plants drawn from the prior.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 use seaplant::estimate::{Actuator, ExpectedNoises, Information, information, information_before};
 use seaplant::plant::Plant;
@@ -27,6 +29,8 @@ pub(crate) struct Candidate {
     /// Factor by which limits reduced the forces, and the limit that did.
     pub(crate) factor: f64,
     pub(crate) limit: &'static str,
+    /// True once runs have shown that they leave a margin to every limit.
+    pub(crate) is_sure: bool,
 }
 
 /// Data common to all candidates.
@@ -47,6 +51,18 @@ const FACTORS: [f64; 10] = [1.0, 0.85, 0.7, 0.55, 0.42, 0.3, 0.2, 0.12, 0.06, 0.
 /// Greatest use of a limit while the information is computed: other disturbances and plants use
 /// more.
 const LEFT: f64 = 0.85;
+
+/// Vehicles, each in its own sea, that tell how widely the use of a limit varies …
+pub(crate) const MARGIN_RUNS: usize = 32;
+/// … for so long, s.
+pub(crate) const MARGIN_S: f64 = 180.0;
+/// Standard deviations from the median of that use to the limit, by the half of the runs above the
+/// median: 999 of 1000 runs stay within it by a normal law. Runs that use less of a limit are no danger.
+const MARGIN: f64 = 3.09;
+/// Factor by which forces are reduced until the margin is left.
+const REDUCED: f64 = 0.85;
+/// Reductions after which a manoeuvre is given up.
+const MOST_REDUCED: usize = 16;
 
 /// Least fraction of an excitation that limits must leave while the information is computed.
 const KEPT: f64 = 0.97;
@@ -85,14 +101,22 @@ impl Bench<'_> {
                 None => {
                     let (rates, velocity) = self.weighed(&scaled)?;
                     let limit = if factor < 1.0 { limit } else { "thrust_part" };
-                    return Ok(Candidate { manoeuvre: scaled, rates, velocity, factor, limit });
+                    return Ok(Candidate {
+                        manoeuvre: scaled,
+                        rates,
+                        velocity,
+                        factor,
+                        limit,
+                        is_sure: false,
+                    });
                 }
                 Some(broken) => limit = broken,
             }
         }
         let rates = Vec::new();
         let velocity = [[0.0; 2]; 6];
-        Ok(Candidate { manoeuvre: manoeuvre.clone(), rates, velocity, factor: 0.0, limit })
+        let manoeuvre = manoeuvre.clone();
+        Ok(Candidate { manoeuvre, rates, velocity, factor: 0.0, limit, is_sure: true })
     }
 
     /// Returns the limit that a manoeuvre violates, if any, with every plant and in disturbances.
@@ -111,6 +135,51 @@ impl Bench<'_> {
             }
         }
         Ok(None)
+    }
+
+    /// Reduces the forces of a candidate until its runs leave a margin to every limit; a factor of
+    /// zero if none do.
+    pub(crate) fn with_margin(
+        &self,
+        candidate: &Candidate,
+        plants: &[Plant],
+    ) -> Result<Candidate, Error> {
+        let mut reduced = Candidate { is_sure: true, ..candidate.clone() };
+        for _ in 0..MOST_REDUCED {
+            let Some(limit) = self.without_margin(&reduced.manoeuvre, plants) else {
+                if reduced.factor < candidate.factor {
+                    (reduced.rates, reduced.velocity) = self.weighed(&reduced.manoeuvre)?;
+                }
+                return Ok(reduced);
+            };
+            reduced.manoeuvre = reduced.manoeuvre.scaled(REDUCED);
+            reduced.factor *= REDUCED;
+            reduced.limit = limit;
+        }
+        Ok(Candidate { factor: 0.0, ..reduced })
+    }
+
+    /// Returns the limit to which the runs of a manoeuvre leave no margin, if any.
+    fn without_margin(&self, manoeuvre: &Manoeuvre, plants: &[Plant]) -> Option<&'static str> {
+        let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
+        let mut uses: BTreeMap<&'static str, Vec<f64>> = BTreeMap::new();
+        for (k, plant) in plants.iter().cycle().take(MARGIN_RUNS).enumerate() {
+            let seed = seed_of(self.seed ^ (k as u64) << 32, &manoeuvre.name);
+            let Self { noises, logging, current, .. } = *self;
+            let sea = Sea { noises, logging, current, seed };
+            // A diverging motion violates the limit of speed first.
+            let Ok(driven) = drive(plant, &pilot, MARGIN_S, Some(sea)) else {
+                return Some("speed_m_s");
+            };
+            for worst in driven.uses {
+                if worst.part >= 1.0 {
+                    return Some(worst.of);
+                }
+                uses.entry(worst.of).or_default().push(worst.part);
+            }
+        }
+        let close = uses.into_iter().find(|(_, uses)| upper_bound(uses.clone()) > 1.0);
+        close.map(|(of, _)| of)
     }
 
     fn weighed(&self, manoeuvre: &Manoeuvre) -> Result<Weighed, Error> {
@@ -140,5 +209,29 @@ impl Bench<'_> {
         let recording = self.logging.recording(self.rig, driven, self.plants[0].axes(), depth_m)?;
         let setup = TrialSetup { name: name.to_owned(), role: Role::Fit, ..TrialSetup::default() };
         Ok(CoupledRecord::new(&setup, &recording, self.vehicle, self.plants[0].axes())?)
+    }
+}
+
+/// Returns what 999 of 1000 values stay below, by the spread of those above the median.
+fn upper_bound(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    let median = 0.5 * (values[middle.saturating_sub(1)] + values[middle]);
+    let above = &values[middle..];
+    let variance = above.iter().map(|x| (x - median).powi(2)).sum::<f64>() / above.len() as f64;
+    median + MARGIN * variance.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_far_below_the_median_does_not_widen_the_margin() {
+        let normal = [-1.5, -0.9, -0.5, -0.2, 0.2, 0.5, 0.9, 1.5];
+        let skewed = [-9.0, -5.0, -3.0, -0.2, 0.2, 0.5, 0.9, 1.5];
+        assert_eq!(upper_bound(normal.to_vec()), upper_bound(skewed.to_vec()));
+        // √((0.2² + 0.5² + 0.9² + 1.5²) / 4) = 0.915
+        assert!((upper_bound(normal.to_vec()) - MARGIN * 0.915).abs() < 0.01);
     }
 }

@@ -9,14 +9,14 @@ use crate::Error;
 use crate::allocate::Allocation;
 use crate::drive::{Pilot, Sea, drive};
 use crate::forecast::{Forecast, Forecaster, TIMES_MIN};
-use crate::limits::Limits;
+use crate::limits::{Limits, Use};
 use crate::manoeuvre::{Kind, Manoeuvre, library, refinements, unplanned};
 use crate::plan::{Certificate, LimitCheck, PLAN_SCHEMA, Plan, Planned};
 use crate::prior::Prior;
 use crate::request::Request;
 use crate::rig::Rig;
 use crate::wave::seed_of;
-use crate::weigh::{Bench, Candidate};
+use crate::weigh::{Bench, Candidate, MARGIN_RUNS, MARGIN_S};
 
 /// Resolution of minutes.
 const STEP_MIN: f64 = 0.5;
@@ -89,13 +89,14 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
         .filter(|new| used.iter().all(|old| old.manoeuvre.name != new.name))
         .collect();
     used.extend(bench.candidates(&more)?.into_iter().filter(|candidate| candidate.factor > 0.0));
-    allocation = work.forecaster.program(&used, seconds).solve()?;
+    allocation = work.with_margins(&mut used, seconds)?;
+    work.check_goals(&used, &refused)?;
     let needed = work.forecaster.seconds_needed(&used, &allocation.shares);
     if request.minutes.is_none() {
         let most = 60.0 * TIMES_MIN[1];
         seconds = needed.unwrap_or(most);
         if work.knows_already() {
-            allocation = work.forecaster.program(&used, seconds).solve()?;
+            allocation = work.with_margins(&mut used, seconds)?;
         }
     }
     work.finished(&used, &allocation, seconds, needed)
@@ -176,6 +177,36 @@ impl Work<'_> {
         match structure.term_named(name) {
             Some(term) => structure.axes_of(&term),
             None => name.split('.').filter_map(|word| word.parse().ok()).collect(),
+        }
+    }
+
+    /// Allocates the time to manoeuvres that leave a margin to every limit: those that get some are
+    /// driven by many vehicles, weakened where these come too close, and weighed again, until all that
+    /// get time are sure.
+    fn with_margins(&self, used: &mut Vec<Candidate>, seconds: f64) -> Result<Allocation, Error> {
+        let seed = seed_of(self.request.seed, "margin");
+        // The prior's mean comes first.
+        let plants = self.prior.draws(MARGIN_RUNS + 1, seed)?;
+        loop {
+            let allocation = self.forecaster.program(used, seconds).solve()?;
+            let shares = self.worth_driving(used, &allocation.shares, seconds);
+            let unsure: Vec<usize> =
+                (0..used.len()).filter(|k| shares[*k] > 0.0 && !used[*k].is_sure).collect();
+            if unsure.is_empty() {
+                return Ok(allocation);
+            }
+            let with_margin =
+                |i: usize| self.bench.with_margin(&used[unsure[i]], plants.get(1..).unwrap_or(&[]));
+            let sure = parallel::of_each(unsure.len(), with_margin);
+            for (k, candidate) in unsure.into_iter().zip(sure) {
+                used[k] = candidate?;
+            }
+            used.retain(|candidate| candidate.factor > 0.0);
+            if used.is_empty() {
+                return Err(Error::NoMotion {
+                    reason: "with the vehicles that the prior allows, every manoeuvre comes too close to a limit; widen the limits, or plan from results".to_owned(),
+                });
+            }
         }
     }
 
@@ -302,21 +333,28 @@ impl Work<'_> {
             );
             let Bench { noises, logging, current, .. } = *self.bench;
             let sea = Sea { noises, logging, current, seed: seed ^ k as u64 };
-            let seconds = (60.0 * planned.minutes).min(LONGEST_CHECK_S);
+            let seconds = (60.0 * planned.minutes).min(MARGIN_S);
             drive(&plants[k % plants.len()], &pilot, seconds, Some(sea)).map(|driven| driven.worst)
         };
         let all = parallel::of_each(runs, run);
-        let mut check = LimitCheck { runs, broken: 0, greatest: 0.0, of: "none".to_owned() };
-        for worst in all {
-            match worst {
-                Ok(worst) => {
-                    check.broken += usize::from(worst.part > 1.0);
-                    if worst.part > check.greatest {
-                        (check.greatest, check.of) = (worst.part, worst.of.to_owned());
-                    }
-                }
-                // A diverging motion violates every limit.
-                Err(_) => check.broken += 1,
+        let mut check = LimitCheck {
+            runs,
+            broken: 0,
+            greatest: 0.0,
+            of: "none".to_owned(),
+            by_limit: BTreeMap::new(),
+        };
+        for (k, worst) in all.into_iter().enumerate() {
+            // A diverging motion violates every limit.
+            let worst = worst.unwrap_or(Use { part: f64::INFINITY, of: "every limit" });
+            if worst.part > check.greatest && worst.part.is_finite() {
+                (check.greatest, check.of) = (worst.part, worst.of.to_owned());
+            }
+            if worst.part > 1.0 {
+                let name = &manoeuvres[k % manoeuvres.len()].manoeuvre.name;
+                let of_limit = check.by_limit.entry(worst.of.to_owned()).or_default();
+                *of_limit.entry(name.clone()).or_default() += 1;
+                check.broken += 1;
             }
         }
         Ok(check)
@@ -357,9 +395,6 @@ impl Work<'_> {
         notes
     }
 }
-
-/// Maximum duration of a run of the check, s.
-const LONGEST_CHECK_S: f64 = 180.0;
 
 /// Rounds shares of the time to complete steps, at least two for a manoeuvre that is driven.
 fn rounded(shares: &[f64], minutes: f64) -> Vec<f64> {

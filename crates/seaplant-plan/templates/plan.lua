@@ -84,7 +84,9 @@ local function most_used(away, s)
     (math.abs(away[1]) + stop) / BOX_M[1], (math.abs(away[2]) + stop) / BOX_M[2],
     (math.abs(away[3]) + stop) / room, speed / SPEED_M_S,
     math.max(math.abs(v[4]), math.abs(v[5]), math.abs(v[6])) / RATE_RAD_S,
-    math.max(math.abs(s.angles[1]), math.abs(s.angles[2])) / TILT_RAD)
+    -- Without forces, a roll or pitch swings on until its rate is zero.
+    math.sqrt(s.angles[1] ^ 2 + (v[4] * SWING_S[1]) ^ 2) / TILT_RAD,
+    math.sqrt(s.angles[2] ^ 2 + (v[5] * SWING_S[2]) ^ 2) / TILT_RAD)
   if TETHER_M then
     local far = math.sqrt(away[1] ^ 2 + away[2] ^ 2 + away[3] ^ 2)
     most = math.max(most, (far + stop) / TETHER_M)
@@ -217,7 +219,7 @@ end
 local function drive(s, away)
   local own, t = MANOEUVRES[running], now_s() - began_s
   local part = clamp((TAKEN - most_used(away, s)) / (TAKEN - TAKEN_BACK), 0, 1)
-  local here, back = hold(away, s, own.hold_rad_s), hold(away, s, { BACK, BACK, BACK, BACK, BACK, BACK })
+  local here, back = hold(away, s, own.hold_rad_s), hold(away, s, BACK_RAD_S)
   local held, asked = {}, {}
   for k = 1, 6 do
     held[k] = here[k] * part + back[k] * (1 - part)

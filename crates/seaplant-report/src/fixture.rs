@@ -423,6 +423,7 @@ pub(crate) fn identification() -> Found {
             interval95: Some([0.65, 0.69]),
             unit: "m/s".to_owned(),
         }],
+        plan: Some(plan_outcome()),
         failures: vec![Failure {
             dof: Dof::Yaw,
             method: Method::Paper.name().to_owned(),
@@ -431,6 +432,44 @@ pub(crate) fn identification() -> Found {
         caveats: vec![Caveat::note(CaveatCode::Log, format!("dropped a line of {HOSTILE}"))],
     };
     Found { results, series: series() }
+}
+
+fn plan_outcome() -> PlanOutcome {
+    PlanOutcome {
+        file: format!("plan/{HOSTILE}.json"),
+        vehicle: HOSTILE.to_owned(),
+        minutes_planned: 5.0,
+        minutes_driven: 2.5,
+        manoeuvres: vec![ManoeuvreOutcome {
+            name: HOSTILE.to_owned(),
+            axes: vec![Dof::Surge],
+            minutes_planned: 5.0,
+            minutes_driven: 2.5,
+            stretches: vec![DrivenStretch { trial: HOSTILE.to_owned(), from_s: 3.2, to_s: 153.2 }],
+            force_ratio: Some(0.93),
+        }],
+        axes: BTreeMap::from([(
+            Dof::Surge,
+            AxisOutcome {
+                minutes_planned: 5.0,
+                minutes_driven: 2.5,
+                velocity_planned: [-0.6, 0.7],
+                velocity_reached: Some([-0.55, 0.61]),
+            },
+        )]),
+        goals: vec![GoalOutcome {
+            name: "mass.surge".to_owned(),
+            unit: "kg".to_owned(),
+            believed: 12_000.0,
+            value: Some(12_970.0),
+            promised: 600.0,
+            obtained: Some(900.0),
+            wanted: 648.5,
+            is_met: false,
+        }],
+        open: vec![format!("{HOSTILE} was driven for 2.5 of 5 min")],
+        doubts: vec![format!("the plan is of `{HOSTILE}`")],
+    }
 }
 
 pub(crate) fn bollard_pull() -> BollardPullResult {
@@ -472,6 +511,7 @@ pub(crate) fn empty() -> Found {
         sensors: Vec::new(),
         trials: Vec::new(),
         truth: None,
+        plan: None,
         coupled_truth: None,
         caveats: Vec::new(),
         ..results

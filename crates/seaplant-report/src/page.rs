@@ -7,6 +7,7 @@ mod doubts;
 mod headline;
 mod online_section;
 mod paper_section;
+mod plan_section;
 mod provenance;
 mod several_axes_card;
 mod several_axes_section;
@@ -33,7 +34,7 @@ use crate::visible::{visible, visible_json};
 use crate::{Error, words};
 
 /// Templates by the names with which they include each other.
-const TEMPLATES: [(&str, &str); 12] = [
+const TEMPLATES: [(&str, &str); 13] = [
     ("report.html", include_str!("../templates/report.html")),
     ("charts.html", include_str!("../templates/charts.html")),
     ("head.html", include_str!("../templates/head.html")),
@@ -44,6 +45,7 @@ const TEMPLATES: [(&str, &str); 12] = [
     ("axis.html", include_str!("../templates/axis.html")),
     ("online.html", include_str!("../templates/online.html")),
     ("steering.html", include_str!("../templates/steering.html")),
+    ("plan.html", include_str!("../templates/plan.html")),
     ("paper.html", include_str!("../templates/paper.html")),
     ("provenance.html", include_str!("../templates/provenance.html")),
 ];
@@ -167,6 +169,7 @@ struct Page<'a> {
     axes: Vec<axis_section::AxisSection>,
     online: Vec<online_section::OnlinePlant>,
     steering: Option<steering_section::SteeringSection>,
+    plan: Option<plan_section::PlanSection>,
     paper: paper_section::PaperSection,
     thrust: Vec<FigureView>,
     provenance: provenance::Provenance,
@@ -194,6 +197,7 @@ impl<'a> Page<'a> {
                 .collect(),
             online: online_section::views(results),
             steering: steering_section::view(&results.steering),
+            plan: results.plan.as_ref().map(plan_section::view),
             paper: paper_section::view(results, pictures),
             thrust: pictures.figures(|figure| figure.subject == Subject::Thrust),
             provenance: provenance::view(results),

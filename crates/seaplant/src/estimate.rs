@@ -27,9 +27,9 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use coupled::{
-    Actuator, AxisNoise, CoupledFit, CoupledPlan, CurrentDrift, ExpectedNoise, ExpectedNoises,
-    GainBeside, Information, ScaleClaim, Tried, fit_coupled, fit_coupled_freely, information,
-    information_before,
+    Actuator, AxisNoise, CoupledFit, CoupledPlan, CurrentDrift, ExpectedActuator, ExpectedNoise,
+    ExpectedNoises, GainBeside, Information, ScaleClaim, Tried, fit_coupled, fit_coupled_freely,
+    information, information_before,
 };
 pub(crate) use coupled::{INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power};
 pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};

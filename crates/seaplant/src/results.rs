@@ -8,6 +8,7 @@ mod coupled;
 mod drag;
 mod model;
 mod online;
+mod plan_outcome;
 mod plant;
 mod series;
 mod steady;
@@ -33,6 +34,7 @@ pub(crate) use consequence::two_digits;
 pub use consequence::{Consequence, Driven};
 pub use drag::DragCurve;
 pub use online::CoupledOnline;
+pub use plan_outcome::{AxisOutcome, DrivenStretch, GoalOutcome, ManoeuvreOutcome, PlanOutcome};
 pub use plant::{
     AccumulatedPlant, Parameter, Parameters, PlantResult, RegressionResult, SteadyTestResult,
     SubsetResult, ThrustPart, TruePlant,
@@ -111,6 +113,9 @@ pub struct Results {
     /// constants, stopping distances, natural periods.
     #[serde(default)]
     pub consequences: Vec<Consequence>,
+    /// The plan of the dive compared with what was driven and found, if one was named.
+    #[serde(default)]
+    pub plan: Option<PlanOutcome>,
     /// Failures with their reasons.
     pub failures: Vec<Failure>,
     /// Caveats of the campaign.

@@ -61,7 +61,7 @@ pub(super) fn methods() -> impl TypedValueParser<Value = MethodChoice> {
 /// Fit every degree of freedom of a campaign and write the report.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  seaplant identify campaign.toml\n  seaplant identify campaign.toml --method paper --terms force,quadratic --out paper-alone"
+    after_help = "Examples:\n  seaplant identify campaign.toml\n  seaplant identify campaign.toml --method paper --terms force,quadratic --out paper-alone\n  seaplant identify campaign.toml --plan plan/plan.json"
 )]
 pub struct Identify {
     /// The campaign file.
@@ -73,6 +73,10 @@ pub struct Identify {
     /// The terms to fit, in place of the campaign's: force, quadratic, linear, bias.
     #[arg(long, value_name = "LIST")]
     pub terms: Option<Terms>,
+    /// The plan.json of the dive: also report what of it was driven, and which goals are met.
+    #[cfg(not(target_family = "wasm"))]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub plan: Option<PathBuf>,
     /// The folder to write to; `results` beside the campaign file if not given.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,

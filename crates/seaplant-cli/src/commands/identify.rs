@@ -7,6 +7,8 @@ use seaplant::results::{Identification, Results};
 use seaplant_campaign::{Campaign, campaign_files};
 use seaplant_report::render;
 
+#[cfg(not(target_family = "wasm"))]
+use super::named_plan::NamedPlan;
 use crate::args::{Identify, MethodChoice};
 use crate::output::Output;
 use crate::progress::{fitted, watched, written};
@@ -31,10 +33,19 @@ pub fn identified(arguments: &Identify, output: Output) -> Result<Identification
     }
     let folder = arguments.out.clone().unwrap_or_else(|| beside(&arguments.campaign));
     let inputs = campaign_files(&arguments.campaign);
+    #[cfg(not(target_family = "wasm"))]
+    let inputs: Vec<PathBuf> = inputs.into_iter().chain(arguments.plan.clone()).collect();
+    #[cfg(not(target_family = "wasm"))]
+    let plan = NamedPlan::open(arguments.plan.as_deref(), &campaign.trials)?;
     let permit = Permit::new(&inputs, arguments.force);
     let target = Target { folder: &folder, made: Some(Made::Report), permit };
     target.check(&["results.json", "report.html"])?;
     let found = fitted(output, &campaign, &command_line(arguments));
+    #[cfg(not(target_family = "wasm"))]
+    let found = match &plan {
+        Some(plan) => plan.compared(&campaign.trials, found, &folder)?,
+        None => found,
+    };
     finish(&found, &campaign.trials, &target, output)?;
     Ok(found)
 }
@@ -80,6 +91,10 @@ fn command_line(arguments: &Identify) -> String {
     words.extend(arguments.methods.iter().map(|method| format!("--method {method}")));
     if let Some(terms) = arguments.terms {
         words.push(format!("--terms {}", terms.to_string().replace(' ', "")));
+    }
+    #[cfg(not(target_family = "wasm"))]
+    if let Some(plan) = &arguments.plan {
+        words.push(format!("--plan {}", quoted(plan)));
     }
     if let Some(out) = &arguments.out {
         words.push(format!("--out {}", quoted(out)));

@@ -87,3 +87,84 @@ fn impossible_plans_are_reported() {
     let message = fails(&[]);
     assert!(message.contains("states no size; give size_m"), "{message}");
 }
+
+/// A dive that was driven as planned but for one manoeuvre, which its campaign lacks.
+#[test]
+fn a_dive_is_compared_with_its_plan() {
+    let workshop = Workshop::empty();
+    workshop.write("vehicle.toml", VEHICLE);
+    let goals = ["--goal", "mass.surge=4%", "--goal", "drag.yaw=0.5%", "--rehearse", "dive"];
+    let made = planned(&workshop, &goals);
+    let campaign = workshop.read("dive/campaign.toml");
+    let trials: Vec<&str> = campaign.split("[[trial]]").collect();
+    let (left_out, kept) = (trials[1], [&trials[..1], &trials[2..]].concat());
+    workshop.write("dive/less.toml", kept.join("[[trial]]"));
+    let words = ["identify", "dive/less.toml", "--plan", "plan/plan.json", "--out", "results"];
+    let said = workshop.success(&words);
+    assert!(said.contains("plan plan/plan.json: "), "{said}");
+    assert!(
+        said.contains("plan the next dive: seaplant plan results/results.json --goal"),
+        "{said}"
+    );
+    let results: Value =
+        serde_json::from_str(&workshop.read("results/results.json")).expect("JSON");
+    let plan = &results["plan"];
+    let manoeuvres = plan["manoeuvres"].as_array().expect("manoeuvres");
+    assert_eq!(manoeuvres.len(), made["plan"]["manoeuvres"].as_array().expect("planned").len());
+    for one in manoeuvres {
+        let [driven, planned] = ["minutes_driven", "minutes_planned"].map(|key| one[key].as_f64());
+        let name = one["name"].as_str().expect("a name");
+        match left_out.contains(&format!("\"{name}\"")) {
+            true => assert_eq!(driven, Some(0.0), "{one}"),
+            false => assert!(driven > planned.map(|minutes| 0.9 * minutes), "{one}"),
+        }
+    }
+    let goal = |k: usize| &plan["goals"][k];
+    assert_eq!(
+        (goal(0)["is_met"].as_bool(), goal(1)["is_met"].as_bool()),
+        (Some(true), Some(false))
+    );
+    // The interval of mass is that of the fit.
+    let mass = &results["coupled"]["surge-yaw"]["parameters"]["mass.surge"];
+    let half = goal(0)["obtained"].as_f64().expect("found");
+    assert!((half - 1.96 * mass["std"].as_f64().expect("fitted")).abs() < 1e-3 * half);
+    let open = plan["open"].to_string();
+    assert!(
+        open.contains("was not driven in a fitted trial") && open.contains("drag.yaw"),
+        "{open}"
+    );
+    let report = workshop.read("results/report.html");
+    assert!(report.contains("<h2>The plan of the dive</h2>") && report.contains("Still open"));
+    let inputs = results["provenance"]["inputs"].to_string();
+    assert!(inputs.contains("plan/plan.json"), "{inputs}");
+}
+
+#[test]
+fn a_plan_that_is_none_or_of_another_vehicle_is_reported() {
+    let workshop = Workshop::empty();
+    workshop.write("vehicle.toml", VEHICLE);
+    let made = planned(&workshop, &["--rehearse", "dive"]);
+    let identify = ["identify", "dive/campaign.toml", "--out", "results", "--plan"];
+    let with = |file: &'static str| [&identify[..], &[file]].concat();
+    workshop.write("none.json", "{\"schema\": \"seaplant/results/1\"}");
+    let message = workshop.failure(&with("none.json"));
+    assert!(message.contains("none.json: is not a plan"), "{message}");
+    assert!(message.contains("name the plan.json that `seaplant plan` wrote"), "{message}");
+    // A plan in heave, and a campaign of surge and yaw.
+    let mut heave = made["plan"].clone();
+    heave["manoeuvres"].as_array_mut().expect("manoeuvres").truncate(1);
+    heave["manoeuvres"][0]["manoeuvre"]["axes"] = serde_json::json!(["heave"]);
+    workshop.write("heave.json", heave.to_string());
+    let message = workshop.failure(&with("heave.json"));
+    assert!(message.contains("no trial of the campaign has force on any"), "{message}");
+    // Another vehicle, and a goal that the fit lacks: told, not refused.
+    let mut other = made["plan"].clone();
+    other["vehicle"] = "barge".into();
+    for goal in other["goals"].as_array_mut().expect("goals") {
+        goal["name"] = "mass.heave".into();
+    }
+    workshop.write("other.json", other.to_string());
+    let said = workshop.success(&with("other.json"));
+    assert!(said.contains("the plan is of `barge`, the campaign of `pond ROV`"), "{said}");
+    assert!(said.contains("none of the goals is among the numbers of the fit"), "{said}");
+}

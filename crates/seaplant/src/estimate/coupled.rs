@@ -33,7 +33,7 @@ use fit::{CURRENT_STD, Optimum, Problem, Tolerance};
 pub use gains::GainBeside;
 use gains::{OfScale, Scaled};
 pub use information::{
-    ExpectedNoise, ExpectedNoises, Information, information, information_before,
+    ExpectedActuator, ExpectedNoise, ExpectedNoises, Information, information, information_before,
 };
 pub use known::ScaleClaim;
 pub use plan::CoupledPlan;

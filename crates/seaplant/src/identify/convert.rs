@@ -275,6 +275,7 @@ pub(super) fn empty_results(
         truth: None,
         coupled_truth: None,
         consequences: Vec::new(),
+        plan: None,
         failures: Vec::new(),
         caveats: Vec::new(),
     }

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 use super::Whole;
 use super::attitude::{body_from_world, down_body};
 use super::held::{HeldTurn, held_turn};
+use super::known::{KnownForce, Load};
 use crate::plant::Plant;
 use crate::{Dof, Error};
 
@@ -63,6 +64,15 @@ impl StateSpace {
     pub fn new(plant: &Plant) -> Result<Self, Error> {
         let own = Dof::ALL.map(|dof| plant.axes().contains(&dof));
         Ok(Self { whole: Whole::new(plant)?, own, axes: plant.structure().name() })
+    }
+
+    /// The plant under known forces that act together, whatever their times are.
+    ///
+    /// # Errors
+    /// As [`StateSpace::new`].
+    pub fn under(plant: &Plant, known: &[KnownForce]) -> Result<Self, Error> {
+        let whole = Whole::under(plant, Some(&Load::of(known)))?;
+        Ok(Self { whole, ..Self::new(plant)? })
     }
 
     /// Returns `ẋ = f(x, τ)`: m/s, rad/s, m/s², rad/s²; shape (12,).

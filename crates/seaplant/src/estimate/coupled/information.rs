@@ -40,10 +40,27 @@ pub struct ExpectedNoises {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Information {
     /// Coefficients as [`Structure::names`](crate::plant::Structure::names) has them, without held
-    /// ones; then the numbers of the actuator: `lag`, `delay`, `log_reverse_ratio`.
+    /// ones; then the numbers of the actuator: `lag`, `delay`, `log_reverse_ratio`,
+    /// `log_thrust_scale`.
     pub names: Vec<String>,
     /// Shape (p, p), symmetric.
     pub matrix: DMatrix<f64>,
+}
+
+/// Thrusters as a trial is expected to show them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExpectedActuator {
+    /// Expected numbers; those that are not zero are estimated.
+    pub actuator: Actuator,
+    /// True if known forces are to determine the scale of thrust, which is then estimated, too.
+    pub has_scale: bool,
+}
+
+impl From<&Actuator> for ExpectedActuator {
+    /// One whose scale of thrust is not estimated.
+    fn from(actuator: &Actuator) -> Self {
+        Self { actuator: *actuator, has_scale: false }
+    }
 }
 
 /// The numbers of an actuator in their order.
@@ -88,8 +105,9 @@ impl Information {
 ///
 /// with e the innovations of the filter error method, S their covariance, both at the gains that
 /// `noise` leads to, and c the trial's own current, known to σ_c = 1 m/s before. `record` holds the
-/// motion that is expected, without noise. Numbers of `actuator` that are not zero are among θ, and
-/// have [`information_before`].
+/// motion that is expected, without noise. Numbers of `thrust` that are not zero are among θ, and
+/// have [`information_before`]; so has the logarithm of the scale of all thrust, if known forces are
+/// to determine it.
 ///
 /// J has shape (p, p) and the units of 1/(θ_i θ_j).
 ///
@@ -127,11 +145,12 @@ impl Information {
 /// ```
 pub fn information(
     plant: &Plant,
-    actuator: &Actuator,
+    thrust: impl Into<ExpectedActuator>,
     noise: &ExpectedNoises,
     record: &CoupledRecord,
 ) -> Result<Information, Error> {
     check(plant, noise)?;
+    let actuator = &thrust.into();
     match Attitude::of(&[record], plant.structure()) {
         Attitude::State => of_attitude::<6, 9>(plant, actuator, noise, record, Attitude::State),
         Attitude::Known => with_places!(plant.axes().len(), N => {
@@ -143,8 +162,8 @@ pub fn information(
 /// The information that a fit has before it measures anything, of the numbers of [`information`].
 ///
 /// Coefficients have none; numbers of the actuator have the standard deviations that fits begin with.
-pub fn information_before(plant: &Plant, actuator: &Actuator) -> Information {
-    let places = places(plant, actuator);
+pub fn information_before(plant: &Plant, thrust: impl Into<ExpectedActuator>) -> Information {
+    let places = places(plant, &thrust.into());
     let names = names(plant, &places);
     let terms = plant.structure().terms().len();
     let of =
@@ -171,12 +190,14 @@ fn check(plant: &Plant, noise: &ExpectedNoises) -> Result<(), Error> {
 }
 
 /// The indices of what is fitted, among coefficients and numbers of the actuator.
-fn places(plant: &Plant, actuator: &Actuator) -> Vec<usize> {
+fn places(plant: &Plant, thrust: &ExpectedActuator) -> Vec<usize> {
     let structure = plant.structure();
     let terms = structure.terms();
     let free = (0..terms.len()).filter(|k| structure.held(&terms[*k]).is_none());
-    let numbers = actuator.numbers();
-    let acts = (0..Actuator::COUNT).filter(|k| numbers[*k] != 0.0);
+    let numbers = thrust.actuator.numbers();
+    let is_estimated =
+        |k: &usize| numbers[*k] != 0.0 || (thrust.has_scale && *k == Actuator::SCALE);
+    let acts = (0..Actuator::COUNT).filter(is_estimated);
     free.chain(acts.map(|k| terms.len() + k)).collect()
 }
 
@@ -191,7 +212,7 @@ fn names(plant: &Plant, places: &[usize]) -> Vec<String> {
 
 fn of_attitude<const N: usize, const M: usize>(
     plant: &Plant,
-    actuator: &Actuator,
+    thrust: &ExpectedActuator,
     noise: &ExpectedNoises,
     record: &CoupledRecord,
     attitude: Attitude,
@@ -200,7 +221,7 @@ fn of_attitude<const N: usize, const M: usize>(
     let full_speed = Actuator::prompt(&[record]).full_speed;
     let point = Point {
         free: problem.physical.free(&DVector::from_row_slice(plant.coefficients())),
-        actuator: Actuator { full_speed, ..*actuator },
+        actuator: Actuator { full_speed, ..thrust.actuator },
         currents: vec![[0.0; 2]],
         noise: expected::<N, M>(plant, noise, &problem),
     };
@@ -209,7 +230,7 @@ fn of_attitude<const N: usize, const M: usize>(
         reason: "its motion diverges from that of the record; use that of the same plant"
             .to_owned(),
     })?;
-    let places = places(plant, actuator);
+    let places = places(plant, thrust);
     let first = plant.structure().terms().len() + Actuator::COUNT;
     let mut matrix = all.select_rows(&places).select_columns(&places);
     if problem.has_current {
