@@ -62,7 +62,7 @@ fn table(dives: &[String], thrusters: &BTreeMap<String, ThrusterHistory>) -> Tab
     let head = head.chain((1..=dives.len()).map(|k| format!("[{k}]")));
     let cell = |gain: &Option<Stated>| match gain {
         Some(Stated { value, interval95: Some([low, high]), .. }) => {
-            format!("{value:.2} [{low:.2}, {high:.2}]")
+            format!("{value:.3} [{low:.3}, {high:.3}]")
         }
         Some(gain) => significant(gain.value, 3),
         None => ABSENT.to_owned(),

@@ -156,8 +156,8 @@ fn words_of_thrusters(comparison: &Comparison) -> String {
 }
 
 fn short(gain: &Stated) -> String {
-    let half = gain.std.map_or_else(String::new, |std| format!(" ± {:.2}", 1.96 * std));
-    format!("{:.2}{half}", gain.value)
+    let half = gain.std.map_or_else(String::new, |std| format!(" ± {:.3}", 1.96 * std));
+    format!("{:.3}{half}", gain.value)
 }
 
 /// States in a sentence whether the plants of one degree of freedom differ.

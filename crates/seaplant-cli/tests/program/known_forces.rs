@@ -146,7 +146,19 @@ fn a_simulation_pushes_as_the_trial_did() {
     for plant in [EXPORTED, "results"] {
         let found = workshop.json(&["simulate", plant, "up.toml", "--json"]);
         let rows = found["velocity"].as_array().expect("rows");
-        let last = rows.last().expect("rows")[0].as_f64().expect("a number");
+        let last = rows.last().expect("rows")[2].as_f64().expect("a number");
         assert_within(plant, last, top, 0.02);
     }
+}
+
+#[test]
+fn weights_that_contradict_each_other_are_named_with_the_scale_by_each() {
+    let workshop = diver();
+    let second = |weight_n: &str| format!("weight_n = {weight_n}\nmass_kg = 1.7\nfrom_s = 180");
+    workshop.change("campaign.toml", &second("15"), &second("19.5"));
+    let words = workshop.success(&["identify", "campaign.toml", "--out", "results"]);
+    let named = "severe: known forces contradict each other: thrust is 1.20";
+    assert!(words.contains(named), "{words}");
+    assert!(words.contains("by a weight of 15.0 N, and 1.5"), "{words}");
+    assert!(words.contains("by a weight of 19.5 N"), "{words}");
 }

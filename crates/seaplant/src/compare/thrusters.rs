@@ -282,7 +282,7 @@ fn change(
         }
     };
     let message = format!(
-        "thruster `{name}` gives {after:.2} ± {half:.2} of its curve from [{}] on, {before:.2} before: {look}",
+        "thruster `{name}` gives {after:.3} ± {half:.3} of its curve beside the others from [{}] on, {before:.3} before: {look}",
         from + 1
     );
     ThrusterChange { from, cause, before, after, message }

@@ -184,8 +184,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             return Ok(BTreeMap::new());
         }
         let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
-        let information = &beside.left / self.colour_of(&group)?;
-        let known = beside_most(&beside.step(), &information);
+        let covariance = inverse(&beside.left) * self.colour_of(&group)?;
+        let known = beside_most(&beside.step(), &with_common(covariance, structure));
         let of = |(term, known): (&Basis, Option<[f64; 2]>)| {
             let [excess, std] = known?;
             let (gain, is_fitted, of_curve) = (1.0 + excess, false, None);
@@ -294,12 +294,10 @@ pub(super) fn of_plant(
     let value = |k: usize| places[k].map_or(0.0, |at| plant.coefficients()[at]);
     let between =
         |i: usize, j: usize| places[i].zip(places[j]).map_or(0.0, |(i, j)| covariance[(i, j)]);
-    // What all have in common is the scale.
-    let common = if of_scale.is_some() { 1.0 } else { 0.0 };
     let n = all.len();
     let excess = DVector::from_fn(n, |k, _| value(k) / scale);
-    let own = DMatrix::from_fn(n, n, |i, j| between(i, j) / (scale * scale) + common);
-    let known = beside_most(&excess, &inverse(&own));
+    let own = DMatrix::from_fn(n, n, |i, j| between(i, j) / (scale * scale));
+    let known = beside_most(&excess, &with_common(own, structure));
     let of = |(k, known): (usize, Option<[f64; 2]>)| {
         let [excess, std] = known?;
         let of_curve = of_scale.map(|of| {
@@ -311,6 +309,15 @@ pub(super) fn of_plant(
         Some((thruster_of(structure, &all[k])?, gain))
     };
     Some(known.into_iter().enumerate().filter_map(of).collect())
+}
+
+/// The information on gains beside each other: what all have in common is the scale of thrust, unless a
+/// coefficient is held.
+fn with_common(mut covariance: DMatrix<f64>, structure: &Structure) -> DMatrix<f64> {
+    if !has_scale(structure) {
+        covariance.iter_mut().for_each(|x| *x += 1.0);
+    }
+    inverse(&covariance)
 }
 
 /// Moves what gains exceed 1 by, along directions that the trials do not determine, such as all thrusters of
