@@ -1,8 +1,9 @@
 //! Fisher information against `pyomo.contrib.doe`, which `reference/make_information_reference.py`
 //! runs on a model of its own.
 //!
-//! Without disturbances, the filter error method is output error: the innovations are those of a free
-//! simulation, and their information is what Pyomo computes.
+//! Without disturbances, the filter error method is output error from a beginning that is known as well
+//! as one sample: the innovations are those of a free simulation, and their information is what
+//! Pyomo computes.
 
 use std::collections::BTreeMap;
 

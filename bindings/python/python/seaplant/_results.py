@@ -12,6 +12,7 @@ __all__ = [
     "Admission",
     "Assurance",
     "AxisChange",
+    "AxisOutcome",
     "AxisResult",
     "AxisScore",
     "BollardPullResult",
@@ -35,12 +36,14 @@ __all__ = [
     "Disturbance",
     "Dof",
     "Driven",
+    "DrivenStretch",
     "Effect",
     "EffectForce",
     "Failure",
     "FileOffset",
     "Filters",
     "Foil",
+    "GoalOutcome",
     "GoodFor",
     "Identifiability",
     "Innovations",
@@ -51,6 +54,7 @@ __all__ = [
     "Inspection",
     "LowPass",
     "LumpedParameters",
+    "ManoeuvreOutcome",
     "MatrixResult",
     "MayBeOff",
     "Method",
@@ -68,6 +72,7 @@ __all__ = [
     "ParameterName",
     "Parameters",
     "Part",
+    "PlanOutcome",
     "PlantChange",
     "PlantChanged",
     "PlantResult",
@@ -454,6 +459,24 @@ class AxisChange(Record):
     surprise: float
     """Mean square of that in parts of what the filter expects of it: 1 if noise and
     disturbances are as in the fitted trials."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AxisOutcome(Record):
+    """An axis that a plan drives."""
+
+    minutes_planned: float
+    """Minutes of manoeuvres that drive it."""
+
+    minutes_driven: float
+    """Minutes of these that the logs contain."""
+
+    velocity_planned: Floats
+    """Least and greatest velocity of the plan, m/s or rad/s."""
+
+    velocity_reached: Floats | None
+    """Least and greatest velocity in all fitted trials: the first and the last percent are
+    left out; absent where no trial measures it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -977,6 +1000,20 @@ class Driven(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class DrivenStretch(Record):
+    """A stretch of a trial in which a manoeuvre was driven."""
+
+    trial: str
+    """The trial."""
+
+    from_s: float
+    """Its start, in the trial's time, s."""
+
+    to_s: float
+    """Its end, s."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Effect(Record):
     """A force that one coefficient scales, by its name."""
 
@@ -1095,6 +1132,36 @@ class Foil(Record):
 
     stall_rad: float | None
     """Its stall angle, rad: beyond it, lift grows no more."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GoalOutcome(Record):
+    """A goal of a plan and its interval after the dive."""
+
+    name: str
+    """The goal."""
+
+    unit: str
+    """Its unit."""
+
+    believed: float
+    """The value that the plan believed."""
+
+    promised: float
+    """Half of the 95 % interval that the plan promised, for its own value."""
+
+    wanted: float
+    """Half of the widest interval that meets the goal, for the estimate where there is
+    one."""
+
+    is_met: bool
+    """True if the interval of the fit meets the goal."""
+
+    obtained: float | None
+    """Half of the 95 % interval of the fit."""
+
+    value: float | None
+    """The estimate; absent if the fit has no such number."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1271,6 +1338,29 @@ class LumpedParameters(Record):
 
     bias: float
     """−b/m, m/s² or rad/s²."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ManoeuvreOutcome(Record):
+    """A manoeuvre of a plan, as the logs contain it."""
+
+    name: str
+    """Its name in the plan."""
+
+    axes: tuple[Dof, ...]
+    """The axes that it drives."""
+
+    minutes_planned: float
+    """Minutes of the plan."""
+
+    minutes_driven: float
+    """Minutes of fitted trials in which the logged forces follow it."""
+
+    stretches: tuple[DrivenStretch, ...]
+    """Where."""
+
+    force_ratio: float | None
+    """The logged forces there over those of the plan; absent if it was not driven."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1546,6 +1636,39 @@ class Part(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class PlanOutcome(Record):
+    """A plan compared with the logs and the fit: what was driven, what was not, and what is
+    still open."""
+
+    file: str
+    """The plan's file."""
+
+    vehicle: str
+    """The vehicle of the plan."""
+
+    minutes_planned: float
+    """Minutes of the plan."""
+
+    minutes_driven: float
+    """Minutes of its manoeuvres that the fitted trials contain."""
+
+    manoeuvres: tuple[ManoeuvreOutcome, ...]
+    """Its manoeuvres, in its order."""
+
+    axes: dict[str, AxisOutcome]
+    """The axes that it drives."""
+
+    goals: tuple[GoalOutcome, ...]
+    """Its goals."""
+
+    open: tuple[str, ...]
+    """What is still open: minutes that remain, and the next plan."""
+
+    doubts: tuple[str, ...]
+    """Doubts about the comparison."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PlantChange(Record):
     """The change of a plant that trials ask for, in parts of it: least squares on the errors
     of its simulation, linear in the change, beside an initial velocity, a constant force and
@@ -1814,6 +1937,9 @@ class Results(Record):
 
     dry_mass_kg: float | None
     """Its mass in air, kg."""
+
+    plan: PlanOutcome | None
+    """The plan of the dive compared with what was driven and found, if one was named."""
 
     rigid_body: RigidBodyResult | None
     """What is known of it dry."""

@@ -10,6 +10,7 @@ The boat has surge, sway and yaw:
     m_r r' = (m_u − m_v) u v − d_r r − D_r |r| r + N
 
 with (u, v) relative to the water, whose velocity north and east is unknown to 1 m/s; heading is known.
+The boat begins at rest, as well as one sample of velocity tells.
 Forces are held for 0.2 s, and are zero for the first 0.6 s. Velocity over ground is measured every 0.2 s. pyomo.dae discretises the
 equations by collocation, and pyomo.contrib.doe differentiates their solution. Its solver is Newton's
 method with derivatives by Pyomo, since the equations have as many unknowns: no other is needed.
@@ -108,9 +109,11 @@ def boat(heading=None):
     m.p = pyo.Var(list(COEFFICIENTS), initialize=COEFFICIENTS)
     # A parameter of zero has no relative step.
     m.water = pyo.Var(["north", "east"], initialize=1.0)
+    m.start = pyo.Var(list(STD), initialize=1.0)
     m.gain = pyo.Var(initialize=1.0)
     m.p.fix()
     m.water.fix()
+    m.start.fix()
     m.gain.fix()
     p = m.p
 
@@ -147,9 +150,10 @@ def boat(heading=None):
         for t in m.t:
             m.psi[t].fix(heading[t])
         m.dpsi_disc_eq.deactivate()
-    m.at_rest_u = pyo.Constraint(expr=m.u[0.0] + north == 0)
-    m.at_rest_v = pyo.Constraint(expr=m.v[0.0] + east == 0)
-    m.r[0.0].fix(0.0)
+    start = {axis: m.start[axis] - 1.0 for axis in STD}
+    m.start_u = pyo.Constraint(expr=m.u[0.0] + north - start["u"] == 0)
+    m.start_v = pyo.Constraint(expr=m.v[0.0] + east - start["v"] == 0)
+    m.start_r = pyo.Constraint(expr=m.r[0.0] - start["r"] == 0)
     # Over ground, at the instants of the measurement.
     m.at = pyo.Set(initialize=[round(STEP_S * k, 9) for k in range(1, STEPS + 1)])
     m.ground = pyo.Var(["u", "v", "r"], m.at, initialize=0.0)
@@ -183,6 +187,7 @@ class Trial(Experiment):
             m.experiment_inputs[m.gain] = None
             m.unknown_parameters.update((x, x.value) for x in m.p.values())
             m.unknown_parameters.update((x, x.value) for x in m.water.values())
+            m.unknown_parameters.update((x, x.value) for x in m.start.values())
         return self.model
 
 
@@ -190,7 +195,7 @@ nominal = boat()
 Newton().solve(nominal)
 heading = {t: nominal.psi[t].value for t in nominal.t}
 n = len(COEFFICIENTS)
-prior = np.diag([0.0] * n + [CURRENT_STD**-2] * 2)
+prior = np.diag([0.0] * n + [CURRENT_STD**-2] * 2 + [std**-2 for std in STD.values()])
 doe = DesignOfExperiments(
     Trial(heading), fd_formula="central", step=1e-3, solver=Newton(), prior_FIM=prior
 )
