@@ -179,6 +179,7 @@ impl Sums {
 struct Match {
     stretch: Stretch,
     samples: Range<usize>,
+    score: f64,
 }
 
 /// Finds where logs follow manoeuvres; no sample follows two of them.
@@ -188,17 +189,16 @@ pub(crate) fn followed(planned: &[Planned], logs: &[Log]) -> Vec<Stretch> {
     for (l, log) in logs.iter().enumerate() {
         let mut sampled = log.sampled();
         let search = |sampled: &Sampled, m: usize| {
-            best(templates[m].as_ref()?, sampled, log.from_s).map(|(stretch, samples)| Match {
-                stretch: Stretch { manoeuvre: m, log: l, ..stretch },
-                samples,
+            best(templates[m].as_ref()?, sampled, log.from_s).map(|(stretch, samples, score)| {
+                Match { stretch: Stretch { manoeuvre: m, log: l, ..stretch }, samples, score }
             })
         };
         let mut places: Vec<Option<Match>> =
             (0..planned.len()).map(|m| search(&sampled, m)).collect();
         loop {
             let all = places.iter().flatten();
-            let longest = all.max_by(|a, b| a.stretch.seconds.total_cmp(&b.stretch.seconds));
-            let Some(Match { stretch, samples }) = longest.cloned() else { break };
+            let longest = all.max_by(|a, b| a.score.total_cmp(&b.score));
+            let Some(Match { stretch, samples, .. }) = longest.cloned() else { break };
             sampled.is_free[samples.clone()].fill(false);
             for (m, place) in places.iter_mut().enumerate() {
                 let own = place.as_ref().map(|own| own.samples.clone());
@@ -215,7 +215,11 @@ pub(crate) fn followed(planned: &[Planned], logs: &[Log]) -> Vec<Stretch> {
 }
 
 /// Returns the stretch of free samples that follows a manoeuvre longest.
-fn best(template: &Template, sampled: &Sampled, from_s: f64) -> Option<(Stretch, Range<usize>)> {
+fn best(
+    template: &Template,
+    sampled: &Sampled,
+    from_s: f64,
+) -> Option<(Stretch, Range<usize>, f64)> {
     let (length, logged) = (template.length as isize, sampled.is_free.len() as isize);
     let least = template.block as isize;
     let at = |offset: isize| placed(template, sampled, offset);
@@ -231,7 +235,7 @@ fn best(template: &Template, sampled: &Sampled, from_s: f64) -> Option<(Stretch,
     let coarse = longest(&mut (least - length..=logged - least).step_by(template.stride))?;
     let near = template.stride as isize;
     let fine = longest(&mut (coarse.offset - near..=coarse.offset + near))?;
-    let Found { samples, seconds, sums, .. } = fine;
+    let Found { samples, seconds, sums, score, .. } = fine;
     let least_s = LEAST_S.max(LEAST_PART * template.length as f64 * STEP_S);
     let is_followed = seconds >= least_s.min(template.length as f64 * STEP_S)
         && sums.correlation() >= FOLLOWS_TOGETHER
@@ -245,7 +249,7 @@ fn best(template: &Template, sampled: &Sampled, from_s: f64) -> Option<(Stretch,
             seconds,
             force_ratio: (sums.ff / sums.xx).sqrt(),
         };
-        (stretch, samples)
+        (stretch, samples, score)
     })
 }
 

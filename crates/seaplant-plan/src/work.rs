@@ -185,8 +185,9 @@ impl Work<'_> {
     /// get time are sure.
     fn with_margins(&self, used: &mut Vec<Candidate>, seconds: f64) -> Result<Allocation, Error> {
         let seed = seed_of(self.request.seed, "margin");
-        // The prior's mean comes first.
         let plants = self.prior.draws(MARGIN_RUNS + 1, seed)?;
+        // The prior's mean comes first; a prior without a spread has nothing else.
+        let drawn = if plants.len() > 1 { &plants[1..] } else { &plants[..] };
         loop {
             let allocation = self.forecaster.program(used, seconds).solve()?;
             let shares = self.worth_driving(used, &allocation.shares, seconds);
@@ -195,8 +196,7 @@ impl Work<'_> {
             if unsure.is_empty() {
                 return Ok(allocation);
             }
-            let with_margin =
-                |i: usize| self.bench.with_margin(&used[unsure[i]], plants.get(1..).unwrap_or(&[]));
+            let with_margin = |i: usize| self.bench.with_margin(&used[unsure[i]], drawn);
             let sure = parallel::of_each(unsure.len(), with_margin);
             for (k, candidate) in unsure.into_iter().zip(sure) {
                 used[k] = candidate?;
