@@ -345,7 +345,7 @@ fn beside_most(excess: &DVector<f64>, information: &DMatrix<f64>) -> Vec<Option<
 fn nearest_of_most(x: &DVector<f64>, open: &DMatrix<f64>) -> DVector<f64> {
     let mut left = x.clone();
     for _ in 0..REWEIGHTED {
-        let weights = left.map(|x| 1.0 / x.abs().max(LEAST_MINDED));
+        let weights = left.map(|x| 1.0 / x.abs().max(NOTHING));
         let weighted = DMatrix::from_diagonal(&weights) * open;
         let u = inverse(&(open.transpose() * &weighted)) * (weighted.transpose() * x);
         left = x - open * u;
@@ -360,6 +360,9 @@ const UNDETERMINED: f64 = 0.15;
 /// A thruster that determined directions move by less than this part of it has no gain of its own: of two
 /// with an open common gain, each has half, and which of them is weak is not determined.
 const LEAST_OWN: f64 = 0.6;
+
+/// A gain that is so little from 1 is 1.
+const NOTHING: f64 = 1e-4;
 
 /// How often weights are made anew.
 const REWEIGHTED: usize = 40;

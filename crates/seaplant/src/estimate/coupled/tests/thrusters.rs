@@ -157,29 +157,6 @@ fn thrusters_that_do_as_they_say_have_no_gains() {
     }
 }
 
-/// A trial in which two thrusters are exchanged in the log.
-fn exchanged(name: &str, seed: u64) -> CoupledRecord {
-    trial(name, seed, [[1.0; 2]; 4]).with_exchanged(NAMES[0], NAMES[3]).expect("finite")
-}
-
-#[test]
-fn exchanged_thrusters_are_named_and_followed() {
-    let fit = fitted(&[exchanged("a", 31), exchanged("b", 32)]);
-    assert_eq!(fit.exchanged, [[NAMES[0].to_owned(), NAMES[3].to_owned()]]);
-    assert_eq!(excess(&fit, "excess-thrust"), [None; 4]);
-    assert!(off(&fit).iter().all(|(_, off)| off.abs() < 3.5), "{:?}", off(&fit));
-}
-
-#[test]
-fn thrusters_that_stand_still_or_turn_round_are_not_taken_for_exchanged_ones() {
-    let mut dead = [[1.0; 2]; 4];
-    (dead[0], dead[3]) = ([0.0; 2], [-1.0; 2]);
-    assert_eq!(
-        fitted(&[trial("a", 33, dead), trial("b", 34, dead)]).exchanged,
-        <[[String; 2]; 0]>::default()
-    );
-}
-
 #[test]
 fn gains_of_thrusters_that_are_alike_are_known_without_being_fitted() {
     let fit = fitted(&[trial("a", 27, [[1.0; 2]; 4]), trial("b", 28, [[1.0; 2]; 4])]);
