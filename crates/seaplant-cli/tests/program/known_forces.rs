@@ -154,8 +154,9 @@ fn a_simulation_pushes_as_the_trial_did() {
 #[test]
 fn weights_that_contradict_each_other_are_named_with_the_scale_by_each() {
     let workshop = diver();
-    let second = |weight_n: &str| format!("weight_n = {weight_n}\nmass_kg = 1.7\nfrom_s = 180");
-    workshop.change("campaign.toml", &second("15"), &second("19.5"));
+    let second =
+        |weight_n, mass_kg| format!("weight_n = {weight_n}\nmass_kg = {mass_kg}\nfrom_s = 180");
+    workshop.change("campaign.toml", &second("15", "1.7"), &second("19.5", "2.1"));
     let words = workshop.success(&["identify", "campaign.toml", "--out", "results"]);
     let named = "severe: known forces contradict each other: thrust is 1.20";
     assert!(words.contains(named), "{words}");

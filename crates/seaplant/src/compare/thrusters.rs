@@ -136,7 +136,7 @@ pub(super) fn histories(compared: &[Compared<'_>]) -> BTreeMap<String, ThrusterH
     follow_thrusters(&compared.iter().map(of).collect::<Vec<_>>())
 }
 
-/// Returns a caveat if fits are of vehicles with other thrusters than each other.
+/// Returns a caveat if fits that have estimates of thrusters are of vehicles with different thrusters.
 pub fn other_thrusters(compared: &[Compared<'_>]) -> Option<Caveat> {
     let of = |fit: &Results| -> BTreeSet<String> {
         fit.thrusters.iter().map(|own| own.name.clone()).collect()
@@ -144,8 +144,9 @@ pub fn other_thrusters(compared: &[Compared<'_>]) -> Option<Caveat> {
     let all: Vec<(usize, BTreeSet<String>)> = compared
         .iter()
         .enumerate()
-        .filter_map(|(k, one)| Some((k + 1, of(fit_of(one)?))))
-        .filter(|(_, names)| !names.is_empty())
+        .filter_map(|(k, one)| Some((k + 1, fit_of(one)?)))
+        .filter(|(_, fit)| !DiveThrusters::of_results(fit).estimates.is_empty())
+        .map(|(k, fit)| (k, of(fit)))
         .collect();
     let (first, names) = all.first()?;
     let (other, others) = all.iter().find(|(_, others)| others != names)?;
