@@ -239,7 +239,7 @@ Disturbance: TypeAlias = Literal[
     "heading-gaps",
     "heading-drift",
 ]
-"""What disturbs the vehicle or misleads its analyst."""
+"""A disturbance of the vehicle, or an error of its analyst."""
 
 Dof: TypeAlias = Literal[
     "surge",
@@ -271,14 +271,14 @@ Method: TypeAlias = Literal[
     "recursive",
     "ekf",
 ]
-"""How a plant was found."""
+"""Estimation method."""
 
 NoiseLevel: TypeAlias = Literal[
     "low",
     "middle",
     "high",
 ]
-"""How noisy the instruments are."""
+"""Noise level of the instruments."""
 
 NullModel: TypeAlias = Literal[
     "never-moves",
@@ -302,19 +302,19 @@ Role: TypeAlias = Literal[
     "hold-out",
     "steady",
 ]
-"""What a trial is for."""
+"""The role of a trial."""
 
 RudderLaw: TypeAlias = Literal[
     "proportional",
     "sine",
 ]
-"""How the force of a rudder across the ship grows with its angle."""
+"""Lateral force of a rudder as a function of its angle δ."""
 
 ScoredMotion: TypeAlias = Literal[
     "velocity",
     "acceleration",
 ]
-"""What a simulation is compared with."""
+"""The quantity in which simulation and measurement are compared."""
 
 Severity: TypeAlias = Literal[
     "note",
@@ -334,7 +334,7 @@ Symmetry: TypeAlias = Literal[
     "none",
     "diagonal",
 ]
-"""Which axes a vehicle's shape lets M couple."""
+"""The axes that M may couple by the symmetry of the vehicle."""
 
 Term: TypeAlias = Literal[
     "force",
@@ -358,7 +358,7 @@ ToldBy: TypeAlias = Literal[
     "nothing",
     "stated",
 ]
-"""Where a number comes from."""
+"""Source of a value."""
 
 Trust: TypeAlias = Literal[
     "do-not-use",
@@ -366,19 +366,19 @@ Trust: TypeAlias = Literal[
     "usable-with-care",
     "usable",
 ]
-"""How far a plant may be trusted."""
+"""Level of trust in a plant."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AccumulatedPlant(Record):
-    """The plant that equation error finds of a record in shards: not scored, for nobody has
-    the record in one piece."""
+    """The plant by equation error of a record in shards; it has no score, as the whole record
+    is not available."""
 
     dof: Dof
-    """Which degree of freedom."""
+    """The degree of freedom."""
 
     terms: tuple[Term, ...]
-    """The terms that were fitted."""
+    """The fitted terms."""
 
     parameters: Parameters
     """Physical parameters."""
@@ -387,77 +387,75 @@ class AccumulatedPlant(Record):
     """Lumped parameters."""
 
     regression: RegressionResult
-    """How the fit went."""
+    """Statistics of the regression."""
 
     caveats: tuple[Caveat, ...]
-    """Doubts."""
+    """Caveats."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Admission(Record):
-    """How often a part was taken into the model: a false alarm, or a detection."""
+    """The rate at which a candidate is included: of false alarms, or of detections."""
 
     dof: Dof
-    """Which degree of freedom."""
+    """The degree of freedom."""
 
     method: Method
-    """Which method."""
+    """The method."""
 
     candidate: Candidate
-    """Which part."""
+    """The candidate."""
 
     admitted_percent: float
-    """Fits that have it, in %."""
+    """Fits that include it, in %."""
 
     fits: int
-    """Fits that decided."""
+    """Fits that tested it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assurance(Record):
-    """How often recommended plants are presented as what they are not."""
+    """Counts of recommended plants with a wrong verdict."""
 
     dof: Dof
-    """Which degree of freedom."""
+    """The degree of freedom."""
 
     plants: int
     """Recommended plants."""
 
     wrong: int
-    """Those that are wrong."""
+    """Wrong plants."""
 
     wrong_but_usable: int
-    """False assurance: those of the wrong ones that are called usable."""
+    """False assurance: wrong plants with the verdict usable."""
 
     wrong_but_usable_with_care: int
-    """Those of the wrong ones that are called usable with care."""
+    """Wrong plants with the verdict usable with care."""
 
     good: int
-    """Plants that are good."""
+    """Good plants."""
 
     good_but_doubted: int
-    """False alarms: those of the good ones that are called doubtful, or not to be used."""
+    """False alarms: good plants with the verdict doubtful, or do not use."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AxisChange(Record):
-    """What trials that were not fitted would have of an axis: a step of their own likelihood
-    from the plant, with the disturbances that were found, and a current of each trial's own,
-    beside it."""
+    """Changes of an axis that unseen trials support: a step of their likelihood from the
+    plant, with the estimated disturbances and a current for each trial."""
 
     mass: Part
-    """The part by which they would have the mass greater; its interval is that of a
-    difference."""
+    """Relative change of mass; its interval is that of a difference."""
 
     drag: Part
-    """The same of the drag at the usual speed."""
+    """Relative change of drag at the usual speed."""
 
     whiteness: float
-    """Whether what the filter fails to predict of them is white: Box and Pierce's statistic
-    over 40 lags, divided by 40; 1 if it is."""
+    """Whiteness of the filter's innovations on them: Box and Pierce's statistic over 40 lags,
+    divided by 40; 1 if they are white."""
 
     surprise: float
-    """Mean square of that in parts of what the filter expects of it: 1 if noise and
+    """Mean square of the innovations, normalised by their predicted variance: 1 if noise and
     disturbances are as in the fitted trials."""
 
 
@@ -496,10 +494,10 @@ class AxisResult(Record):
     """Rate at which motion was measured, Hz."""
 
     motion: str
-    """Whether motion was measured as velocity, as position or as acceleration."""
+    """The measured quantity: velocity, position or acceleration."""
 
     dominant_amplitude: float
-    """Amplitude of force there, N or N m."""
+    """Amplitude of force at that frequency, N or N m."""
 
     force_max: float
     """Greatest force, N or N m."""
@@ -508,47 +506,46 @@ class AxisResult(Record):
     """Root mean square force, N or N m."""
 
     gap_s: float
-    """Seconds left out for want of samples."""
+    """Duration of gaps without samples, s."""
 
     dominant_hz: float | None
-    """Frequency at which force is greatest, Hz."""
+    """Dominant frequency of force, Hz."""
 
     keulegan_carpenter: float | None
-    """The stroke over the size of the hull across it, where that is known."""
+    """Ratio of the stroke to the hull's size across it, if known."""
 
     speed_max: float | None
-    """Greatest speed, m/s or rad/s; absent where neither velocity nor position was
-    measured."""
+    """Greatest speed, m/s or rad/s; absent if neither velocity nor position was measured."""
 
     speed_rms: float | None
-    """Root mean square velocity, m/s or rad/s; absent likewise."""
+    """Root mean square velocity, m/s or rad/s; absent if neither velocity nor position was
+    measured."""
 
     stroke: float | None
-    """How far it oscillates, amplitude of velocity times period, m or rad; of a steady run,
-    all its way."""
+    """Stroke of the oscillation, amplitude of velocity times period, m or rad; for a steady
+    run, the distance travelled."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AxisScore(Record):
-    """The error of a plant in one axis; what a simulation that runs away has none of is
-    absent."""
+    """The error of a plant on one axis; values are absent if the simulation diverges."""
 
     null_error: float
-    """The same of a model that never moves."""
+    """Mean |measured| of velocity, the error of a model that never moves."""
 
     samples: int
-    """Samples compared."""
+    """Number of compared samples."""
 
     change: AxisChange | None
-    """What held-out trials would have of mass and drag."""
+    """Changes of mass and drag that held-out trials support."""
 
     disturbance_error: float | None
-    """Mean change of the model's velocity by a draw of the disturbance that was found, m/s or
-    rad/s: so far does that alone take the true plant from what is measured; with the noise of
-    velocities that are slopes of positions."""
+    """Mean change of the model's velocity by a draw of the estimated disturbance, m/s or
+    rad/s, which is the expected error of the true plant; includes the noise of velocities
+    from differentiated positions."""
 
     kept_error: float | None
-    """The same of a rate that stays as it is at each beginning."""
+    """The same error of a constant rate from each restart."""
 
     mean_abs_error: float | None
     """Mean |model − measured| of velocity, m/s or rad/s."""
@@ -557,9 +554,9 @@ class AxisScore(Record):
     """1 − Σ(model − measured)² / Σ(measured − mean)²."""
 
     restarted_error: float | None
-    """Mean |model − measured| of roll and pitch where the model begins anew every 10 s from
-    what is measured, rad/s: they swing about their rest, and who has lost their phase once is
-    as far off as one that knows nothing of them."""
+    """Mean |model − measured| of roll and pitch with the model restarted from the measured
+    state every 10 s, rad/s: over a whole trial, an error of phase of these oscillations would
+    dominate."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -567,13 +564,13 @@ class BollardPullResult(Record):
     """A thrust curve fitted to bollard-pull data."""
 
     file: str
-    """The table's file."""
+    """File of the table."""
 
     input_unit: str
-    """The input that was measured: rad/s or us."""
+    """Unit of the measured input: rad/s or us."""
 
     neutral: float
-    """The input that means stop."""
+    """The input of zero thrust."""
 
     residual_rms: float
     """Root mean square misfit, N."""
@@ -585,10 +582,10 @@ class BollardPullResult(Record):
     """The measured points, (input, N)."""
 
     caveats: tuple[Caveat, ...]
-    """Doubts."""
+    """Caveats."""
 
     deadband: Parameter | None
-    """Input that gives no thrust yet."""
+    """Half-width of the band around neutral without thrust."""
 
     forward: Parameter | None
     """Coefficient of positive thrust."""
@@ -599,7 +596,7 @@ class BollardPullResult(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BuoyancyResult(Record):
-    """What the water carries of a vehicle."""
+    """Displacement of a vehicle."""
 
     displaced_kg: float
     """Mass of the displaced water, kg."""
@@ -712,7 +709,7 @@ class Coefficient(Estimated):
     """The axes on which it acts."""
 
     told_by: ToldBy
-    """What determines it."""
+    """The source that determines it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -726,16 +723,16 @@ class CoefficientRow(Record):
     """Its unit."""
 
     truth: float
-    """As it is; zero of one that the vehicle does not have."""
+    """The true value; zero if the vehicle lacks the term."""
 
     median_abs_error: float
     """Median of |error|, in its unit."""
 
     median_error: float
-    """Median error, in its unit: what is left of it is bias."""
+    """Median error, in its unit, which is the bias."""
 
     coverage_percent: float
-    """Part of the 95 % intervals that hold the truth, in %."""
+    """Share of the 95 % intervals that include the truth, in %."""
 
     answers: int
     """Plants that have it."""
@@ -743,17 +740,17 @@ class CoefficientRow(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ConfirmedMotion(Record):
-    """The motion of an axis in the trials that confirm a plant there: each range holds 95 %
-    of it."""
+    """Motion of an axis in the trials that confirm a plant there; each range includes 95 % of
+    it."""
 
     trials: tuple[str, ...]
     """The trials."""
 
     acceleration: Floats | None
-    """Lowest and highest acceleration, m/s² or rad/s²."""
+    """Minimum and maximum acceleration, m/s² or rad/s²."""
 
     speed: Floats | None
-    """Lowest and highest speed, m/s or rad/s; absent where speed was not measured."""
+    """Minimum and maximum speed, m/s or rad/s; absent where speed was not measured."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -761,27 +758,27 @@ class Consequence(Record):
     """A number that follows from a plant's coefficients."""
 
     name: str
-    """What it is, and under which force."""
+    """Name, with the force for which it holds."""
 
     axis: Dof
-    """Of which axis."""
+    """The axis."""
 
     value: float
-    """The number."""
+    """The value."""
 
     unit: str
     """Its unit."""
 
     interval95: Floats | None
-    """Its 95 % interval; absent if the covariance is not known, or leaves it open."""
+    """Its 95 % interval; absent if the covariance is unknown, or if it is unbounded."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Correlation(Record):
-    """Correlations."""
+    """Correlations of coefficients."""
 
     names: tuple[str, ...]
-    """Rows and columns."""
+    """Names of rows and columns."""
 
     value: Floats
     """Correlations, −1 to 1."""
@@ -789,34 +786,34 @@ class Correlation(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CoupledOnline(Record):
-    """A plant of several axes, found sample by sample."""
+    """A plant of several axes, estimated recursively."""
 
     axes: tuple[Dof, ...]
     """Its axes."""
 
     method: Method
-    """How it was found."""
+    """The method of identification."""
 
     symmetry: Symmetry
-    """Which axes M may couple."""
+    """The axes that M may couple."""
 
     parameters: dict[str, Coefficient]
     """Its coefficients by name, as those of a coupled plant."""
 
     history: OnlineHistory
-    """How they went there."""
+    """Their values over time."""
 
     samples: int
-    """Numbers measured."""
+    """Number of measured values."""
 
     fit: CoupledScore
-    """Its error on the trials that it was fitted to."""
+    """Its error on the fitted trials."""
 
     caveats: tuple[Caveat, ...]
-    """Doubts."""
+    """Caveats."""
 
     hold_out: CoupledScore | None
-    """Its error on trials that it had not seen."""
+    """Its error on unseen trials."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -828,10 +825,10 @@ class CoupledPlant(Record):
     """Its axes, in SNAME order: rows and columns of every matrix."""
 
     method: Method
-    """How it was found."""
+    """The method of identification."""
 
     symmetry: Symmetry
-    """Which axes M may couple."""
+    """The axes that M may couple."""
 
     parameters: dict[str, Coefficient]
     """Its coefficients by name: ``mass.surge``, ``mass.surge-pitch``, ``yaw: |v|r``,
@@ -841,10 +838,10 @@ class CoupledPlant(Record):
     """M: rigid body plus added mass."""
 
     linear_damping: MatrixResult
-    """What multiplies ν_r; zero where no term is."""
+    """The matrix that multiplies ν_r; zero without a term."""
 
     quadratic_damping: MatrixResult
-    """What multiplies |ν|ν of each axis; zero where no term is."""
+    """The matrix that multiplies |ν|ν of each axis; zero without a term."""
 
     correlation: Correlation
     """Correlations of the coefficients."""
@@ -853,67 +850,66 @@ class CoupledPlant(Record):
     """Currents by trial; disturbance and noise by axis."""
 
     identifiability: Identifiability
-    """How well the trials determine the coefficients."""
+    """Determination of the coefficients by the trials."""
 
     samples: int
-    """Numbers measured."""
+    """Number of measured values."""
 
     log_likelihood: float
-    """ln-likelihood at the optimum."""
+    """Log-likelihood at the optimum."""
 
     fit: CoupledScore
-    """Its error on the trials that it was fitted to, simulated freely from their start."""
+    """Its error on the fitted trials, simulated in open loop."""
 
     caveats: tuple[Caveat, ...]
-    """Doubts."""
+    """Caveats."""
 
     added_mass: Floats | None
-    """What the water adds, where the dry vehicle is known."""
+    """Added mass, if the rigid body is known."""
 
     driven: dict[str, Driven]
-    """How far each axis was driven in its trials."""
+    """Range of motion and force on each axis in its trials."""
 
     effects: tuple[Effect, ...]
     """Forces of rudders, fins, propellers of unknown strength and wind."""
 
     hold_out: CoupledScore | None
-    """Its error on trials that it had not seen."""
+    """Its error on unseen trials."""
 
     nondimensional: PrimeSystem | None
-    """Coefficients without dimension, where the vehicle's length is known."""
+    """Dimensionless coefficients, if the vehicle's length is known."""
 
     rigid_body_mass_matrix: Floats | None
-    """M of the dry vehicle, where that is known."""
+    """M of the rigid body, if known."""
 
     single_axes: dict[str, AxisScore]
-    """The error, on the same trials, of each driven axis with a plant of its own: what
-    coupling explains is what this has more."""
+    """The error, on the same trials, of a separate plant of each driven axis, for comparison:
+    the difference is due to coupling."""
 
     structure: tuple[TermDecision, ...]
-    """The terms that were tried beside the usual ones."""
+    """The candidate terms that were tested."""
 
     thruster_estimates: dict[str, ThrusterEstimate]
     """What each thruster gives over what its curve says, where most others give what theirs
     say; without those of which the trials do not determine it."""
 
     thruster_faults: tuple[ThrusterFault, ...]
-    """Thrusters that stood still or pushed the other way in a trial; they were taken to do
-    so."""
+    """Thrusters that were at rest or reversed in a trial, for which the fit allows."""
 
     thrusters_exchanged: tuple[tuple[str, ...], ...]
     """Pairs of thrusters of which each does what the log of the other says; they were taken
     to do so."""
 
     verdict: Verdict
-    """What to make of it."""
+    """The verdict."""
 
     verdicts: dict[str, Verdict]
-    """What to make of each of its axes: a plant is doubtful if one of them is."""
+    """The verdict on each of its axes: a plant is doubtful if one of them is."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CoupledScore(Record):
-    """The error of a plant on some trials, simulated freely."""
+    """The error of a plant on some trials, simulated in open loop."""
 
     by_axis: dict[str, AxisScore]
     """Over all trials."""
@@ -924,22 +920,22 @@ class CoupledScore(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CurveResult(Record):
-    """A thrust curve in numbers."""
+    """A thrust curve as data."""
 
     input: ThrusterInput
-    """What it reads."""
+    """The input."""
 
     kind: str
     """One of quadratic, table."""
 
     deadband: float | None = None
-    """Inputs this close to neutral give no thrust."""
+    """Half-width of the band around neutral without thrust."""
 
     forward: float | None = None
     """c for s > 0, N per squared unit of input."""
 
     neutral: float | None = None
-    """The input that means stop."""
+    """The input of zero thrust."""
 
     reverse: float | None = None
     """c for s < 0, N per squared unit of input."""
@@ -953,7 +949,7 @@ class CurveTable(Record):
     """Measured points at one supply voltage."""
 
     points: Floats
-    """(input, N)."""
+    """Points (input, N)."""
 
     voltage: float | None
     """Supply voltage, V."""
@@ -990,7 +986,7 @@ class Decision(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Driven(Record):
-    """How far an axis was driven in the trials that a plant was identified from."""
+    """Range of motion and force on an axis in the trials of a plant."""
 
     speed_max: float
     """Greatest speed, m/s or rad/s."""
@@ -1015,18 +1011,18 @@ class DrivenStretch(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Effect(Record):
-    """A force that one coefficient scales, by its name."""
+    """A named force that is proportional to one coefficient."""
 
     name: str
-    """What results call its coefficient: ``rudder.lift``, ``wind.sway``."""
+    """Name of its coefficient in results: ``rudder.lift``, ``wind.sway``."""
 
     force: EffectForce
-    """What it does."""
+    """The force per unit of the coefficient."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EffectForce(Record):
-    """What scales with one coefficient."""
+    """A force per unit of its coefficient."""
 
     kind: str
     """One of lift, slipstream, race, steering, open-water, thrust, advance, inflow, gain,
@@ -1039,40 +1035,41 @@ class EffectForce(Record):
     """The propeller."""
 
     squared: bool | None = None
-    """Whether the drive is a speed or command n, so that T is n²."""
+    """True if the input is a speed or command n, so that T is n²."""
 
     behind: OpenWater | None = None
     """The propeller ahead of it."""
 
     flow: RudderFlow | None = None
-    """What hull and race do to its flow."""
+    """The influence of hull and slipstream on its inflow."""
 
     curve: OpenWater | None = None
     """The propeller."""
 
     direction: Floats | None = None
-    """The way of positive thrust, a unit vector."""
+    """Direction of positive thrust, a unit vector."""
 
     position_m: Floats | None = None
-    """Where it pushes, m."""
+    """Point of application, m."""
 
     ahead: bool | None = None
-    """Whether only of those that push the way they move: none gains where it brakes."""
+    """True if thrusters lose thrust in their direction of motion only, and gain none when
+    braking."""
 
     thrusters: tuple[Pusher, ...] | None = None
     """The thrusters, at most 16."""
 
     reverse: bool | None = None
-    """Whether only of thrust below zero."""
+    """True if it applies to negative thrust only."""
 
     thruster: Pusher | None = None
     """The thruster."""
 
     way: Floats | None = None
-    """Force and moment by axis."""
+    """The unit wrench by axis."""
 
     on: Dof | None = None
-    """On which axis."""
+    """The axis."""
 
     scale: float | None = None
     """``½ρ_a A L``; 1 if areas are not known."""
@@ -1080,27 +1077,27 @@ class EffectForce(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Failure(Record):
-    """Something that could not be done."""
+    """A failed fit."""
 
     dof: Dof
-    """For which degree of freedom."""
+    """The degree of freedom."""
 
     method: str
-    """By which method: a method's name, or ``steady``."""
+    """The method, or ``steady``."""
 
     message: str
-    """Why, and what to do."""
+    """Reason and advice."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FileOffset(Record):
-    """A file whose clock was moved to those of its trial's other files."""
+    """A file with a clock corrected to those of its trial's other files."""
 
     file: str
-    """Which, as the campaign names it."""
+    """Path in the campaign."""
 
     clock: ClockOffset
-    """By how much, and how that was found."""
+    """The offset and its estimation."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1116,22 +1113,22 @@ class Filters(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Foil(Record):
-    """A control surface as its force reads it."""
+    """A control surface, for the computation of its force."""
 
     kind: Surface
-    """What it is."""
+    """The type of surface."""
 
     name: str
-    """What channels call it."""
+    """Name in channels."""
 
     position_m: Floats
-    """Where its force acts, m, body frame."""
+    """Point of application of its force, m, body frame."""
 
     axis: Floats
-    """The axis that it turns about, a unit vector."""
+    """The axis of rotation, a unit vector."""
 
     stall_rad: float | None
-    """Its stall angle, rad: beyond it, lift grows no more."""
+    """Its stall angle, rad, beyond which lift is constant."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1166,38 +1163,39 @@ class GoalOutcome(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GoodFor(Record):
-    """The motion for which unseen trials confirm a plant: that of those which it predicts."""
+    """The motion for which unseen trials confirm a plant: that of the trials which it
+    predicts."""
 
     words: str
-    """The same in words."""
+    """Description in words."""
 
     motion: dict[str, ConfirmedMotion]
-    """The motion of each axis in the trials that confirm it."""
+    """Motion of each axis in the trials that confirm it."""
 
     not_as_in: tuple[WorseTrial, ...]
-    """Trials that the plant predicts worse than a model without a plant: it is not good for
+    """Trials that the plant predicts worse than a model without a plant: it is not valid for
     their kind of motion."""
 
     drift_deg: Floats | None
-    """Drift angles under way in the trials that confirm sway, deg; absent of plants without
+    """Drift angles under way in the trials that confirm sway, deg; absent for plants without
     surge and sway."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Identifiability(Record):
-    """How well trials determine coefficients."""
+    """Determination of coefficients by trials."""
 
     coefficients: int
-    """How many coefficients there are."""
+    """Number of coefficients."""
 
     rank: int
-    """How many combinations of them the motion determines."""
+    """Number of combinations that the motion determines."""
 
     variance_inflation: dict[str, float]
-    """What each coefficient's variance is multiplied with because others look like it."""
+    """Variance inflation factors of the coefficients by collinearity."""
 
     not_told: tuple[str, ...]
-    """Coefficients whose interval is wider than the number itself."""
+    """Coefficients with an interval wider than the value."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1221,10 +1219,10 @@ class InputFile(Record):
     """A file that was read."""
 
     path: str
-    """Where, as the campaign names it."""
+    """Path in the campaign."""
 
     bytes: int
-    """Its size."""
+    """Size, bytes."""
 
     sha256: str
     """SHA-256 of its content, hexadecimal."""
@@ -1325,7 +1323,7 @@ class LowPass(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LumpedParameters(Record):
-    """``v̇ = α τ + β v|v| + μ v + bias``."""
+    """Lumped parameters of ``v̇ = α τ + β v|v| + μ v + bias``."""
 
     alpha: float
     """α = 1/m, 1/kg or 1/(kg m²)."""
@@ -1368,28 +1366,28 @@ class MatrixResult(Record):
     """A matrix with standard deviations, by row and column in the order of the axes."""
 
     value: Floats
-    """The numbers."""
+    """The values."""
 
     std: Floats
-    """Their standard deviations; zero where there is no term."""
+    """Their standard deviations; zero without a term."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MayBeOff(Record):
-    """By how much a number may be off, and what says so."""
+    """Possible error of a number, with its cause."""
 
     number: str
-    """Which number: "mass", or "surge: drag at 0.4 m/s" of a plant of several axes."""
+    """Name of the number: "mass", or "surge: drag at 0.4 m/s" for a plant of several axes."""
 
     because: OffBecause
-    """What says so."""
+    """Cause."""
 
     limit: float
-    """By so much a user takes the number of a usable plant to be off at most."""
+    """Relative error up to which the number counts as usable."""
 
     part: float | None
-    """By which part of it: 0.3 where the truth may be 30 % more or less, 2 where it may be
-    three times as much or a third; absent where it may be anything."""
+    """Relative error: 0.3 where the truth may be 30 % more or less, 2 where it may be three
+    times as much or a third; absent where it may have any value."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1417,9 +1415,9 @@ class MonteCarloTable(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NomotoResult(Record):
-    """Nomoto's model of how yaw rate follows a rudder: ``T ṙ + r + α r³ = K (δ − δ₀)``, or
-    ``T₁T₂ r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)``; by ``rudder_law`` ``sine`` with
-    ``½ sin 2δ`` in the place of δ."""
+    """Nomoto's model of yaw rate as a response to a rudder: ``T ṙ + r + α r³ = K (δ − δ₀)``,
+    or ``T₁T₂ r̈ + (T₁ + T₂) ṙ + r + α r³ = K (δ − δ₀ + T₃ δ̇)``; with ``rudder_law``
+    ``sine``, ``½ sin 2δ`` instead of δ."""
 
     rudder: str
     """The rudder."""
@@ -1428,7 +1426,7 @@ class NomotoResult(Record):
     """First or second order."""
 
     rudder_law: RudderLaw
-    """What stands for δ: the law that explains more."""
+    """The function of δ that explains more."""
 
     gain: Parameter
     """K."""
@@ -1437,24 +1435,23 @@ class NomotoResult(Record):
     """T, or T₁ + T₂ − T₃."""
 
     neutral_angle: Parameter
-    """δ₀: the angle that keeps the course."""
+    """δ₀: the angle of a straight course."""
 
     is_stable: bool
-    """Whether a straight course is kept."""
+    """True if a straight course is stable."""
 
     fit_r2: float
-    """R² of yaw rate on the trials that it was fitted to, simulated freely from their
-    start."""
+    """R² of yaw rate on the fitted trials, simulated in open loop from their start."""
 
     hold_out_r2: dict[str, float | None]
-    """The same on held-out trials, by trial, from the start of each that fits it best, as
-    that of the fitted ones; none of one in which it runs away."""
+    """R² on held-out trials, by trial, each from the initial state of best fit, as for the
+    fitted ones; null for a trial that diverges."""
 
     caveats: tuple[Caveat, ...]
-    """Doubts."""
+    """Caveats."""
 
     cubic: Parameter | None
-    """α, where r³ explains more."""
+    """α, if r³ is significant."""
 
     second: SecondOrder | None
     """The times of the second order."""
@@ -1465,7 +1462,7 @@ class NullScore(Record):
     """A model without a plant, and its error."""
 
     model: NullModel
-    """Which."""
+    """Model."""
 
     mean_abs_error: float
     """e = mean |v_model − v|, m/s or rad/s."""
@@ -1473,13 +1470,13 @@ class NullScore(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OffBecause(Record):
-    """What says that a number may be off."""
+    """Cause of a possible error of a number."""
 
     kind: str
     """One of interval, another-plant-fits, method."""
 
     method: Method | None = None
-    """Which."""
+    """Method."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1514,42 +1511,42 @@ class OffsetPair(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OnlineHistory(Record):
-    """How parameters went to where they ended."""
+    """History of the parameter estimates."""
 
     time_s: Floats
-    """Motion so far, s, over all fitted trials in turn."""
+    """Duration of the motion so far, s, over all fitted trials in sequence."""
 
     parameters: dict[str, Floats]
     """Each parameter at these instants."""
 
     settled_s: dict[str, float | None]
-    """When each came within 5 % of its last value to stay there, s of motion; absent if it
-    had not before the last tenth."""
+    """Time, s of motion, after which each parameter stays within 5 % of its last value;
+    absent if that is only within the last tenth."""
 
     excitation: float
-    """The least eigenvalue of the information at a unit diagonal: 1 if each parameter is
-    determined by itself, 0 if some combination is not at all."""
+    """Smallest eigenvalue of the information at a unit diagonal: 1 if the parameters are
+    determined independently of each other, 0 if some combination is not determined at all."""
 
     changes: tuple[PlantChanged, ...]
-    """When the plant seemed to change."""
+    """Detected changes of the plant."""
 
     noticeable_change: float | None
-    """By what part every mass would have had to change at once to be noticed within two
-    minutes; absent where the motion is too short to tell."""
+    """Relative change of all masses at once that would have been detected within two minutes;
+    absent where the motion is too short."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OpenWater(Record):
-    """A propeller whose open-water curve is known."""
+    """A propeller with a known open-water curve."""
 
     propeller: str
-    """What channels call it."""
+    """Name in channels."""
 
     position_m: Floats
-    """Where it is, m."""
+    """Position, m."""
 
     direction: Floats
-    """The way of positive thrust, a unit vector."""
+    """Direction of positive thrust, a unit vector."""
 
     diameter_m: float
     """Diameter D, m."""
@@ -1558,18 +1555,18 @@ class OpenWater(Record):
     """k₀, k₁, k₂."""
 
     wake: float
-    """Wake fraction w, straight ahead."""
+    """Wake fraction w in straight motion."""
 
     density_kg_m3: float
     """Density of the water ρ, kg/m³."""
 
     wake_by_drift: WakeByDrift | None
-    """How the wake changes with drift, if it does."""
+    """Variation of the wake with drift angle, if any."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PairResult(Record):
-    """Two steady stretches at one thrust, one each way."""
+    """Two steady stretches at one thrust in opposite directions."""
 
     positive: str
     """The stretch with positive force."""
@@ -1620,13 +1617,13 @@ class Parameters(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Part(Record):
-    """A part of something, and how sure that is."""
+    """A relative change with its uncertainty."""
 
     value: float
-    """The part."""
+    """Relative change."""
 
     std: float
-    """Its standard deviation, from what batches of the trials say."""
+    """Its standard deviation, from batches of the trials."""
 
     low95: float
     """Lower end of its 95 % interval."""
@@ -1670,53 +1667,55 @@ class PlanOutcome(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlantChange(Record):
-    """The change of a plant that trials ask for, in parts of it: least squares on the errors
-    of its simulation, linear in the change, beside an initial velocity, a constant force and
-    a current of each trial's own."""
+    """The change of a plant that trials support, relative to its values: least squares on the
+    errors of its simulation, linear in the change, in addition to an initial velocity, a
+    constant force and a current of each trial, and to a time shift of the thrust where that
+    explains more."""
 
     mass: Part
-    """Of the mass: 0.1 where a tenth more would fit better."""
+    """Change of the mass: 0.1 where a tenth more would fit better."""
 
     drag: Part
-    """Of the drag at the speeds of the trials."""
+    """Change of the drag at the speeds of the trials."""
 
     explained: float
-    """The part of the errors, squared, that it explains in halves of the trials that it was
-    not found in."""
+    """Fraction of the squared errors that it explains in cross-validation between halves of
+    the trials."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlantChanged(Record):
-    """A change of the plant that was noticed."""
+    """A detected change of the plant."""
 
     trial: str
-    """In which trial."""
+    """The trial."""
 
     since_s: float
-    """When it began, to blocks of 15 s, s of the log."""
+    """Estimated start, to the resolution of blocks of 15 s, s of the log."""
 
     noticed_s: float
-    """When it was noticed, s of the log."""
+    """Time of detection, s of the log."""
 
     statistic: float
-    """The sum of what blocks exceed the usual by, in standard deviations."""
+    """Cumulative sum of the blocks' excess over the normal statistics, in standard
+    deviations."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Record):
-    """One method's plant of one degree of freedom."""
+    """The plant of one degree of freedom by one method."""
 
     method: Method
-    """How it was found."""
+    """The method of identification."""
 
     terms: tuple[Term, ...]
-    """The terms that were fitted."""
+    """The fitted terms."""
 
     stable: bool
-    """Whether the plant comes to rest by itself."""
+    """True if the plant comes to rest without thrust."""
 
     stability: Stability
-    """In which way it does or does not."""
+    """Type of its stability."""
 
     parameters: Parameters
     """Physical parameters."""
@@ -1731,56 +1730,55 @@ class PlantResult(Record):
     """Correlations of ``[m, d_Q, d_L, b]``."""
 
     nuisances: dict[str, Parameter]
-    """Parameters of the thrusters and the water that were fitted beside the plant."""
+    """Fitted parameters of the thrusters and the water in addition to the plant."""
 
     regression: RegressionResult
-    """How the fit went."""
+    """Statistics of the regression."""
 
     fit: Score
-    """Its error on the trials that it was fitted to."""
+    """Its error on the fitted trials."""
 
     caveats: tuple[Caveat, ...]
-    """Doubts."""
+    """Caveats."""
 
     history: OnlineHistory | None
-    """How the parameters went there; absent of methods that do not work sample by sample."""
+    """Parameters over time; absent for methods that are not recursive."""
 
     hold_out: Score | None
-    """Its error on trials that it had not seen."""
+    """Its error on unseen trials."""
 
     innovations: tuple[Innovations, ...]
-    """How the errors of one-step predictions follow each other, by fitted trial; empty of
-    methods that make none."""
+    """Autocorrelation of the errors of one-step predictions, by fitted trial; empty for
+    methods without them."""
 
     left_out: Score | None
-    """Where no trial was held out: the error on fitted trials, or thirds of a single one,
-    each predicted by a plant that was fitted to the others."""
+    """Without held-out trials: the error on fitted trials, or thirds of a single one, each
+    predicted by a plant fitted to the others."""
 
     steady_test: SteadyTestResult | None
-    """Whether steady runs agree with it; absent where there were none to fit."""
+    """The test for agreement with steady runs; absent without such runs."""
 
     structure: tuple[Decision, ...]
-    """Why the model has the parts that it has."""
+    """Decisions on the candidate terms of the model."""
 
     thrust_part: ThrustPart | None
-    """The part of the variances of mass and quadratic drag that uncertain thrust curves make;
-    absent if no curve has an uncertainty."""
+    """Share of uncertain thrust curves in the variances of mass and quadratic drag; absent if
+    no curve has an uncertainty."""
 
     verdict: Verdict
-    """What to make of it."""
+    """The verdict."""
 
     whiteness: float | None
-    """How white innovations are: Box–Pierce over 40 lags, divided by 40; 1 if they are.
-    Absent of methods that make none."""
+    """Whiteness of innovations: Box–Pierce over 40 lags, divided by 40; 1 if they are white.
+    Absent for methods without innovations."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PrimeCoefficient(Record):
-    """A coefficient without dimension."""
+    """A dimensionless coefficient."""
 
     symbol: str
-    """How tables call it: ``Y'_vvr``, with the sign of a force on the vehicle; ``m22'`` is a
-    mass."""
+    """Symbol: ``Y'_vvr``, with the sign of a force on the vehicle; ``m22'`` for a mass."""
 
     value: float
     """The estimate."""
@@ -1804,89 +1802,89 @@ class PrimeSystem(Record):
     """L, m."""
 
     depth_m: float
-    """T, m: the draught, or L where no draught is stated."""
+    """T, m: the draught, or L if no draught is stated."""
 
     density_kg_m3: float
     """ρ, kg/m³."""
 
     speed_m_s: float
-    """U, m/s: the mean speed of the fitted trials. Coefficients of second degree do not
-    depend on it."""
+    """U, m/s: the mean speed of the fitted trials. Coefficients of second degree are
+    independent of it."""
 
     coefficients: dict[str, PrimeCoefficient]
-    """By the names of the coefficients."""
+    """Coefficients by name."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Provenance(Record):
-    """What results were made from."""
+    """Source of the results."""
 
     command: str
-    """The command that repeats it."""
+    """The command to repeat them."""
 
     inputs: tuple[InputFile, ...]
     """Every file that was read."""
 
     settings: dict[str, str]
-    """The settings in force, defaults included."""
+    """The effective settings, defaults included."""
 
     seed: int | None
-    """The seed of every random number; absent if none was drawn."""
+    """Seed of all random numbers; absent if none was drawn."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Pusher(Record):
-    """A thruster as inflow acts on it."""
+    """Position and direction of a thruster, for the computation of inflow."""
 
     name: str
-    """What channels call it."""
+    """Name in channels."""
 
     position_m: Floats
-    """Where it pushes, m."""
+    """Point of application, m."""
 
     direction: Floats
-    """The way of positive thrust, a unit vector."""
+    """Direction of positive thrust, a unit vector."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RegressionResult(Record):
-    """How a regression went."""
+    """Statistics of a regression."""
 
     samples: int
-    """Rows."""
+    """Number of rows."""
 
     effective_samples: float
-    """Rows that would say as much if they were independent."""
+    """Equivalent number of independent rows."""
 
     condition: float
-    """Condition number of the columns at unit length."""
+    """Condition number of the columns, scaled to unit length."""
 
     variance_inflation: dict[str, float]
-    """Variance inflation of each fitted term but the bias."""
+    """Variance inflation of each fitted term except the bias."""
 
     residual_rms: float
-    """Root mean square of what was minimised: of equation errors, m/s² or rad/s², by SRIV m/s
-    or rad/s; of output errors, in the unit of what was measured."""
+    """Root mean square of the residuals: of equation errors, m/s² or rad/s², by SRIV m/s or
+    rad/s; of output errors, in the unit of the measurement."""
 
     filters: Filters
-    """The filters that were used."""
+    """The filters."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Results(Record):
-    """Everything that an identification found."""
+    """The results of an identification."""
 
     schema: str
     """``SCHEMA``."""
 
     version: str
-    """Version of Seaplant that wrote this."""
+    """Version of Seaplant that wrote the file."""
 
     vehicle: str
-    """The vehicle's name."""
+    """Name of the vehicle."""
 
     provenance: Provenance
-    """What it was made from, and how to make it again."""
+    """Source of the results, and the command to repeat them."""
 
     plants: dict[str, PlantResult]
     """The recommended plant of each degree of freedom."""
@@ -1895,45 +1893,45 @@ class Results(Record):
     """Every method's plant of each degree of freedom."""
 
     subsets: dict[str, tuple[SubsetResult, ...]]
-    """The recommended method with every choice of terms."""
+    """The plants of the recommended method for every subset of terms."""
 
     steady: dict[str, SteadyResult]
     """Drag from steady stretches."""
 
     thrusters: tuple[ThrusterResult, ...]
-    """The thrusters as they were used."""
+    """The thrusters as used."""
 
     sensors: tuple[SensorResult, ...]
-    """The instruments as they were used."""
+    """The instruments as used."""
 
     trials: tuple[TrialResult, ...]
     """The trials."""
 
     failures: tuple[Failure, ...]
-    """What could not be done, and why."""
+    """Failures with their reasons."""
 
     caveats: tuple[Caveat, ...]
-    """Doubts about the campaign as a whole."""
+    """Caveats of the campaign."""
 
     bollard_pull: BollardPullResult | None
-    """The thrust curve that bollard-pull data gives, where there are any."""
+    """The thrust curve fitted to bollard-pull data, if any."""
 
     buoyancy: BuoyancyResult | None
-    """What the water carries of it."""
+    """Its displacement and centre of buoyancy, if known."""
 
     consequences: tuple[Consequence, ...]
-    """What follows from the recommended plants at the greatest force of the trials: top
-    speeds, time constants, stopping distances, natural periods."""
+    """Consequences of the recommended plants at the greatest force of the trials: top speeds,
+    time constants, stopping distances, natural periods."""
 
     coupled: dict[str, CoupledPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
 
     coupled_online: dict[str, dict[str, CoupledOnline]]
-    """The same by methods that work sample by sample."""
+    """Plants of several axes by recursive methods."""
 
     coupled_truth: dict[str, float] | None
-    """True coefficients of the plant of several axes, by name, where the logs are those of
-    the twin of a whole vehicle."""
+    """True coefficients of the plant of several axes, by name, if the logs are those of a
+    twin of several axes."""
 
     dry_mass_kg: float | None
     """Its mass in air, kg."""
@@ -1942,22 +1940,22 @@ class Results(Record):
     """The plan of the dive compared with what was driven and found, if one was named."""
 
     rigid_body: RigidBodyResult | None
-    """What is known of it dry."""
+    """Its rigid body, if known."""
 
     size_m: Floats | None
     """Length, width and height of its hull, m."""
 
     steering: tuple[NomotoResult, ...]
-    """Nomoto's models of steering, where a plant has yaw among its axes and a rudder is
+    """Nomoto's models of steering, if a plant has yaw among its axes and a rudder is
     logged."""
 
     truth: dict[str, TruePlant] | None
-    """True values, where the logs are a twin's."""
+    """True values, if the logs are those of a twin."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RigidBodyResult(Record):
-    """A vehicle dry."""
+    """The rigid body of a vehicle."""
 
     mass_kg: float
     """Mass in air, kg."""
@@ -1974,89 +1972,88 @@ class Row(Record):
     """Errors and coverage over all seeds."""
 
     dof: Dof
-    """Which degree of freedom."""
+    """The degree of freedom."""
 
     method: Method
-    """Which method."""
+    """The method."""
 
     parameter: ParameterName
-    """Which parameter."""
+    """The parameter."""
 
     median_abs_error_percent: float
     """Median of |error|, in % of the truth."""
 
     median_error_percent: float
-    """Median error, in % of the truth: what is left of it is bias."""
+    """Median error, in % of the truth, which is the bias."""
 
     coverage_percent: float
-    """Part of the 95 % intervals that hold the truth, in %."""
+    """Share of the 95 % intervals that include the truth, in %."""
 
     answers: int
-    """Fits that gave an answer."""
+    """Fits with a result."""
 
     failures: int
-    """Fits that gave none."""
+    """Fits without a result."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RudderFlow(Record):
-    """How hull and propeller change the flow at a rudder, and what the hull adds to its
-    force."""
+    """Influence of hull and propeller on the flow at a rudder, and of the rudder on the
+    hull's force."""
 
     wake_ratio: float
     """ε: the wake at the rudder over that at the propeller, ``(1 − w_R)/(1 − w_P)``."""
 
     race_factor: float
-    """κ: how far the race has been sped up where the rudder is."""
+    """κ: acceleration of the slipstream at the rudder."""
 
     diameter_to_span: float
     """η: the propeller's diameter over the rudder's span."""
 
     straightening: Floats
-    """γ_R: how much of the hull's sideways flow reaches the rudder, where that comes from
-    starboard and where from port."""
+    """γ_R: flow-straightening coefficient, for flow from starboard and from port."""
 
     flow_at_m: float
-    """l_R: at which x the sideways flow is that of the hull, m."""
+    """l_R: the x at which the sideways flow equals that at the rudder, m."""
 
     steering_deduction: float
-    """t_R: the part of the rudder's drag that the hull takes back."""
+    """t_R: steering resistance deduction fraction."""
 
     hull_increase: float
-    """a_H: what the hull adds to the rudder's side force, as a part of it."""
+    """a_H: rudder force increase factor of the hull."""
 
     hull_at_m: float
-    """x_H: where it adds that, m."""
+    """x_H: point of application of the additional force, m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Score(Record):
-    """The error of a plant on some trials; what a diverging simulation has none of is
-    absent."""
+    """Prediction error of a plant on some trials; values that do not exist for a diverging
+    simulation are absent."""
 
     null_error: float
-    """e of a model that never moves, or of one that never accelerates."""
+    """e of a model that never moves, or that never accelerates."""
 
     trials: tuple[TrialScore, ...]
-    """Each trial."""
+    """Scores of each trial."""
 
     best_null: NullScore | None
     """The best model without a plant; absent if a simulation diverged."""
 
     change: PlantChange | None
-    """The change of the plant that would make the errors least; absent where they do not
+    """The change of the plant that would minimise the errors; absent where they do not
     determine it."""
 
     mean_abs_error: float | None
     """e = mean |v_model − v| on raw velocity."""
 
     offset_free_error: float | None
-    """e with an initial velocity, a constant force and, in translations, a current fitted to
-    each trial (of long ones, to each 150 s): what methods are compared by."""
+    """e with an initial velocity, a constant force and, for translations, a current fitted to
+    each trial (for long ones, to each 150 s): the criterion for comparison of methods."""
 
     quantity: ScoredMotion
-    """What was compared: where no velocity was measured, e and R² are of acceleration, in
-    means over half a second without the accelerometer's offset."""
+    """Compared quantity: where velocity was not measured, e and R² are of acceleration, in
+    means over half a second after removal of the accelerometer's offset."""
 
     r_squared: float | None
     """1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials."""
@@ -2081,7 +2078,7 @@ class SegmentResult(Record):
     """One steady stretch."""
 
     trial: str
-    """Which trial."""
+    """Name of the trial."""
 
     from_s: float
     """Its start, s."""
@@ -2093,42 +2090,42 @@ class SegmentResult(Record):
     """Mean force, N or N m."""
 
     force_part: float
-    """Force as a part of the greatest of all stretches."""
+    """Force as a fraction of the greatest of all stretches."""
 
     velocity: float
     """Mean velocity, m/s or rad/s."""
 
     velocity_std: float
-    """Standard deviation of that mean."""
+    """Standard deviation of the mean velocity."""
 
     quadratic_drag: Parameter
     """d_Q = τ / v|v|."""
 
     mean_abs_error: float
-    """e with the stretch's own drag."""
+    """Mean absolute error e with the stretch's own drag."""
 
     joint_error: float | None
-    """e with the joint drag and bias force."""
+    """Mean absolute error e with the joint drag and bias force."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SensorResult(Record):
-    """An instrument as it was used."""
+    """An instrument as used."""
 
     name: str
-    """Which."""
+    """Name of the instrument."""
 
     position_m: Floats
-    """Where it sits, m."""
+    """Position, m."""
 
     rotation_deg: Floats
-    """How it is turned, deg."""
+    """Roll, pitch and yaw of its alignment, deg."""
 
     unit: str
-    """Unit of that."""
+    """Unit of the standard deviation."""
 
     rate_hz: float | None
-    """The rate at which it was logged, Hz, where it was."""
+    """Logging rate, Hz, if it was logged."""
 
     std: float | None
     """Standard deviation of one sample."""
@@ -2136,64 +2133,64 @@ class SensorResult(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Stability(Record):
-    """What becomes of a plant that is left alone."""
+    """Stability of a plant without thrust."""
 
     kind: str
     """One of stable, stable-below, unstable-at-rest, unstable."""
 
     speed: float | None = None
-    """That speed, m/s or rad/s."""
+    """The limit, m/s or rad/s."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SteadyResult(Record):
-    """What steady stretches say of one degree of freedom."""
+    """Drag of one degree of freedom from steady stretches."""
 
     segments: tuple[SegmentResult, ...]
-    """Every stretch by itself."""
+    """Each stretch."""
 
     mean_quadratic_drag: float
     """The mean of the stretches' drags."""
 
     pairs: tuple[PairResult, ...]
-    """Up and down at one thrust."""
+    """Pairs of opposite directions at one thrust."""
 
     caveats: tuple[Caveat, ...]
-    """Doubts."""
+    """Caveats."""
 
     bias_force: Parameter | None
-    """Bias force of all together."""
+    """Joint estimate of the bias force."""
 
     quadratic_drag: Parameter | None
-    """d_Q of all together, beside a bias force."""
+    """Joint estimate of d_Q, with a bias force."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SteadyTestResult(Record):
-    """Whether runs at constant thrust ask for the plant that other trials ask for."""
+    """Test for agreement of steady runs with other trials."""
 
     likelihood_ratio: float
-    """Twice what the log-likelihood gains if the two may differ."""
+    """Twice the increase of log-likelihood if the two may differ."""
 
     numbers: int
-    """How many numbers may then differ."""
+    """Number of parameters that may then differ."""
 
     p_value: float
-    """How often chance alone would make as large a gain."""
+    """Probability of as large an increase by chance."""
 
     agrees: bool
-    """Whether they agree, and steady runs are part of the fit."""
+    """True if they agree, and steady runs are part of the fit."""
 
     unsteady: Parameters
     """The plant of unsteady trials, if the two may differ."""
 
     steady: Parameters
-    """The plant of steady runs, of the same mass."""
+    """The plant of steady runs, with the same mass."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SubsetResult(Record):
-    """The recommended method with one choice of terms."""
+    """The plant of the recommended method for a subset of terms."""
 
     terms: tuple[Term, ...]
     """The terms."""
@@ -2202,44 +2199,44 @@ class SubsetResult(Record):
     """The parameters."""
 
     stable: bool
-    """Whether the plant comes to rest by itself."""
+    """True if the plant comes to rest without thrust."""
 
     condition: float
     """Condition number of the scaled columns."""
 
     fit_error: float | None
-    """e on the fitted trials."""
+    """Mean absolute error e on the fitted trials."""
 
     hold_out_error: float | None
-    """e on held-out trials."""
+    """Mean absolute error e on held-out trials."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TermDecision(Record):
-    """A term that was tried, and what came of it."""
+    """A candidate term and the decision on it."""
 
     terms: tuple[str, ...]
-    """The term, or terms that go together."""
+    """The term, or terms that are tested together."""
 
     admitted: bool
-    """Whether the plant has it."""
+    """True if the plant includes it."""
 
     likelihood_ratio: float
-    """Twice what the log-likelihood gains by it."""
+    """Twice the increase of log-likelihood."""
 
     p_value: float
-    """How often chance alone would make as large a gain."""
+    """Probability of as large an increase by chance."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ThrustPart(Record):
-    """Parts of variances, 0 to 1."""
+    """Fractions of variances, 0 to 1."""
 
     mass: float
-    """Of the mass."""
+    """That of mass."""
 
     quadratic_drag: float | None
-    """Of quadratic drag; absent if it was not fitted."""
+    """That of quadratic drag; absent if it was not fitted."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2263,84 +2260,84 @@ class ThrusterEstimate(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ThrusterFault(Record):
-    """A thruster that gave another part of its thrust in a trial than its log says."""
+    """A thruster whose thrust in a trial differs from its log."""
 
     trial: str
-    """Which trial."""
+    """Name of the trial."""
 
     thruster: str
-    """Which thruster."""
+    """Name of the thruster."""
 
     gain: float
-    """The part: 0 of one that stood still, −1 of one that pushed the other way."""
+    """Ratio of thrust to that of the log: 0 for one at rest, −1 for a reversed one."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ThrusterResult(Record):
-    """A thruster as it was used."""
+    """A thruster as used."""
 
     name: str
     """Its name."""
 
     position_m: Floats
-    """Where it pushes, m."""
+    """Point of application of thrust, m."""
 
     direction: Floats
     """Unit vector of positive thrust."""
 
     input: str
-    """What its curve reads."""
+    """Input of its curve."""
 
     curve: str
-    """Its curve in words."""
+    """Description of its curve."""
 
     law: CurveResult | None
-    """Its curve in numbers; absent of results that were written without them."""
+    """Its curve; absent from older results."""
 
     thrust_std: Floats | None
-    """Standard deviation of its strength ahead and in reverse, as parts of it; absent if
-    nothing was said."""
+    """Relative standard deviation of its coefficients ahead and in reverse; absent if not
+    stated."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrialResult(Record):
-    """A trial as it was used."""
+    """A trial as used."""
 
     name: str
     """Its name."""
 
     role: Role
-    """What it was for."""
+    """Its role."""
 
     files: tuple[str, ...]
-    """The files that it was read from."""
+    """The files of its log."""
 
     axes: dict[str, AxisResult]
-    """Each degree of freedom that it exercises."""
+    """Each degree of freedom that it excites."""
 
     offsets: tuple[FileOffset, ...]
-    """The files whose clocks were moved by an estimated offset."""
+    """The files with clocks corrected by an estimated offset."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrialScore(Record):
-    """The error of a plant on one trial."""
+    """Prediction error of a plant on one trial."""
 
     trial: str
-    """Which trial."""
+    """Trial."""
 
     null_error: float
     """e of a model that never moves."""
 
     samples: int
-    """Samples compared."""
+    """Number of compared samples."""
 
     mean_abs_error: float | None
     """e = mean |v_model − v| on raw velocity; absent if the simulation diverged."""
 
     offset_free_error: float | None
-    """e with an initial velocity, a constant force and, in translations, a current fitted to
-    the trial; absent where velocity is not what is compared."""
+    """e with an initial velocity, a constant force and, for translations, a current fitted to
+    the trial; absent where the compared quantity is not velocity."""
 
     position_mean_abs_error: float | None
     """Mean |model − measured| of position, m or rad."""
@@ -2354,14 +2351,14 @@ class TrialScore(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrueNuisances(Record):
-    """True values of what an estimator may fit beside the plant; where it is off 0, of a
-    ratio 1, of the exponent 2."""
+    """True values of the nuisance parameters of an estimator. If disabled, a ratio is 1, the
+    exponent 2, and others 0."""
 
     averaging_s: float
-    """Time over which the DVL takes the mean, s."""
+    """Averaging window of the DVL, s."""
 
     current_m_s: float
-    """Mean current, m/s, of which each trial's own deviates."""
+    """Mean current, m/s, about which that of each trial varies."""
 
     delay_s: float
     """Delay of the propellers, s."""
@@ -2370,31 +2367,33 @@ class TrueNuisances(Record):
     """Standard deviation of the drifting current, m/s."""
 
     dvl_scale: float
-    """What the DVL reads over what is true."""
+    """Scale factor of the DVL."""
 
     inflow: float
     """k_in of ``F = k n|n| − k_in |n| v``, N s²/(rad m)."""
 
     inflow_one_sided: float
-    """k_in of a propeller that advances, where only such lose thrust, N s²/(rad m)."""
+    """k_in of a propeller that pushes in the direction of motion, if only such lose thrust, N
+    s²/(rad m)."""
 
     lag_down_s: float
-    """Time constant with which they slow down, s."""
+    """Time constant of propellers that slow down, s."""
 
     lag_s: float
-    """Time constant of the propellers, s, where it is one both ways."""
+    """Time constant of the propellers, s, if it is equal for speeding up and slowing down."""
 
     lag_up_s: float
-    """Time constant with which propellers speed up, s."""
+    """Time constant of propellers that speed up, s."""
 
     lever_m: float
-    """By how much the DVL sits ahead of, and below, where the analyst has it, m."""
+    """Distance by which the DVL is ahead of, and below, its position in the analyst's
+    vehicle, m."""
 
     reverse_ratio: float
-    """Thrust in reverse over what the analyst's curve gives."""
+    """Ratio of reverse thrust to that of the analyst's curve."""
 
     sag_part: float
-    """Part of thrust that is lost by the end of a degree of freedom's last trial."""
+    """Fraction of thrust lost by the end of a degree of freedom's last trial."""
 
     slew_s: float
     """Time of a propeller from rest to its greatest speed, s."""
@@ -2406,10 +2405,10 @@ class TrueNuisances(Record):
     """Standard deviation of the narrow-band swell, N."""
 
     tether_correlation_s: float
-    """Correlation time of the tether's pull, s."""
+    """Correlation time of the tether's force, s."""
 
     tether_n: float
-    """Standard deviation of the tether's pull, N."""
+    """Standard deviation of the tether's force, N."""
 
     thrust_exponent: float
     """p of F ∝ |n|^p."""
@@ -2440,21 +2439,21 @@ class TruePlant(Record):
     """True values of a twin."""
 
     mass: float
-    """kg or kg m²."""
+    """Rigid-body plus added mass, kg or kg m²."""
 
     quadratic_drag: float
-    """N/(m/s)² or N m/(rad/s)²."""
+    """d_Q, N/(m/s)² or N m/(rad/s)²."""
 
     linear_drag: float
-    """N/(m/s) or N m/(rad/s)."""
+    """d_L, N/(m/s) or N m/(rad/s)."""
 
     bias_force: float
-    """N or N m."""
+    """b, N or N m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrueSteady(Record):
-    """The truth of steady runs."""
+    """True values of steady runs."""
 
     quadratic_drag: float
     """d_Q, N/(m/s)²."""
@@ -2465,19 +2464,19 @@ class TrueSteady(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrueVehicle(Record):
-    """What is true of a whole vehicle."""
+    """True values of a vehicle of several axes."""
 
     name: str
-    """What its plant is called."""
+    """Name of its plant."""
 
     coefficients: dict[str, float]
-    """Its coefficients, by the names that results have for them."""
+    """Its coefficients, by their names in results."""
 
     tether: dict[str, float]
-    """Standard deviation of the tether's pull on each driven axis, N or N m."""
+    """Standard deviation of the tether's force on each driven axis, N or N m."""
 
     mean_current_m_s: dict[str, Floats]
-    """The mean current in each trial, north and east, m/s."""
+    """Mean current in each trial, north and east, m/s."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2488,26 +2487,25 @@ class Truth(Record):
     """The seed of every random number."""
 
     noise: NoiseLevel
-    """How noisy the instruments were."""
+    """Noise level of the instruments."""
 
     disturbances: tuple[Disturbance, ...]
-    """What disturbed the vehicle or misled its analyst."""
+    """Disturbances of the vehicle, and errors of its analyst."""
 
     plants: dict[str, TrueParameters]
     """The plant of each degree of freedom."""
 
     steady: dict[str, TrueSteady]
-    """The drag in steady runs, by degree of freedom."""
+    """Drag in steady runs, by degree of freedom."""
 
     nuisances: TrueNuisances
-    """What the disturbances did to an analysis that knows them."""
+    """True values of nuisance parameters."""
 
     mean_current_m_s: dict[str, float]
-    """The mean current in each trial, m/s: along the degree of freedom, in yaw to the
-    north."""
+    """Mean current in each trial, m/s: along the degree of freedom, in yaw to the north."""
 
     vehicle: TrueVehicle | None
-    """The whole vehicle, where several of its axes move at once."""
+    """The vehicle of several axes, if several move at once."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2532,36 +2530,36 @@ class Validation(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Verdict(Record):
-    """What to make of a plant."""
+    """Verdict on a plant."""
 
     trust: Trust
-    """How far it may be trusted."""
+    """Level of trust."""
 
     reason: str
-    """Why, in one sentence without its first capital and full stop."""
+    """Reason, in one sentence without initial capital and full stop."""
 
     codes: tuple[CaveatCode, ...]
-    """The caveats that decided it, the worst first."""
+    """The caveats that determine it, the most severe first."""
 
     good_for: GoodFor | None
-    """The motion that unseen trials confirm; absent where no trial was held out or left out
-    in turn."""
+    """Motion that unseen trials confirm; absent where no trial was held out or used in cross-
+    validation."""
 
     may_be_off: tuple[MayBeOff, ...]
-    """By how much numbers may be off: all of a doubtful plant, else those that are known less
-    well than a user takes them for."""
+    """Possible errors of numbers: all of a doubtful plant, else those above the limit of a
+    usable one."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WakeByDrift(Record):
-    """How flow at a propeller changes with drift."""
+    """Variation of the inflow at a propeller with drift angle."""
 
     rate: float
     """C₁, 1/rad."""
 
     greatest: Floats
-    """C₂: flow at great drift over that straight ahead, where it comes from starboard and
-    where from port."""
+    """C₂: inflow at large drift angles over that in straight motion, for flow from starboard
+    and from port."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2592,19 +2590,19 @@ class WorseTrial(Record):
     """An axis of a trial that is predicted worse than by a model without a plant."""
 
     trial: str
-    """Which trial."""
+    """Trial."""
 
     axis: Dof
-    """Which axis."""
+    """Axis."""
 
     than: NullModel
-    """The model that does as well or better, and its error where that is known."""
+    """The model without a plant that is as good or better."""
 
     null_error: float
-    """The error of a model that never moves."""
+    """Error of a model that never moves."""
 
     is_explained: bool
-    """Whether forces that are not logged, or a current of the trial's own, explain it."""
+    """True if unlogged forces, or a current of the trial, explain it."""
 
     mean_abs_error: float | None
     """Mean |model − measured|; absent if the simulation diverges."""
