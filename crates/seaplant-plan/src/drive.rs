@@ -10,28 +10,22 @@ use seaplant::plant::{Basis, Plant};
 use seaplant::random::{gauss_markov, normal};
 
 use crate::Error;
+use crate::hold::{DAMPING, TICK_S, TILTS, upright_rad_s};
 use crate::limits::{Limits, Stop, Use};
 use crate::logging::Logging;
 use crate::manoeuvre::Manoeuvre;
 use crate::rig::Rig;
 
-/// Period of commands, s.
-pub(crate) const TICK_S: f64 = 0.1;
 /// Steps of the simulation in a tick.
 const STEPS: usize = 2;
 /// Length of a step, s.
 const STEP_S: f64 = TICK_S / STEPS as f64;
-/// Damping ratio of the hold.
-pub(crate) const DAMPING: f64 = 0.8;
 /// Use of a limit from which the excitation is reduced …
 pub(crate) const TAKEN_BACK: f64 = 0.75;
 /// … and at which it is zero.
 pub(crate) const TAKEN: f64 = 0.9;
 /// Natural frequency of the controller that brings a vehicle back, rad/s.
 const BACK: f64 = 0.5;
-/// Phase that thrusters may lose where the damping of an attitude hold acts, rad: a quarter of what
-/// makes it unstable.
-const LOST: f64 = 0.4;
 
 /// The controller that drives a manoeuvre: the same in simulations and in scripts.
 #[derive(Clone, Debug)]
@@ -130,20 +124,6 @@ impl<'a> Pilot<'a> {
             before[k] + (wanted[k] - before[k]).clamp(-most, most)
         })
     }
-}
-
-/// Indices of roll and pitch.
-pub(crate) const TILTS: [usize; 2] = [3, 4];
-
-/// Returns the natural frequency with which roll and pitch are held, rad/s: as firm as the lag of the
-/// thrusters allows, because the flow turns a moving hull broadside with a moment that grows with
-/// the square of speed, `(m_i − m_j) v_i v_j`.
-///
-/// ```text
-/// ω = φ / (2 ζ (T + D + Δt))     φ the phase that is lost at the rate 2 ζ ω of the damping
-/// ```
-pub(crate) fn upright_rad_s(rig: &Rig) -> f64 {
-    LOST / (2.0 * DAMPING * (rig.lag_s + rig.delay_s + TICK_S))
 }
 
 /// A simulated run.

@@ -19,6 +19,7 @@ mod files;
 mod follow;
 mod forecast;
 mod goal;
+mod hold;
 mod limits;
 mod logging;
 mod lua;

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use seaplant::{ThrustCurve, ThrusterInput};
 
 use crate::Error;
-use crate::drive::{DAMPING, Pilot, TAKEN, TAKEN_BACK, TICK_S};
+use crate::drive::{Pilot, TAKEN, TAKEN_BACK};
+use crate::hold::{DAMPING, TICK_S};
 use crate::manoeuvre::Manoeuvre;
 use crate::plan::Plan;
 use crate::prior::Prior;

@@ -7,7 +7,7 @@ use seaplant::plant::{Basis, Plant, Product};
 use seaplant::{Dof, axes_by_name};
 use serde::{Deserialize, Serialize};
 
-use crate::drive::{TILTS, upright_rad_s};
+use crate::hold::{TILTS, upright_rad_s};
 use crate::limits::Limits;
 use crate::rig::Rig;
 use crate::wave::{Wave, seed_of};

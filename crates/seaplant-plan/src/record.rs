@@ -5,7 +5,8 @@ use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::{Dof, Quantity, Recording, Thruster, Timed};
 
 use crate::Error;
-use crate::drive::{Driven, TICK_S};
+use crate::drive::Driven;
+use crate::hold::TICK_S;
 use crate::logging::Logging;
 use crate::rig::Rig;
 

@@ -217,7 +217,10 @@ print(
             "force": [force(k) for k in range(STEPS + 1)],
             "heading": [heading[t] for t in times],
             "velocity": [
-                [{"u": nominal.u, "v": nominal.v, "r": nominal.r}[axis][t].value for axis in "uvr"]
+                [
+                    {"u": nominal.u, "v": nominal.v, "r": nominal.r}[axis][t].value
+                    for axis in "uvr"
+                ]
                 for t in times
             ],
             "information": information.tolist(),
