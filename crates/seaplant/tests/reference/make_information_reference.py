@@ -69,7 +69,7 @@ class Newton:
 
     def solve(self, model, tee=False):
         """Solve the active equalities of a model for its free variables."""
-        rows = [c for c in model.component_data_objects(pyo.Constraint, active=True)]
+        rows = list(model.component_data_objects(pyo.Constraint, active=True))
         used = [[v for v in identify_variables(c.body) if not v.fixed] for c in rows]
         variables = list({id(v): v for row in used for v in row}.values())
         place = {id(v): k for k, v in enumerate(variables)}
@@ -179,9 +179,13 @@ class Trial(Experiment):
         if self.model is None:
             m = self.model = boat(self.heading)
             places = list(m.ground.keys())
-            suffix = lambda: pyo.Suffix(direction=pyo.Suffix.LOCAL)  # noqa: E731
-            m.experiment_outputs, m.measurement_error = suffix(), suffix()
-            m.experiment_inputs, m.unknown_parameters = suffix(), suffix()
+            for name in (
+                "experiment_outputs",
+                "measurement_error",
+                "experiment_inputs",
+                "unknown_parameters",
+            ):
+                setattr(m, name, pyo.Suffix(direction=pyo.Suffix.LOCAL))
             m.experiment_outputs.update((m.ground[place], None) for place in places)
             m.measurement_error.update((m.ground[place], STD[place[0]]) for place in places)
             m.experiment_inputs[m.gain] = None
