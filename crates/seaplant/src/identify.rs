@@ -175,7 +175,7 @@ fn is_scale_told(results: &Results) -> bool {
         && results.coupled.values().all(is_told)
 }
 
-/// Computes what follows from the recommended plants: drag at the speeds of the trials, and motion at
+/// Computes what follows from the recommended plants: drag at the usual speed of the trials, and motion at
 /// their greatest force, to two digits.
 fn consequences(results: &Results) -> Vec<Consequence> {
     let mut all: Vec<Consequence> =
@@ -186,7 +186,7 @@ fn consequences(results: &Results) -> Vec<Consequence> {
 
 fn drag_forces(dof: Dof, results: &Results) -> impl Iterator<Item = Consequence> {
     let units = dof.units();
-    results.drag_forces(dof).into_iter().map(move |(speed, force)| Consequence {
+    results.drag_forces(dof).into_iter().take(1).map(move |(speed, force)| Consequence {
         name: format!("drag at {speed} {}", units.velocity),
         axis: dof,
         value: force.value,

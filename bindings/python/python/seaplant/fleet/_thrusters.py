@@ -38,7 +38,7 @@ def followed(frame: pd.DataFrame) -> pd.DataFrame:
         )
     dives = [json.loads(text) for text in found["thrusters"]]
     _check_names(list(found["dive"]), dives)
-    names = [f"dive {name}" for name in found["dive"]]
+    names = [str(name) for name in found["dive"]]
     rows = []
     for thruster, history in json.loads(_native.follow_thrusters(json.dumps(dives))).items():
         for k, gain in enumerate(history["gains"]):
