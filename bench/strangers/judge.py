@@ -11,10 +11,11 @@ import collections
 import json
 import math
 import resource
-import subprocess
 import sys
 import time
 from pathlib import Path
+
+from running import identify
 
 AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
 SPEED = "uvwpqr"
@@ -43,14 +44,9 @@ def true_values(truth):
 
 def judge(program, folder):
     truth = json.loads((folder / "truth.json").read_text())
-    out = folder / "results"
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = time.monotonic()
-    run = subprocess.run(
-        [program, "identify", folder / "campaign.toml", "--out", out, "--force", "--quiet"],
-        capture_output=True,
-        text=True,
-    )
+    results, error = identify(program, folder)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     row = {
         "name": folder.name,
@@ -59,10 +55,9 @@ def judge(program, folder):
         "cpu": after.ru_utime - before.ru_utime,
         "elapsed": time.monotonic() - start,
     }
-    results = json.loads((out / "results.json").read_text()) if run.returncode == 0 else {}
-    if not results.get("coupled"):
-        refused = [failure["message"] for failure in results.get("failures", [])]
-        return row | {"trust": "refused", "reason": str(refused or run.stderr)[:200]}
+    if not (results and results["coupled"]):
+        refused = [failure["message"] for failure in results["failures"]] if results else error
+        return row | {"trust": "refused", "reason": str(refused)[:200]}
     (plant,) = results["coupled"].values()
     found = plant["parameters"]
     expected = true_values(truth)

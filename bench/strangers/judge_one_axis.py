@@ -10,32 +10,22 @@ Wrong: mass off by more than 10 %, or drag at the root mean square speed by more
 import collections
 import json
 import math
-import subprocess
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "gate"))
 
 from reading import drag_keys, read_result
+from running import identify
 
 WRONG_MASS, WRONG_DRAG = 0.10, 0.20
 
 
 def identified(program, folder):
-    out = folder / "results"
-    command = [
-        program,
-        "identify",
-        folder / "campaign.toml",
-        "--out",
-        out,
-        "--force",
-        "--quiet",
-    ]
-    run = subprocess.run(command, capture_output=True, text=True)
-    if run.returncode != 0:
-        return None, run.stderr
-    results = read_result(out / "results.json")
+    results, error = identify(program, folder)
+    if results is None:
+        return None, error
+    results = read_result(folder / "results/results.json")
     plants = [plant for plant in results["plants"] if plant["is_recommended"]]
     return (plants[0] if plants else None), "; ".join(results["failures"])
 

@@ -8,9 +8,10 @@ right, whether the thruster that has the fault is named, and how many others are
 """
 
 import json
-import subprocess
 import sys
 from pathlib import Path
+
+from running import identify
 
 AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
 # Deviation from the other thrusters from which one counts as faulty, as in the book.
@@ -70,24 +71,10 @@ def gain_errors(plant, gain):
 
 def judge(program, folder):
     truth = json.loads((folder / "truth.json").read_text())
-    out = folder / "results"
-    command = [
-        program,
-        "identify",
-        folder / "campaign.toml",
-        "--out",
-        out,
-        "--force",
-        "--quiet",
-    ]
-    subprocess.run(command, capture_output=True)
-    try:
-        plants = json.loads((out / "results.json").read_text())["coupled"]
-    except OSError:
-        plants = {}
-    if not plants:
+    results, _ = identify(program, folder)
+    if not (results and results["coupled"]):
         return None
-    (plant,) = plants.values()
+    (plant,) = results["coupled"].values()
     masses, held = [], []
     for k, axis in enumerate(AXES):
         true, found = truth["M"][k][k], plant["parameters"][f"mass.{axis}"]

@@ -14,13 +14,13 @@ plant is doubtful, and a mass is off by more than 20 %.
 import json
 import re
 import shutil
-import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from random import Random
 
 import one_axis
+from running import identify
 
 AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
 KGF, LBF, KNOT, KM_H, FOOT = 9.80665, 4.4482216, 1.943844, 3.6, 3.28084
@@ -391,20 +391,13 @@ def write(out, draws, seed, wanted):
 
 def judge_one(program, folder):
     truth = json.loads((folder / "error.json").read_text())
-    out = folder / "results"
-    shutil.rmtree(out, ignore_errors=True)
-    run = subprocess.run(
-        [program, "identify", folder / "campaign.toml", "--out", out, "--force", "--quiet"],
-        capture_output=True,
-        text=True,
-    )
+    results, error = identify(program, folder)
     row = {"name": folder.name, "error": truth["error"], "kind": truth["kind"]}
     row |= {"faults": truth["faults"], "trust": "refused", "named": [], "off": None}
-    if run.returncode:
-        row["named"] = sorted(set(re.findall(r"[^.\n]*(?: looks? )[^\n]*", run.stderr)))
-        row["reason"] = run.stderr[-300:]
+    if results is None:
+        row["named"] = sorted(set(re.findall(r"[^.\n]*(?: looks? )[^\n]*", error)))
+        row["reason"] = error[-300:]
     else:
-        results = json.loads((out / "results.json").read_text())
         plants = [*results["plants"].items(), *results["coupled"].items()]
         caveats = [c for _, plant in plants for c in plant["caveats"]] + results["caveats"]
         row["named"] = sorted({c["message"] for c in caveats if c["code"] == "likely-mistake"})

@@ -10,10 +10,11 @@ once or on and off four times. What its thrusters give is 0.8 to 1.25 times what
 import json
 import math
 import statistics
-import subprocess
 import sys
 from pathlib import Path
 from random import Random
+
+from running import identify
 
 G, RHO, STEP, SECONDS = 9.80665, 1025.0, 0.01, 600.0
 # Standard error of the scale from the Fisher information of such a trial, by weight, times and tether.
@@ -119,13 +120,10 @@ log = "hover.csv"
 
 
 def identified(program, folder):
-    out = folder / "results"
-    run = [program, "identify", str(folder / "campaign.toml"), "--out", str(out)]
-    done = subprocess.run(run, capture_output=True, text=True)
-    if not (out / "results.json").exists():
-        print(folder.name, done.stderr[-600:])
+    results, error = identify(program, folder)
+    if results is None:
+        print(folder.name, error[-600:])
         return None
-    results = json.loads((out / "results.json").read_text())
     (plant,) = results["coupled"].values()
     return plant
 
