@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use nalgebra::Matrix4;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 pub use coupled::{
     Actuator, AxisNoise, CoupledFit, CoupledPlan, CurrentDrift, ExpectedActuator, ExpectedNoise,
@@ -154,8 +154,23 @@ pub struct Waves {
     pub damping: Estimate,
 }
 
-/// The 97.5 % quantile of Student's t.
+/// Degrees of freedom ν above which [`t_quantile_975`] is a series in 1/ν: statrs is 7 % off at 1e7, and
+/// does not return at 3e7.
+const MANY: f64 = 1e4;
+
+/// Computes the 97.5 % quantile of Student's t.
+///
+/// With z that of the normal distribution, of many degrees of freedom ν it is
+/// `z + (z³ + z) / (4 ν) + (5 z⁵ + 16 z³ + 3 z) / (96 ν²)`, within 1e-11 from ν = 1e4 on.
+///
+/// # Source
+/// \[AbramowitzStegun1964, 26.7.5\].
 pub fn t_quantile_975(freedom: f64) -> f64 {
+    if freedom > MANY {
+        let z = Normal::standard().inverse_cdf(0.975);
+        let (first, second) = (z.powi(3) + z, 5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z);
+        return z + (first / 4.0 + second / (96.0 * freedom)) / freedom;
+    }
     // Location 0, scale 1 and at least one degree of freedom make a distribution.
     StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }

@@ -74,7 +74,11 @@ impl PlantResult {
                 variance += r * x.std * y.std * factor * other;
             }
         }
-        Estimate::new(value, f64::max(variance, 0.0).sqrt(), self.regression.effective_samples)
+        let std = f64::max(variance, 0.0).sqrt();
+        // All parameters have one quantile of Student's t, and a force that follows from them has it, too.
+        let half =
+            std * 0.5 * (parameters.mass.high95 - parameters.mass.low95) / parameters.mass.std;
+        Estimate { value, std, low95: value - half, high95: value + half }
     }
 }
 
@@ -140,5 +144,32 @@ impl CoupledPlant {
             }
         }
         Estimate::new(value, f64::max(variance, 0.0).sqrt(), self.samples as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::twin::{TwinSpec, make};
+    use crate::{Dof, IdentifyOptions, Method, Trial, identify};
+
+    #[test]
+    fn drag_of_one_coefficient_has_its_interval() {
+        // So short that the quantile of Student's t is far from that of the normal distribution.
+        let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 60.0, ..TwinSpec::jason2() };
+        let dive = make(&spec).expect("valid");
+        let trials = dive.trials.iter().map(|log| log.trial(&dive).expect("complete"));
+        let trials: Vec<Trial> = trials.collect();
+        let methods = vec![Method::EquationError];
+        let options = IdentifyOptions { methods, subsets: false, ..IdentifyOptions::default() };
+        let results = identify(&dive.vehicle, &trials, &options).results;
+        let plant = &results.plants[&Dof::Surge];
+        let own = plant.parameters.quadratic_drag.as_ref().expect("fitted");
+        assert!(plant.parameters.linear_drag.is_none());
+        let force = plant.drag_at(0.5);
+        for (found, expected) in [(force.low95, own.low95), (force.high95, own.high95)] {
+            assert!((found - 0.25 * expected).abs() < 1e-9 * expected.abs(), "{force:?} {own:?}");
+        }
+        let usual = crate::Estimate::new(force.value, force.std, 1e9);
+        assert!(force.high95 - usual.high95 > 1e-3 * force.std, "the normal quantile is as good");
     }
 }
