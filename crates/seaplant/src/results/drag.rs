@@ -67,18 +67,13 @@ impl PlantResult {
         let parts: Vec<(usize, &Parameter, f64)> =
             parts.into_iter().filter_map(|(k, x, factor)| Some((k, x?, factor))).collect();
         let value = parts.iter().map(|(_, x, factor)| x.value * factor).sum();
-        let mut variance = 0.0;
-        for (i, x, factor) in &parts {
-            for (j, y, other) in &parts {
-                let r = if i == j { 1.0 } else { self.correlation[*i][*j] };
-                variance += r * x.std * y.std * factor * other;
-            }
-        }
-        let std = f64::max(variance, 0.0).sqrt();
-        // All parameters have one quantile of Student's t, and a force that follows from them has it, too.
-        let half =
-            std * 0.5 * (parameters.mass.high95 - parameters.mass.low95) / parameters.mass.std;
-        Estimate { value, std, low95: value - half, high95: value + half }
+        let of = |spread: &dyn Fn(&Parameter) -> f64| {
+            let spreads: Vec<f64> = parts.iter().map(|(_, x, factor)| spread(x) * factor).collect();
+            combined(&spreads, |i, j| self.correlation[parts[i].0][parts[j].0])
+        };
+        // Half intervals add up as standard deviations do, with the quantile that the parameters have.
+        let half = of(&|x| 0.5 * (x.high95 - x.low95));
+        Estimate { value, std: of(&|x| x.std), low95: value - half, high95: value + half }
     }
 }
 
@@ -136,15 +131,22 @@ impl CoupledPlant {
             i.zip(j).and_then(|(i, j)| row(i)?.get(j).copied()).unwrap_or(0.0)
         };
         let value = parts.iter().map(|(factor, x, _)| x.value * factor).sum();
-        let mut variance = 0.0;
-        for (k, (factor, x, i)) in parts.iter().enumerate() {
-            for (l, (other, y, j)) in parts.iter().enumerate() {
-                let r = if k == l { 1.0 } else { correlation(*i, *j) };
-                variance += r * x.std * y.std * factor * other;
-            }
-        }
-        Estimate::new(value, f64::max(variance, 0.0).sqrt(), self.samples as f64)
+        let spreads: Vec<f64> = parts.iter().map(|(factor, x, _)| x.std * factor).collect();
+        let std = combined(&spreads, |i, j| correlation(parts[i].2, parts[j].2));
+        Estimate::new(value, std, self.samples as f64)
     }
+}
+
+/// Computes the spread of a sum, `√(Σ r_ij s_i s_j)`, from the spreads of its parts and their correlations.
+fn combined(spreads: &[f64], correlation: impl Fn(usize, usize) -> f64) -> f64 {
+    let mut variance = 0.0;
+    for (i, x) in spreads.iter().enumerate() {
+        for (j, y) in spreads.iter().enumerate() {
+            let r = if i == j { 1.0 } else { correlation(i, j) };
+            variance += r * x * y;
+        }
+    }
+    f64::max(variance, 0.0).sqrt()
 }
 
 #[cfg(test)]
@@ -171,5 +173,11 @@ mod tests {
         }
         let usual = crate::Estimate::new(force.value, force.std, 1e9);
         assert!(force.high95 - usual.high95 > 1e-3 * force.std, "the normal quantile is as good");
+        // Results of other programs may state a mass as known for sure.
+        let mut known = plant.clone();
+        (known.parameters.mass.std, known.parameters.mass.low95) =
+            (0.0, known.parameters.mass.value);
+        known.parameters.mass.high95 = known.parameters.mass.value;
+        assert_eq!(known.drag_at(0.5), force);
     }
 }
