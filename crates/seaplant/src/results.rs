@@ -24,7 +24,7 @@ pub use crate::judge::{
     ConfirmedMotion, GoodFor, MayBeOff, NullModel, NullScore, OffBecause, Part, PlantChange, Score,
     TrialScore, Trust, Verdict, WorseTrial,
 };
-use crate::{Caveat, Dof, Error, Method};
+use crate::{Caveat, Dof, Error, Method, Role};
 
 pub use crate::estimate::online::{OnlineHistory, PlantChanged};
 pub use campaign::{
@@ -123,15 +123,21 @@ pub struct Results {
 }
 
 impl Results {
-    /// Returns the range of motion and force on each axis in all trials.
+    /// Returns the range of motion and force on each axis in all trials, without steady runs that ask for
+    /// another plant than the recommended one.
     pub fn driven(&self) -> BTreeMap<Dof, Driven> {
         let mut driven: BTreeMap<Dof, Driven> = BTreeMap::new();
+        let is_of_steady =
+            |plant: &PlantResult| plant.steady_test.as_ref().is_some_and(|test| test.agrees);
+        let is_of_plant = |trial: &TrialResult, dof: &Dof| {
+            trial.role != Role::Steady || self.plants.get(dof).is_none_or(is_of_steady)
+        };
         let mut add = |dof: Dof, more: Driven| {
             let known = driven.entry(dof).or_default();
             *known = known.or(more);
         };
         for trial in &self.trials {
-            for (&dof, axis) in &trial.axes {
+            for (&dof, axis) in trial.axes.iter().filter(|(dof, _)| is_of_plant(trial, dof)) {
                 // Without measured velocity, the greatest speed is unknown.
                 if let Some(speed_max) = axis.speed_max {
                     add(dof, Driven { speed_max, force_max: axis.force_max });

@@ -151,19 +151,24 @@ fn combined(spreads: &[f64], correlation: impl Fn(usize, usize) -> f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::twin::{TwinSpec, make};
-    use crate::{Dof, IdentifyOptions, Method, Trial, identify};
+    use crate::{IdentifyOptions, Method, Trial, identify};
+
+    fn identified(spec: &TwinSpec) -> Results {
+        let dive = make(spec).expect("valid");
+        let trials = dive.trials.iter().map(|log| log.trial(&dive).expect("complete"));
+        let trials: Vec<Trial> = trials.collect();
+        let methods = vec![Method::EquationError];
+        let options = IdentifyOptions { methods, subsets: false, ..IdentifyOptions::default() };
+        identify(&dive.vehicle, &trials, &options).results
+    }
 
     #[test]
     fn drag_of_one_coefficient_has_its_interval() {
         // So short that the quantile of Student's t is far from that of the normal distribution.
         let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 60.0, ..TwinSpec::jason2() };
-        let dive = make(&spec).expect("valid");
-        let trials = dive.trials.iter().map(|log| log.trial(&dive).expect("complete"));
-        let trials: Vec<Trial> = trials.collect();
-        let methods = vec![Method::EquationError];
-        let options = IdentifyOptions { methods, subsets: false, ..IdentifyOptions::default() };
-        let results = identify(&dive.vehicle, &trials, &options).results;
+        let results = identified(&spec);
         let plant = &results.plants[&Dof::Surge];
         let own = plant.parameters.quadratic_drag.as_ref().expect("fitted");
         assert!(plant.parameters.linear_drag.is_none());
@@ -171,7 +176,7 @@ mod tests {
         for (found, expected) in [(force.low95, own.low95), (force.high95, own.high95)] {
             assert!((found - 0.25 * expected).abs() < 1e-9 * expected.abs(), "{force:?} {own:?}");
         }
-        let usual = crate::Estimate::new(force.value, force.std, 1e9);
+        let usual = Estimate::new(force.value, force.std, 1e9);
         assert!(force.high95 - usual.high95 > 1e-3 * force.std, "the normal quantile is as good");
         // Results of other programs may state a mass as known for sure.
         let mut known = plant.clone();
@@ -179,5 +184,20 @@ mod tests {
             (0.0, known.parameters.mass.value);
         known.parameters.mass.high95 = known.parameters.mass.value;
         assert_eq!(known.drag_at(0.5), force);
+    }
+
+    #[test]
+    fn greatest_speed_is_without_steady_runs_that_the_plant_is_not_fitted_to() {
+        let spec = TwinSpec { dofs: [Dof::Heave].into(), ..TwinSpec::jason2() };
+        let results = identified(&spec);
+        let greatest = |is_counted: fn(Role) -> bool| {
+            let trials = results.trials.iter().filter(|trial| is_counted(trial.role));
+            let speeds = trials.filter_map(|trial| trial.axes[&Dof::Heave].speed_max);
+            two_digits(speeds.fold(0.0, f64::max))
+        };
+        let forces = results.drag_forces(Dof::Heave);
+        let (fastest, _) = forces.last().expect("it drags");
+        assert_eq!(*fastest, greatest(|role| role != Role::Steady));
+        assert!(greatest(|role| role == Role::Steady) > 1.5 * fastest);
     }
 }
