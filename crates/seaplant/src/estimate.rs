@@ -31,7 +31,7 @@ pub use coupled::{
     ExpectedNoises, GainBeside, Information, ScaleClaim, Tried, fit_coupled, fit_coupled_freely,
     information, information_before,
 };
-pub(crate) use coupled::{INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power};
+pub(crate) use coupled::{INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power, fit_alone};
 pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};
 pub use filter_error::{Candidate, Decision, FilterError, SteadyTest, first_delays};
 pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, drive_over, first_look};

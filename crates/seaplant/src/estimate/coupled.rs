@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::motion::with_places;
-use crate::plant::{Basis, Plant, RigidBody, Signal, Structure};
+use crate::plant::{Basis, Plant, RigidBody, Signal, Structure, Symmetry};
 use crate::{CoupledRecord, Dof, Error, Method, ThrusterFault, VelocityReport};
 pub use actuator::Actuator;
 use equation_error::Solved;
@@ -176,6 +176,28 @@ pub fn fit_coupled_freely(
     search: bool,
 ) -> Result<CoupledFit, Error> {
     fit_as(structure, records, rigid_body, (search, Method::OutputError))
+}
+
+/// Fits one axis alone, with thrusters and velocity sensor as in a fit of several axes.
+///
+/// # Errors
+/// As [`fit_coupled`].
+pub(crate) fn fit_alone(
+    fit: &CoupledFit,
+    dof: Dof,
+    records: &[&CoupledRecord],
+    rigid_body: Option<&RigidBody>,
+) -> Result<CoupledFit, Error> {
+    let structure = Structure::of(&[dof], Symmetry::Diagonal)?;
+    let prompt: Vec<CoupledRecord> =
+        records.iter().map(|record| record.with_translations_before(&fit.report)).collect();
+    let records: Vec<&CoupledRecord> = prompt.iter().collect();
+    let rigid_body = rigid_body.map(RigidBody::mass_matrix);
+    let problem = Problem::new(&structure, &records, rigid_body, false, Attitude::Known);
+    let (first, least_squares, mut fitted) =
+        begun::<1>(problem.with_known_actuator(fit.actuator), &records)?;
+    fitted.reported = Reported { how: fit.report, ..Reported::default() };
+    fitted.finished(first, &least_squares, Method::FilterError)
 }
 
 fn fit_as(

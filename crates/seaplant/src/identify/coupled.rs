@@ -23,9 +23,11 @@ use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
 use crate::axes::listed;
-use crate::estimate::{Actuator, CoupledFit, INSTRUMENTS, Tried, fit_coupled, fit_coupled_freely};
+use crate::estimate::{
+    Actuator, CoupledFit, INSTRUMENTS, Tried, fit_alone, fit_coupled, fit_coupled_freely,
+};
 use crate::judge::STILL;
-use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure, Symmetry};
+use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure};
 use crate::results::{
     AxisScore, Coefficient, Correlation, CoupledOnline, CoupledPlant, CoupledScore, Driven,
     Failure, Identifiability, MatrixResult, Parameter, Results, TermDecision, ToldBy, Verdict,
@@ -156,7 +158,7 @@ fn plant(
     plant.hold_out = of_hold_out;
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
-    plant.single_axes = single_axes(&structure, &records, vehicle);
+    plant.single_axes = single_axes(&fit, &records, vehicle);
     let of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
@@ -257,9 +259,9 @@ fn best(
 }
 
 /// Scores a separate fit of each driven axis with measured velocity, on held-out trials if there
-/// are any.
+/// are any; thrusters and sensors are as in the fit of all axes.
 fn single_axes(
-    structure: &Structure,
+    fit: &CoupledFit,
     records: &Records<'_>,
     vehicle: &Vehicle,
 ) -> BTreeMap<Dof, AxisScore> {
@@ -267,19 +269,19 @@ fn single_axes(
     let of = |&dof: &Dof| {
         records.fit.iter().find(|record| record.is_driven(dof))?;
         // Without a measured velocity, one axis takes as long to fit as all of them.
-        let is_measured = records.fit.iter().all(|record| record.is_measured(dof));
-        let alone = Structure::of(&[dof], Symmetry::Diagonal).ok().filter(|_| is_measured)?;
-        let body = vehicle.rigid_body.as_ref();
+        if !records.fit.iter().all(|record| record.is_measured(dof)) {
+            return None;
+        }
         // An axis that cannot be fitted separately has no such score.
-        let fit = fit_coupled(&alone, &records.fit, body, false).ok()?;
-        let beside = score::Standing::beside(&fit);
-        let score = score::score(&fit.plant, &beside, scored, |_| fit.mean_current()).ok()?;
+        let alone = fit_alone(fit, dof, &records.fit, vehicle.rigid_body.as_ref()).ok()?;
+        let beside = score::Standing::beside(&alone);
+        let score = score::score(&alone.plant, &beside, scored, |_| alone.mean_current()).ok()?;
         Some((dof, *score.by_axis.get(&dof)?))
     };
-    if structure.axes().len() == 1 {
-        return BTreeMap::new();
+    match fit.plant.axes() {
+        [_] => BTreeMap::new(),
+        axes => axes.iter().filter_map(of).collect(),
     }
-    structure.axes().iter().filter_map(of).collect()
 }
 
 /// Returns the maximum speed and force of each axis over all trials.

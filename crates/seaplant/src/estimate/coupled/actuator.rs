@@ -82,6 +82,9 @@ pub struct Actuator {
 /// How finely a force that lags is held in a simulation, s.
 const FINEST_S: f64 = 0.05;
 
+/// Initial lag, s.
+const FIRST_LAG_S: f64 = 0.1;
+
 /// So many time constants after the last change, a lag is over.
 const OVER: f64 = 8.0;
 
@@ -265,6 +268,13 @@ impl Actuator {
         let speeds = thrusters.flat_map(|thruster| thruster.track.speed.values());
         let full_speed = speeds.fold(0.0, |most: f64, n| most.max(n.abs()));
         Self { full_speed, ..Self::default() }
+    }
+
+    /// Returns the actuator from which a fit begins: with some lag where thrust is known.
+    pub(super) fn first(records: &[&CoupledRecord]) -> Self {
+        let has_thrust = records.iter().any(|record| record.force.iter().any(Option::is_some));
+        let lag_s = if has_thrust { FIRST_LAG_S } else { 0.0 };
+        Self { lag_s, ..Self::prompt(records) }
     }
 
     /// The force on each axis as it acts, held over steps of at most 0.05 s where it lags.

@@ -41,6 +41,8 @@ pub(super) struct Problem {
     rigid_body: Option<Matrix6<f64>>,
     /// True for the numbers of the actuator that are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
+    /// Initial model of the thrust between log and vehicle.
+    pub(super) first_actuator: Actuator,
     /// True if thrusters are logged; otherwise the input is a wrench.
     pub(super) has_thrusters: bool,
     /// Uncertainty of the thrusters' strength: the greatest of any thruster.
@@ -176,7 +178,7 @@ pub(super) struct Tolerance {
 
 impl Tolerance {
     /// Steps of every coefficient are below 3 % of its standard deviation.
-    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 5e-3, is_coarse: false };
+    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 2e-2, is_coarse: false };
     /// Steps of every coefficient are below half of its standard deviation: sufficient for a search
     /// of missing terms and as a start for a finer fit.
     pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5, is_coarse: true };
@@ -223,6 +225,61 @@ const DAMPING_FACTOR: f64 = 8.0;
 const MOST_DAMPING: f64 = 1e8;
 const LEAST_DAMPING: f64 = 1e-9;
 
+/// Initial and least damping of steps of the noise, whose curvature is known less well.
+const NOISE_DAMPING: f64 = 0.02;
+
+/// Gain of a step of the plant above which earlier steps of the noise say nothing of its curvature.
+const KEPT_BELOW: f64 = 1.0;
+
+/// Descent of the noise: what its steps have shown carries over to the next.
+struct NoiseDescent {
+    damping: f64,
+    /// Fisher information at the last point.
+    information: DMatrix<f64>,
+    /// Logarithms of the noise at the last point, and the gradient there.
+    last: Option<(DVector<f64>, DVector<f64>)>,
+    /// Steps, and the change of the gradient over each; the latest is last.
+    steps: Vec<(DVector<f64>, DVector<f64>)>,
+}
+
+impl NoiseDescent {
+    fn new(count: usize) -> Self {
+        let information = DMatrix::zeros(count, count);
+        Self { damping: NOISE_DAMPING, information, last: None, steps: Vec::new() }
+    }
+
+    /// Forgets past steps, as the likelihood is another one with another plant.
+    fn forget(&mut self) {
+        (self.last, self.steps) = Default::default();
+    }
+
+    /// Estimates the Hessian at a point: its Fisher information, which is the Hessian only where the
+    /// model is true, with the update of Broyden, Fletcher, Goldfarb and Shanno for each step so far.
+    ///
+    /// # Source
+    /// [NocedalWright2006, eq. 6.19].
+    fn hessian(&mut self, at: &DVector<f64>, slope: &Slope) -> DMatrix<f64> {
+        if let Some((before, gradient)) = &self.last {
+            let (step, change) = (at - before, &slope.gradient - gradient);
+            if step.dot(&change) > 0.0 {
+                self.steps.push((step, change));
+            }
+        }
+        self.last = Some((at.clone(), slope.gradient.clone()));
+        self.information.copy_from(&slope.information);
+        let mut hessian = slope.information.clone();
+        for (step, change) in &self.steps {
+            let expected = &hessian * step;
+            let curvature = step.dot(&expected);
+            if curvature > 0.0 {
+                hessian -= &expected * expected.transpose() / curvature;
+                hessian += change * change.transpose() / step.dot(change);
+            }
+        }
+        hessian
+    }
+}
+
 impl Problem {
     pub(super) fn new(
         structure: &Structure,
@@ -255,6 +312,7 @@ impl Problem {
             forces: Arc::default(),
             rigid_body,
             fits: Actuator::fitted(records, axes),
+            first_actuator: Actuator::first(records),
             has_thrusters,
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
             loads: known.iter().map(|acting| Load::of(acting)).collect(),
@@ -273,15 +331,23 @@ impl Problem {
 
     /// Returns the problem for other records of the same trials.
     pub(super) fn of(&self, records: &[&CoupledRecord]) -> Self {
-        let Self { structure, rigid_body, is_free, attitude, fits, .. } = self;
-        Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free, *attitude) }
+        self.again(records, self.attitude)
+    }
+
+    fn again(&self, records: &[&CoupledRecord], attitude: Attitude) -> Self {
+        let Self { structure, rigid_body, is_free, fits, first_actuator, .. } = self;
+        let new = Self::new(structure, records, *rigid_body, *is_free, attitude);
+        Self { fits: *fits, first_actuator: *first_actuator, ..new }
     }
 
     /// Returns the problem with attitude as a state.
     pub(super) fn with_attitude(&self, records: &[&CoupledRecord]) -> Self {
-        let Self { structure, rigid_body, is_free, fits, .. } = self;
-        let attitude = Attitude::State;
-        Self { fits: *fits, ..Self::new(structure, records, *rigid_body, *is_free, attitude) }
+        self.again(records, Attitude::State)
+    }
+
+    /// Returns the problem with a known model of the thrust between log and vehicle.
+    pub(super) fn with_known_actuator(self, actuator: Actuator) -> Self {
+        Self { fits: [false; Actuator::COUNT], first_actuator: actuator, ..self }
     }
 
     /// Returns true if a sensor measures the velocity of a translation in all trials, so that a
@@ -306,6 +372,7 @@ impl Problem {
             forces: Arc::clone(&self.forces),
             rigid_body: self.rigid_body,
             fits: self.fits,
+            first_actuator: self.first_actuator,
             has_thrusters: self.has_thrusters,
             thrust_uncertainty: self.thrust_uncertainty,
             known: Arc::clone(&self.known),
@@ -628,25 +695,28 @@ impl Problem {
         let tolerance = if self.is_free { tolerance.for_output_error() } else { tolerance };
         let mut point = start;
         let mut damping = DAMPING;
-        let count = point.noise.count();
-        let mut noise_information = DMatrix::zeros(count, count);
+        let mut of_noise = NoiseDescent::new(point.noise.count());
         let mut noise_is_settled = noise == WithNoise::Kept;
         for iterations in 0..MOST_STEPS {
             if !noise_is_settled {
-                noise_is_settled = self.step_noise(&mut point, tolerance, &mut noise_information);
+                noise_is_settled = self.step_noise(&mut point, tolerance, &mut of_noise);
             }
             let (slope, gains) = self
                 .by_plant(&point)
                 .ok_or_else(|| refuse("its simulation diverges from the start; leave out terms, or use trials with more motion"))?;
             let gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
+            if gain > KEPT_BELOW {
+                of_noise.forget();
+            }
             let is_last = gain < tolerance.plant;
             if is_last && noise_is_settled {
                 let Slope { cost, information, .. } = slope;
                 let iterations = iterations + 1;
+                let noise_information = of_noise.information;
                 return Ok(Optimum { point, cost, information, noise_information, iterations });
             }
             noise_is_settled = noise == WithNoise::Kept
-                || is_last && self.step_noise(&mut point, tolerance, &mut noise_information);
+                || is_last && self.step_noise(&mut point, tolerance, &mut of_noise);
         }
         Err(refuse(
             "the fit did not converge; leave out terms, or use trials with more variation of speed and turning",
@@ -721,13 +791,12 @@ impl Problem {
         (jacobian.transpose() * &slope.gradient, hessian)
     }
 
-    /// Makes one step of the noise and stores its information; returns true if the noise has
-    /// converged.
+    /// Makes one step of the noise; returns true if the noise has converged.
     fn step_noise<const N: usize, const M: usize>(
         &self,
         point: &mut Point<N, M>,
         tolerance: Tolerance,
-        noise_information: &mut DMatrix<f64>,
+        descent: &mut NoiseDescent,
     ) -> bool {
         if self.is_free {
             return self.step_misfit(point, tolerance);
@@ -740,17 +809,16 @@ impl Problem {
         let data = pieces.as_ref().unwrap_or(self);
         let needed = tolerance.noise * if pieces.is_some() { PIECES_PART } else { 1.0 };
         let Some(slope) = data.by_noise(point) else { return true };
-        noise_information.copy_from(&slope.information);
-        let mut damping = DAMPING;
         let logarithms = point.noise.logarithms();
         let limits = self.noise_limits(&point.noise);
-        let (gradient, information) = (&slope.gradient, &slope.information);
-        let parabola = Parabola::new((gradient, information), (&logarithms, &limits), |k| {
+        let hessian = descent.hessian(&logarithms, &slope);
+        let (gradient, damping) = (&slope.gradient, &mut descent.damping);
+        let parabola = Parabola::new((gradient, &hessian), (&logarithms, &limits), |k| {
             k.checked_sub(2 * N).is_some_and(|place| self.is_unmeasured(place))
         });
-        while damping < MOST_DAMPING {
-            let Some(step) = parabola.step(damping) else {
-                damping *= DAMPING_FACTOR;
+        while *damping < MOST_DAMPING {
+            let Some(step) = parabola.step(*damping) else {
+                *damping *= DAMPING_FACTOR;
                 continue;
             };
             if 0.5 * parabola.promise(&step) < needed {
@@ -769,11 +837,13 @@ impl Problem {
             let gained = slope.cost + self.prior(point) - data.cost(&moved);
             if gained > 0.0 {
                 *point = moved;
+                *damping = (*damping / DAMPING_FACTOR).max(NOISE_DAMPING);
                 // An absent disturbance decreases without limit and gains nothing.
                 return gained < needed;
             }
-            damping *= DAMPING_FACTOR;
+            *damping *= DAMPING_FACTOR;
         }
+        *damping = NOISE_DAMPING;
         true
     }
 

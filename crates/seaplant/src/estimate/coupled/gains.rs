@@ -168,7 +168,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             // left of them.
             let (worth, greatest) = wider.worth_of(&group, in_reverse)?;
             if worth > needed * wider.colour_of(&group)? && greatest > LEAST_MINDED {
-                self = wider.with_speeds_as_they_are(records)?.refined()?;
+                self = wider.with_speeds_as_they_are(records)?;
             }
         }
         Ok(self)
@@ -207,7 +207,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let optimum = problem.optimum(start, Tolerance::COARSE)?;
         let (reported, faults) = (self.reported, self.faults.clone());
         let exchanged = self.exchanged.clone();
-        Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged }.refined()
+        Ok(Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged })
     }
 
     /// What terms are worth together, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the

@@ -1,6 +1,5 @@
 //! Start of a fit: the optimum from the likeliest of several initial points.
 
-use super::actuator::Actuator;
 use super::equation_error::{self, Solved};
 use super::fit::{Optimum, Point, Problem, Tolerance, first_noise};
 use super::{Fitted, free, search};
@@ -9,9 +8,6 @@ use crate::{CoupledRecord, Error};
 
 /// Lengths of the test functions for equation error, s: short for small vehicles, long for ships.
 const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
-
-/// Initial lag of the actuator, s.
-const FIRST_LAG_S: f64 = 0.1;
 
 /// Finds the first optimum. If the fit does not converge, starts from one with fewer terms: first
 /// without products of three or more velocities, then without couplings.
@@ -116,10 +112,7 @@ fn first_point<const N: usize>(
 ) -> Point<N, N> {
     let mut point = Point {
         free: problem.physical.free(&least_squares.coefficients),
-        actuator: Actuator {
-            lag_s: if problem.fits[0] { FIRST_LAG_S } else { 0.0 },
-            ..Actuator::prompt(records)
-        },
+        actuator: problem.first_actuator,
         currents: vec![[0.0; 2]; records.len()],
         noise: first_noise(problem, &least_squares.residual),
     };
