@@ -7,6 +7,7 @@ mod filter;
 mod fit;
 mod free;
 mod gains;
+mod independence;
 mod information;
 mod known;
 mod plan;
@@ -98,6 +99,10 @@ pub struct CoupledFit {
     /// Box and Pierce's statistic of each axis's innovations over 40 lags, divided by 40: 1 if
     /// they are white.
     pub whiteness: BTreeMap<Dof, f64>,
+    /// Probability that innovations which are independent of the thrusters correlate with them as much as
+    /// those of each axis do. Empty where all innovations are white; axes with too little data are
+    /// missing.
+    pub independence: BTreeMap<Dof, f64>,
     /// How many combinations of coefficients the motion tells, by least squares.
     pub rank: usize,
     /// What each coefficient's variance is multiplied with because others look like it.
@@ -551,6 +556,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let is_coloured = problem.is_free || whiteness.values().any(|colour| *colour > COLOURED);
         let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
         let covariance = is_coloured.then(of_blocks).flatten();
+        let is_tested = is_coloured && !problem.is_free;
+        let independence = is_tested.then(|| problem.independence(&optimum.point));
         let covariance = covariance.unwrap_or_else(|| inverse(&optimum.information));
         let covariance = problem.with_known_uncertainty(&optimum, covariance);
         let colour = whiteness.values().copied().fold(1.0, f64::max);
@@ -616,6 +623,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             iterations: optimum.iterations,
             start,
             whiteness,
+            independence: independence.unwrap_or_default(),
             rank: (least_squares.rank + p).saturating_sub(least_squares.terms),
             tried,
             faults,

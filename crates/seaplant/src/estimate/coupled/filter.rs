@@ -23,10 +23,10 @@ mod state;
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3, Vector6};
 
 use super::schedule::{FilterInstant, Schedule};
-use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, advance, with_down};
+use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, Slice, advance, with_down};
 use follower::{Process, StepCache};
 use navigation::Ends;
 pub(super) use navigation::{InstrumentNoise, Layout, MOST as MOST_NAVIGATION, Reading};
@@ -98,6 +98,8 @@ pub(super) struct Innovation {
     pub(super) axis: Option<usize>,
     /// Index of the sensor's noise among the logarithms of the noise.
     pub(super) number: usize,
+    /// Index of its instant in the schedule.
+    pub(super) instant: usize,
     /// Innovation e, m/s or rad/s.
     pub(super) error: f64,
     /// Its variance S.
@@ -109,6 +111,13 @@ impl Innovation {
     pub(super) fn normalised(&self) -> f64 {
         self.error / self.variance.sqrt()
     }
+}
+
+/// What thrust alone does.
+pub(super) struct DrivenState<const N: usize> {
+    pub(super) velocity: SVector<f64, N>,
+    /// Mean force since the instant before, N and N m, in SNAME order.
+    pub(super) force: Vector6<f64>,
 }
 
 /// One pass of the filter over a trial at given parameters.
@@ -247,7 +256,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let (mut flow, mut cost, mut steps) = (Flow::of_state(), 0.0, StepCache::default());
         let mut innovations = Vec::with_capacity(self.schedule.samples());
-        for instant in &self.schedule.instants[1..] {
+        for (index, instant) in self.schedule.instants.iter().enumerate().skip(1) {
             let transition = self.predict(instant, &mut mean, &mut flow);
             let crossed = covariance.crossed_if_needed(&transition);
             let process = steps.get(instant.length_s, |h| self.process(h));
@@ -261,7 +270,8 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                     Observed::Navigation { axis, .. } => axis.and_then(|axis| self.place_of(axis)),
                 };
                 let number = self.noise.place_of(&observation.of);
-                innovations.push(Innovation { axis, number, error: e, variance: gain.variance });
+                let variance = gain.variance;
+                innovations.push(Innovation { axis, number, instant: index, error: e, variance });
             }
             for state in self.reset_states(instant) {
                 mean.reset(state);
@@ -269,6 +279,26 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             }
         }
         (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
+    }
+
+    /// Simulates the plant from its start without disturbances and measurements; returns a state for
+    /// each instant of the schedule.
+    pub(super) fn driven_states(&self) -> Vec<DrivenState<N>> {
+        let (mut mean, mut flow) = (self.initial_mean(), Flow::bare());
+        let state = |motion: &SVector<f64, M>, force| DrivenState {
+            velocity: SVector::from_fn(|place, _| motion[place]),
+            force,
+        };
+        let mut states = vec![state(&mean.motion, Vector6::zeros())];
+        for instant in &self.schedule.instants[1..] {
+            self.move_mean(instant, &mut mean, &mut flow);
+            let slices = &self.schedule.slices[instant.slices.clone()];
+            let pushes = &self.pushes[instant.slices.clone()];
+            let impulse = |(slice, push): (&Slice, &HeldForce)| push.force * slice.length_s;
+            let all: Vector6<f64> = slices.iter().zip(pushes).map(impulse).sum();
+            states.push(state(&mean.motion, all / instant.length_s));
+        }
+        states
     }
 
     /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.

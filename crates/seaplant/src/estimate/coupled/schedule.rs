@@ -58,7 +58,7 @@ impl Attitude {
 /// A filter instant: the measurements at one time, and the slices that lead to it.
 pub(super) struct FilterInstant {
     /// Time, s.
-    time_s: f64,
+    pub(super) time_s: f64,
     /// Slices since the previous instant.
     pub(super) slices: Range<usize>,
     /// Their total length, s.

@@ -504,6 +504,15 @@ pub(super) fn is_coloured(fit: &CoupledFit, dof: Dof) -> bool {
     fit.method != Method::OutputError && fit.whiteness.get(&dof).is_some_and(|x| *x > COLOURED)
 }
 
+/// Smallest probability at which correlation of innovations with the thrusters counts as chance.
+const CHANCE: f64 = 0.01;
+
+/// Returns true if the innovations of an axis were tested for dependence on the thrusters, and none was
+/// found.
+pub(super) fn shows_no_dependence(fit: &CoupledFit, dof: Dof) -> bool {
+    fit.independence.get(&dof).is_some_and(|probability| *probability > CHANCE)
+}
+
 /// Intervals of output error allow for the colour of its misfit.
 fn not_white(fit: &CoupledFit) -> Option<Caveat> {
     if fit.method == Method::OutputError {
@@ -513,9 +522,15 @@ fn not_white(fit: &CoupledFit) -> Option<Caveat> {
         (*ratio > NOT_WHITE).then(|| format!("{dof} ({})", spoken(*ratio)))
     };
     let axes: Vec<String> = fit.whiteness.iter().filter_map(far).collect();
+    let mut far = fit.whiteness.iter().filter(|(_, ratio)| **ratio > NOT_WHITE);
+    let why = if far.all(|(dof, _)| shows_no_dependence(fit, *dof)) {
+        "no dependence on thrust or on the speeds that it causes was found, so it may be waves, gusts or a tether, which intervals allow for; a small missing effect is not excluded"
+    } else {
+        "the model lacks something, such as waves, a thruster's lag or another coupling; intervals allow for the correlation, not for what is missing"
+    };
     (!axes.is_empty()).then(|| {
         let message = format!(
-            "what the plant fails to predict is correlated in time in {} (1 for white noise): the model lacks something, such as waves, a thruster's lag or another coupling; intervals allow for the correlation, not for what is missing",
+            "what the plant fails to predict is correlated in time in {} (1 for white noise): {why}",
             axes.join(", ")
         );
         Caveat::warning(CaveatCode::ResidualsNotWhite, message)

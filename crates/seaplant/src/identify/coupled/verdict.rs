@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::doubts::{falls_short, is_coloured, is_too_early, shortfall};
+use super::doubts::{falls_short, is_coloured, is_too_early, shortfall, shows_no_dependence};
 use super::trials::Confirmed;
 use crate::estimate::CoupledFit;
 use crate::judge::{Number, may_be_off};
@@ -187,10 +187,11 @@ const EXPLAINED: f64 = 0.98;
 
 /// Whether the colour of an axis's innovations says that the plant lacks what matters. Of ten thousand
 /// samples a correlation of 0.02 is clear already; a plant that explains nearly all motion of trials
-/// that it has not seen, from thrust alone, lacks little all the same.
+/// that it has not seen, from thrust alone, lacks little all the same, and where innovations
+/// show no dependence on thrust, it lacks a disturbance, which is no part of it.
 fn lacks(fit: &CoupledFit, dof: Dof, score: Option<&AxisScore>) -> bool {
     let explained = score.and_then(|score| score.r2).is_some_and(|r2| r2 > EXPLAINED);
-    is_coloured(fit, dof) && !explained
+    is_coloured(fit, dof) && !explained && !shows_no_dependence(fit, dof)
 }
 
 /// What held-out trials refute an axis by.
