@@ -257,6 +257,42 @@ fn checked(
     Ok(gains)
 }
 
+/// Computes the margins of each axis of a vehicle under the controller of a design for another plant.
+///
+/// Each is the worse of rest and typical speed. Gains are those of [`design`] for `plant`, which need
+/// not suit it.
+///
+/// # Errors
+/// [`Error::Setting`] and [`Error::NoAxis`], as [`design`].
+///
+/// # Example
+/// ```
+/// use seaplant::Dof;
+/// use seaplant::plant::{Plant, Structure, Symmetry};
+/// use seaplant_control::{Actuators, Design, Law, Tuning, margins};
+/// let of = |mass| Plant::new(Structure::of(&[Dof::Surge], Symmetry::None)?, vec![mass, 5.0, 20.0]);
+/// let (plant, heavier) = (of(100.0)?, of(150.0)?);
+/// let actuators = Actuators { lag_s: [0.3; 6], ..Actuators::default() };
+/// let asked = Design { law: Law::Pd, tuning: [(Dof::Surge, Tuning::new(0.1, 1.0))].into(), ..Design::default() };
+/// let of = |truth| margins(&plant, truth, &actuators, &asked);
+/// assert!(of(&heavier)?[&Dof::Surge].phase_deg < of(&plant)?[&Dof::Surge].phase_deg);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn margins(
+    plant: &Plant,
+    truth: &Plant,
+    actuators: &Actuators,
+    asked: &Design,
+) -> Result<BTreeMap<Dof, Margins>, Error> {
+    check(plant, actuators, asked)?;
+    limits::check(plant, asked, actuators)?;
+    let of = |(&dof, tuning): (&Dof, &Tuning)| {
+        let gains = gains_of(plant, actuators, asked, dof, tuning);
+        (dof, margins_with(plant, truth, &gains, asked, dof))
+    };
+    Ok(asked.tuning.iter().map(of).collect())
+}
+
 fn above_zero(name: &str, x: f64) -> Result<(), Error> {
     if x > 0.0 && x.is_finite() {
         return Ok(());
@@ -300,6 +336,22 @@ fn axis(
     dof: Dof,
     tuning: &Tuning,
 ) -> AxisGains {
+    let mut gains = gains_of(plant, actuators, asked, dof, tuning);
+    let of = |truth: &Plant| margins_with(plant, truth, &gains, asked, dof);
+    let margins = of(plant);
+    let worst = draws.iter().map(of).fold(margins, lesser);
+    (gains.margins, gains.worst) = (margins, worst);
+    gains
+}
+
+/// Computes the gains of an axis, without its margins.
+fn gains_of(
+    plant: &Plant,
+    actuators: &Actuators,
+    asked: &Design,
+    dof: Dof,
+    tuning: &Tuning,
+) -> AxisGains {
     let i = dof.index();
     let mass = plant.coefficient(&Basis::Mass(dof, dof)).unwrap_or(0.0);
     let (omega, zeta) = (tuning.omega(), tuning.damping);
@@ -312,7 +364,7 @@ fn axis(
         if zeta > 1.0 { omega * (zeta - (zeta * zeta - 1.0).sqrt()) } else { zeta * omega };
     let limit = actuators.limit[i];
     let none = Margins { phase_deg: 180.0, gain: 1e6, delay_s: 1e6, crossover_hz: 0.0 };
-    let mut gains = AxisGains {
+    AxisGains {
         kp,
         kd,
         ki,
@@ -326,12 +378,7 @@ fn axis(
         saturates_at: limit.map(|limit| limit / kp),
         margins: none,
         worst: none,
-    };
-    let of = |truth: &Plant| margins_with(plant, truth, &gains, asked, dof);
-    let margins = of(plant);
-    let worst = draws.iter().map(of).fold(margins, lesser);
-    (gains.margins, gains.worst) = (margins, worst);
-    gains
+    }
 }
 
 fn lesser(a: Margins, b: Margins) -> Margins {

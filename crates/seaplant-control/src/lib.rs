@@ -41,6 +41,7 @@ pub use c::c_header;
 pub use controller::{Adaptation, Controller, Reference, State};
 pub use design::{
     Actuators, AxisGains, Design, GAINS_SCHEMA, Gains, LqrWeights, Tuning, design, gains_of_toml,
+    margins,
 };
 pub use error::Error;
 pub use margins::Margins;
