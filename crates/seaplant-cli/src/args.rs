@@ -104,7 +104,7 @@ pub enum Command {
     Control(Control),
     #[cfg(not(target_family = "wasm"))]
     /// Plan the next trial: manoeuvres, minutes for each, and the intervals they lead to.
-    Plan(Plan),
+    Plan(Box<Plan>),
     #[cfg(not(target_family = "wasm"))]
     /// Identify a campaign again whenever one of its files changes.
     Watch(Watch),

@@ -37,23 +37,34 @@ impl Criterion {
     }
 }
 
-/// A combination of coefficients, g, and the standard deviation allowed for it.
+/// Combinations of coefficients, G, and the standard deviation allowed for them together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// g, shape (p,), for each plant that the vehicle may have.
-    pub weights: Vec<DVector<f64>>,
-    /// The greatest standard deviation `√(gᵀ C g)` that meets the goal.
+    /// G, shape (p, r), for each plant that the vehicle may have.
+    pub weights: Vec<DMatrix<f64>>,
+    /// The greatest standard deviation `√(tr Gᵀ C G)` that meets the goal.
     pub std: f64,
+}
+
+/// Electrical power of manoeuvres, and the mean that a battery allows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Power {
+    /// Power of each manoeuvre, W, shape (K,).
+    pub watts: Vec<f64>,
+    /// The greatest mean over the time, W.
+    pub most: f64,
 }
 
 /// Information of some manoeuvres and the goals.
 ///
 /// ```text
 /// M_d(w) = B + T Σ w_k J_k,d        w ≥ 0, Σ w = 1, d the plants that the vehicle may have
-/// worst    min max_i mean_d  g_iᵀ M_d⁻¹ g_i / s_i²
-/// mean     min Σ_i  mean_d  g_iᵀ M_d⁻¹ g_i / s_i²
+/// worst    min max_i mean_d  tr G_iᵀ M_d⁻¹ G_i / s_i²
+/// mean     min Σ_i  mean_d  tr G_iᵀ M_d⁻¹ G_i / s_i²
 /// volume   min −mean_d ln det M_d / p
 /// ```
+///
+/// each with Σ w_k P_k ≤ P where the power of the manoeuvres is limited.
 #[derive(Clone, Debug)]
 pub struct Program {
     /// J, shape (p, p), of each manoeuvre and each plant, by second.
@@ -66,6 +77,8 @@ pub struct Program {
     pub criterion: Criterion,
     /// T, s.
     pub seconds: f64,
+    /// The power of the manoeuvres, if a battery limits it.
+    pub power: Option<Power>,
 }
 
 /// Shares of the time, and the certified distance to the optimum.
@@ -106,7 +119,8 @@ impl Program {
     /// maximum, a linear program, bounds what any shares can reach.
     ///
     /// # Errors
-    /// [`Error::Allocation`] if there is nothing to allocate, or the solver stops.
+    /// [`Error::Allocation`] if there is nothing to allocate, every manoeuvre needs more power than
+    /// allowed, or the solver stops.
     ///
     /// # Source
     /// \[Kiefer1974\]: for `volume`, the bound is that of the general equivalence theorem,
@@ -114,17 +128,18 @@ impl Program {
     ///
     /// # Example
     /// ```
-    /// use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+    /// use nalgebra::{DMatrix, dmatrix};
     /// use seaplant_plan::{Criterion, Program, Target};
     /// // Two manoeuvres that each tell one number, one of them four times as well.
     /// let program = Program {
     ///     rates: vec![vec![dmatrix![4.0, 0.0; 0.0, 0.0]], vec![dmatrix![0.0, 0.0; 0.0, 1.0]]],
     ///     before: DMatrix::zeros(2, 2),
-    ///     targets: [dvector![1.0, 0.0], dvector![0.0, 1.0]]
+    ///     targets: [dmatrix![1.0; 0.0], dmatrix![0.0; 1.0]]
     ///         .map(|g| Target { weights: vec![g], std: 1.0 })
     ///         .to_vec(),
     ///     criterion: Criterion::Worst,
     ///     seconds: 1.0,
+    ///     power: None,
     /// };
     /// let found = program.solve()?;
     /// assert!((found.shares[1] - 0.8).abs() < 0.01 && found.gap < 0.01);
@@ -139,7 +154,16 @@ impl Program {
         if self.criterion != Criterion::Volume && self.targets.is_empty() {
             return Err(no("there is no goal; give one, or the criterion volume"));
         }
-        let mut at = DVector::repeat(count, 1.0 / count as f64);
+        if let Some(Power { watts, most }) = &self.power
+            && watts.iter().all(|watts| watts > most)
+        {
+            return Err(no("every manoeuvre needs more power than the battery has for so long"));
+        }
+        let equal = DVector::repeat(count, 1.0 / count as f64);
+        let mut at = match self.power {
+            Some(_) => self.nearest_below(&[], 0.0, &equal)?,
+            None => equal,
+        };
         let mut best = (f64::INFINITY, at.clone());
         let mut bound = f64::NEG_INFINITY;
         let mut cuts = Vec::new();
@@ -207,7 +231,7 @@ impl Program {
         }
         let of = |target: &Target| {
             let value = ratio(target, &inverses);
-            let solved: Vec<DVector<f64>> =
+            let solved: Vec<DMatrix<f64>> =
                 inverses.iter().zip(&target.weights).map(|(of, g)| of * g).collect();
             let by = |rates: &Vec<DMatrix<f64>>| {
                 let forms = rates.iter().zip(&solved).map(|(rate, x)| x.dot(&(rate * x)));
@@ -245,7 +269,7 @@ impl Program {
         let mut goal = vec![0.0; count + 1];
         goal[count] = 1.0;
         let nothing = CscMatrix::zeros((count + 1, count + 1));
-        let x = on_simplex(&nothing, &goal, (rows, ends), count)?;
+        let x = self.on_simplex(&nothing, &goal, (rows, ends), count)?;
         // The value of the planes there, less the solver's tolerance.
         let w = DVector::from_row_slice(&x[..count]);
         let plane = |cut: &Cut| cut.value + cut.slope.dot(&(&w - &cut.at));
@@ -268,10 +292,54 @@ impl Program {
             ends.push((level - cut.value + cut.slope.dot(&cut.at)) / size);
         }
         let goal: Vec<f64> = to.iter().map(|x| -x).collect();
-        let x = on_simplex(&CscMatrix::identity(count), &goal, (rows, ends), count)?;
+        let x = self.on_simplex(&CscMatrix::identity(count), &goal, (rows, ends), count)?;
         let floor = FLOOR / count as f64;
         let w = DVector::from_iterator(count, x.iter().map(|x| x.max(floor)));
         Ok(&w / w.sum())
+    }
+
+    /// Minimises `½ xᵀ P x + qᵀ x` with rows below their bounds, over x whose first `count` numbers are
+    /// shares within the allowed power.
+    fn on_simplex(
+        &self,
+        p: &CscMatrix<f64>,
+        q: &[f64],
+        (rows, ends): (Vec<Vec<f64>>, Vec<f64>),
+        count: usize,
+    ) -> Result<Vec<f64>, Error> {
+        let width = q.len();
+        let floor = FLOOR / count as f64;
+        let mut all = vec![vec![0.0; width]];
+        all[0][..count].fill(1.0);
+        let mut b = vec![1.0];
+        for (row, end) in rows.into_iter().zip(ends) {
+            all.push(row);
+            b.push(end);
+        }
+        if let Some(Power { watts, most }) = &self.power {
+            let mut row: Vec<f64> = watts.iter().map(|watts| watts / most).collect();
+            row.resize(width, 0.0);
+            all.push(row);
+            b.push(1.0);
+        }
+        for k in 0..count {
+            let mut row = vec![0.0; width];
+            row[k] = -1.0;
+            all.push(row);
+            b.push(-floor);
+        }
+        let below = all.len() - 1;
+        let a = CscMatrix::from(&all);
+        let cones = [SupportedConeT::ZeroConeT(1), SupportedConeT::NonnegativeConeT(below)];
+        let settings = DefaultSettings { verbose: false, ..DefaultSettings::default() };
+        let refuse = |reason: String| Error::Allocation { reason };
+        let mut solver = DefaultSolver::new(p, q, &a, &b, &cones, settings)
+            .map_err(|error| refuse(error.to_string()))?;
+        solver.solve();
+        match solver.solution.status {
+            SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(solver.solution.x.clone()),
+            status => Err(refuse(format!("the solver of the linear program says {status:?}"))),
+        }
     }
 }
 
@@ -297,43 +365,6 @@ fn ln_det(matrix: &DMatrix<f64>) -> f64 {
     factor.map_or(f64::INFINITY, |f| 2.0 * f.l_dirty().diagonal().map(f64::ln).sum())
 }
 
-/// Minimises `½ xᵀ P x + qᵀ x` with rows below their bounds, over x whose first `count` numbers are
-/// shares.
-fn on_simplex(
-    p: &CscMatrix<f64>,
-    q: &[f64],
-    (rows, ends): (Vec<Vec<f64>>, Vec<f64>),
-    count: usize,
-) -> Result<Vec<f64>, Error> {
-    let width = q.len();
-    let floor = FLOOR / count as f64;
-    let mut all = vec![vec![0.0; width]];
-    all[0][..count].fill(1.0);
-    let mut b = vec![1.0];
-    for (row, end) in rows.into_iter().zip(ends) {
-        all.push(row);
-        b.push(end);
-    }
-    for k in 0..count {
-        let mut row = vec![0.0; width];
-        row[k] = -1.0;
-        all.push(row);
-        b.push(-floor);
-    }
-    let below = all.len() - 1;
-    let a = CscMatrix::from(&all);
-    let cones = [SupportedConeT::ZeroConeT(1), SupportedConeT::NonnegativeConeT(below)];
-    let settings = DefaultSettings { verbose: false, ..DefaultSettings::default() };
-    let refuse = |reason: String| Error::Allocation { reason };
-    let mut solver = DefaultSolver::new(p, q, &a, &b, &cones, settings)
-        .map_err(|error| refuse(error.to_string()))?;
-    solver.solve();
-    match solver.solution.status {
-        SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(solver.solution.x.clone()),
-        status => Err(refuse(format!("the solver of the linear program says {status:?}"))),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -348,6 +379,7 @@ mod tests {
             targets: Vec::new(),
             criterion: Criterion::Volume,
             seconds: 60.0,
+            power: None,
         };
         let found = program.solve().expect("regular");
         assert!((found.shares[0] - 0.5).abs() < 0.02, "{found:?}");
@@ -367,7 +399,7 @@ mod tests {
         let rates = [(1.0, 0.0), (0.0, 16.0)]
             .map(|(a, b)| vec![DMatrix::from_diagonal(&DVector::from_vec(vec![a, b]))]);
         let target = |k: usize| Target {
-            weights: vec![DVector::from_fn(2, |i, _| f64::from(u8::from(i == k)))],
+            weights: vec![DMatrix::from_fn(2, 1, |i, _| f64::from(u8::from(i == k)))],
             std: 1.0,
         };
         let program = Program {
@@ -376,11 +408,56 @@ mod tests {
             targets: vec![target(0), target(1)],
             criterion: Criterion::Mean,
             seconds: 1.0,
+            power: None,
         };
         let found = program.solve().expect("regular");
         assert!((found.shares[0] - 0.8).abs() < 0.02, "{found:?}");
         assert!(found.gap < 0.01 && found.bound <= found.value, "{found:?}");
         assert!((found.value - 1.5625).abs() < 0.01, "{found:?}");
+    }
+
+    /// Of two manoeuvres that tell different numbers, the one of 300 W may take a quarter of the
+    /// time where 150 W is allowed and the other needs 100 W; without a limit, half.
+    #[test]
+    fn shares_stay_within_the_allowed_power() {
+        let rates = [(1.0, 0.0), (0.0, 1.0)]
+            .map(|(a, b)| vec![DMatrix::from_diagonal(&DVector::from_vec(vec![a, b]))]);
+        let target = |k: usize| Target {
+            weights: vec![DMatrix::from_fn(2, 1, |i, _| f64::from(u8::from(i == k)))],
+            std: 1.0,
+        };
+        let of = |most: f64| Program {
+            rates: rates.to_vec(),
+            before: DMatrix::zeros(2, 2),
+            targets: vec![target(0), target(1)],
+            criterion: Criterion::Worst,
+            seconds: 1.0,
+            power: Some(Power { watts: vec![300.0, 100.0], most }),
+        };
+        let limited = of(150.0).solve().expect("feasible");
+        assert!((limited.shares[0] - 0.25).abs() < 0.01 && limited.gap < 0.01, "{limited:?}");
+        assert!((of(250.0).solve().expect("feasible").shares[0] - 0.5).abs() < 0.01);
+        let refused = of(90.0).solve().expect_err("both need more").to_string();
+        assert!(refused.contains("power"), "{refused}");
+    }
+
+    /// A goal of two numbers together has the sum of their variances: `1/w + 1/(4 (1 − w))` is minimal
+    /// at w = 2/3.
+    #[test]
+    fn a_goal_of_several_numbers_is_their_sum_of_variances() {
+        let rates = [(1.0, 0.0), (0.0, 4.0)]
+            .map(|(a, b)| vec![DMatrix::from_diagonal(&DVector::from_vec(vec![a, b]))]);
+        let program = Program {
+            rates: rates.to_vec(),
+            before: DMatrix::zeros(2, 2),
+            targets: vec![Target { weights: vec![DMatrix::identity(2, 2)], std: 1.0 }],
+            criterion: Criterion::Worst,
+            seconds: 1.0,
+            power: None,
+        };
+        let found = program.solve().expect("regular");
+        assert!((found.shares[0] - 2.0 / 3.0).abs() < 0.02, "{found:?}");
+        assert!((found.value - 2.25).abs() < 0.01, "{found:?}");
     }
 
     #[test]
@@ -391,6 +468,7 @@ mod tests {
             targets: Vec::new(),
             criterion: Criterion::Volume,
             seconds: 1.0,
+            power: None,
         };
         assert!(program.solve().expect_err("nothing").to_string().contains("no manoeuvre"));
     }

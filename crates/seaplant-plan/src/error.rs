@@ -61,6 +61,15 @@ pub enum Error {
         /// The limit that prevents it.
         limit: String,
     },
+    /// A mission that cannot be simulated.
+    #[error("mission: {reason}")]
+    Mission {
+        /// What was found, and the accepted form.
+        reason: String,
+    },
+    /// A controller that cannot be designed.
+    #[error("controller: {0}")]
+    Controller(#[from] seaplant_control::Error),
     /// An invalid setting.
     #[error("{name} is {found}; expected {expected}")]
     Setting {
@@ -96,7 +105,7 @@ pub enum Error {
     /// The template of the deck page cannot be filled in.
     #[error("page for the deck: {0}")]
     Page(#[from] minijinja::Error),
-    /// Commands cannot be written as a table.
-    #[error("table of commands: {0}")]
+    /// A table of commands or of a mission cannot be written or read.
+    #[error("table: {0}")]
     Table(#[from] csv::Error),
 }

@@ -2,17 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use seaplant::estimate::PRECISION;
 use seaplant::plant::Plant;
+use seaplant_control::Actuators;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::allocate::{Program, Target, inverse};
-use crate::goal::{Goal, HALF_95, Scale};
+use crate::allocate::{Power, Program, Target, inverse};
+use crate::battery::HOUR_S;
+use crate::goal::{Goal, HALF_95};
 use crate::prior::Prior;
 use crate::request::Request;
+use crate::scale::Scale;
 use crate::weigh::{Bench, Candidate};
 
 /// The predicted interval of a number.
@@ -53,8 +56,6 @@ pub struct Chart {
 
 /// Search range of the time that goals need, minutes.
 pub(crate) const TIMES_MIN: [f64; 2] = [2.0, 600.0];
-/// Fraction of the greatest speed that limits and thrust allow at which drag is evaluated.
-pub(crate) const DRAG_AT: f64 = 0.7;
 
 /// Goals, and the information on them before the trial.
 pub(crate) struct Forecaster<'a> {
@@ -80,7 +81,8 @@ impl<'a> Forecaster<'a> {
         let scale = Scale {
             plants: bench.plants,
             rig: bench.rig,
-            speed: (DRAG_AT * request.limits.speed_m_s, DRAG_AT * request.limits.rate_rad_s),
+            request,
+            actuators: Actuators::of_model(&prior.model),
             thrust_part: prior.thrust_part,
             more: first.names.len() - terms,
         };
@@ -106,7 +108,16 @@ impl<'a> Forecaster<'a> {
             targets: self.targets.clone(),
             criterion: self.request.criterion,
             seconds,
+            power: self.power(used, seconds),
         }
+    }
+
+    /// Returns the power that the battery allows for so long; none without a battery, or where the
+    /// goals decide how long.
+    fn power(&self, used: &[Candidate], seconds: f64) -> Option<Power> {
+        let battery = self.request.minutes.and(self.request.battery)?;
+        let watts = used.iter().map(|candidate| candidate.watts.unwrap_or(0.0)).collect();
+        Some(Power { watts, most: battery.energy_wh * HOUR_S / seconds })
     }
 
     /// Returns the time at which all goals are met with these shares.
@@ -152,19 +163,15 @@ impl<'a> Forecaster<'a> {
     }
 
     /// Returns the variance of a combination from earlier trials.
-    fn variance_today(&self, weights: &DVector<f64>) -> Option<f64> {
+    fn variance_today(&self, weights: &DMatrix<f64>) -> Option<f64> {
         let (names, covariance) = self.prior.known.as_ref()?;
-        let places: Vec<(usize, f64)> = self
-            .names
-            .iter()
-            .zip(weights.iter())
-            .filter(|(_, weight)| **weight != 0.0)
-            .map(|(name, weight)| {
-                names.iter().position(|own| own == name).map(|place| (place, *weight))
-            })
-            .collect::<Option<_>>()?;
-        let pairs = places.iter().flat_map(|a| places.iter().map(move |b| (a, b)));
-        Some(pairs.map(|((i, a), (j, b))| a * b * covariance[(*i, *j)]).sum::<f64>().max(0.0))
+        let rows: Vec<usize> =
+            (0..self.names.len()).filter(|k| weights.row(*k).amax() > 0.0).collect();
+        let place = |k: &usize| names.iter().position(|own| *own == self.names[*k]);
+        let places: Vec<usize> = rows.iter().map(place).collect::<Option<_>>()?;
+        let own = covariance.select_rows(&places).select_columns(&places);
+        let weights = weights.select_rows(&rows);
+        Some(weights.dot(&(own * &weights)).max(0.0))
     }
 
     /// Predicts the intervals of all coefficients: the root of their mean variance over the plants that

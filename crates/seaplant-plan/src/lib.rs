@@ -9,9 +9,12 @@
 //! ```
 //!
 //! [`plan()`] does all of it; [`rehearse`] drives the plan with a simulated vehicle and returns its
-//! logs; after the dive [`outcome`] compares the plan with them; [`commands_csv`], [`lua_script`] and [`deck_page`] make files to play and to print.
+//! logs; after the dive [`outcome`] compares the plan with them; [`commands_csv`], [`commands_bag`],
+//! [`lua_script`] and [`deck_page`] make files to play and to print.
 
 mod allocate;
+mod bag;
+mod battery;
 mod description;
 mod drive;
 mod error;
@@ -24,6 +27,8 @@ mod limits;
 mod logging;
 mod lua;
 mod manoeuvre;
+mod margin;
+mod mission;
 mod outcome;
 mod page;
 mod plan;
@@ -32,12 +37,15 @@ mod record;
 mod rehearse;
 mod request;
 mod rig;
+mod scale;
 mod wave;
 mod weigh;
 mod words;
 mod work;
 
-pub use allocate::{Allocation, Criterion, Program, Target};
+pub use allocate::{Allocation, Criterion, Power, Program, Target};
+pub use bag::commands_bag;
+pub use battery::Battery;
 pub use error::Error;
 pub use files::commands_csv;
 pub use forecast::{Chart, Forecast};
@@ -46,6 +54,8 @@ pub use limits::Limits;
 pub use logging::Logging;
 pub use lua::lua_script;
 pub use manoeuvre::{Kind, Manoeuvre};
+pub use margin::ControllerGoal;
+pub use mission::Mission;
 pub use outcome::{check_outcome, outcome};
 pub use page::{chart_svg, deck_page};
 pub use plan::{Certificate, LimitCheck, PLAN_SCHEMA, Plan, Planned};

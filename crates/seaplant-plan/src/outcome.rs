@@ -8,13 +8,16 @@ use seaplant::results::{
     AxisOutcome, DrivenStretch, GoalOutcome, ManoeuvreOutcome, PlanOutcome, Results,
 };
 use seaplant::{Dof, Role, Trial, spoken};
+use seaplant_control::Actuators;
 
 use crate::Error;
 use crate::follow::{Log, Stretch, followed};
-use crate::forecast::{DRAG_AT, Forecast};
-use crate::goal::{Combination, HALF_95, Scale, Width};
+use crate::forecast::Forecast;
+use crate::goal::{HALF_95, Width};
 use crate::plan::{PLAN_SCHEMA, Plan};
 use crate::rig::Rig;
+use crate::scale::{Combination, Scale};
+use crate::words::half_width;
 
 /// Tolerance of a goal: minutes are rounded to halves.
 const MET: f64 = 1.02;
@@ -176,12 +179,12 @@ impl Found {
 
     /// Returns the estimate of a goal and half of its 95 % interval.
     fn goal(&self, plan: &Plan, name: &str) -> Option<(f64, f64)> {
-        let limits = &plan.request.limits;
         let plants = std::slice::from_ref(&self.model.plant);
         let scale = Scale {
             plants,
             rig: self.rig.as_ref()?,
-            speed: (DRAG_AT * limits.speed_m_s, DRAG_AT * limits.rate_rad_s),
+            request: &plan.request,
+            actuators: Actuators::of_model(&self.model),
             thrust_part: 0.0,
             more: 0,
         };
@@ -282,10 +285,7 @@ fn open(
 /// variances fall as minutes grow.
 fn still_wide(goal: &GoalOutcome, minutes: f64) -> Option<String> {
     let (value, obtained) = (goal.value?, goal.obtained?);
-    let width = |half: f64| match value {
-        v if v != 0.0 => format!("±{} %", spoken(100.0 * half / v.abs())),
-        _ => format!("±{} {}", spoken(half), goal.unit),
-    };
+    let width = |half: f64| half_width(value, half, &goal.unit);
     let more = (obtained / goal.wanted).powi(2) - 1.0;
     let advice = match minutes > 0.0 && more < MOST_MORE {
         true => format!("about {} min more of the same", spoken((more * minutes).ceil())),

@@ -8,10 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::allocate::Criterion;
+use crate::battery::Battery;
 use crate::goal::Goal;
 use crate::limits::Limits;
 use crate::logging::Logging;
 use crate::manoeuvre::driving_force;
+use crate::margin::ControllerGoal;
+use crate::mission::Mission;
 use crate::prior::Prior;
 use crate::rig::Rig;
 
@@ -19,7 +22,9 @@ use crate::rig::Rig;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Request {
-    /// Goals; if empty, mass to 5 % and drag to 10 % of every axis with thrust.
+    /// Goals; if empty, velocity on the mission to 5 % of each axis that it drives, and phase margins to
+    /// 5° of each axis with thrust if a controller is given; without both, mass to 5 % and drag to
+    /// 10 % of every axis with thrust.
     pub goals: Vec<Goal>,
     /// The objective that the minutes minimise.
     pub criterion: Criterion,
@@ -27,6 +32,15 @@ pub struct Request {
     pub minutes: Option<f64>,
     /// Limits that no manoeuvre may exceed.
     pub limits: Limits,
+    /// The battery, if it limits the plan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub battery: Option<Battery>,
+    /// The reference mission of goals `mission.AXIS`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mission: Option<Mission>,
+    /// The controller of goals `margin.AXIS`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controller: Option<ControllerGoal>,
     /// Logged channels.
     pub logging: Logging,
     /// Standard deviation of the disturbance on each axis, as a fraction of the force that drives
@@ -55,6 +69,9 @@ impl Default for Request {
             criterion: Criterion::default(),
             minutes: None,
             limits: Limits::default(),
+            battery: None,
+            mission: None,
+            controller: None,
             logging: Logging::default(),
             disturbance_part: 0.03,
             disturbance_correlation_s: 10.0,
@@ -76,6 +93,8 @@ impl Request {
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.limits.check()?;
         self.logging.check()?;
+        self.battery.as_ref().map_or(Ok(()), Battery::check)?;
+        self.mission.as_ref().map_or(Ok(()), Mission::check)?;
         let refuse = |name, found: String, expected| Err(Error::Setting { name, found, expected });
         if let Some(minutes) = self.minutes
             && !(1.0..=1440.0).contains(&minutes)

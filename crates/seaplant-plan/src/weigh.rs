@@ -8,6 +8,7 @@ use seaplant::plant::Plant;
 use seaplant::{CoupledRecord, Role, TrialSetup, Vehicle, parallel};
 
 use crate::Error;
+use crate::battery::Battery;
 use crate::drive::{Driven, Pilot, Sea, drive};
 use crate::limits::Limits;
 use crate::logging::Logging;
@@ -26,6 +27,8 @@ pub(crate) struct Candidate {
     pub(crate) rates: Vec<DMatrix<f64>>,
     /// Least and greatest velocity of each axis of the prior's plant, m/s and rad/s.
     pub(crate) velocity: [[f64; 2]; 6],
+    /// Mean electrical power, W, where a battery is given.
+    pub(crate) watts: Option<f64>,
     /// Factor by which limits reduced the forces, and the limit that did.
     pub(crate) factor: f64,
     pub(crate) limit: &'static str,
@@ -39,6 +42,7 @@ pub(crate) struct Bench<'a> {
     pub(crate) vehicle: &'a Vehicle,
     pub(crate) rig: &'a Rig,
     pub(crate) limits: &'a Limits,
+    pub(crate) battery: Option<Battery>,
     pub(crate) logging: &'a Logging,
     pub(crate) noises: &'a ExpectedNoises,
     pub(crate) current: [f64; 2],
@@ -67,8 +71,9 @@ const MOST_REDUCED: usize = 16;
 /// Least fraction of an excitation that limits must leave while the information is computed.
 const KEPT: f64 = 0.97;
 
-/// Information per second for each drawn plant, and the least and greatest velocity of each axis.
-type Weighed = (Vec<DMatrix<f64>>, [[f64; 2]; 6]);
+/// Information per second for each drawn plant, the least and greatest velocity of each axis, and the
+/// power.
+type Weighed = (Vec<DMatrix<f64>>, [[f64; 2]; 6], Option<f64>);
 
 impl Bench<'_> {
     /// Returns the thrusters' parameters in the form of a fit.
@@ -99,12 +104,13 @@ impl Bench<'_> {
             let scaled = manoeuvre.scaled(factor);
             match self.within_limits(&scaled)? {
                 None => {
-                    let (rates, velocity) = self.weighed(&scaled)?;
+                    let (rates, velocity, watts) = self.weighed(&scaled)?;
                     let limit = if factor < 1.0 { limit } else { "thrust_part" };
                     return Ok(Candidate {
                         manoeuvre: scaled,
                         rates,
                         velocity,
+                        watts,
                         factor,
                         limit,
                         is_sure: false,
@@ -116,7 +122,8 @@ impl Bench<'_> {
         let rates = Vec::new();
         let velocity = [[0.0; 2]; 6];
         let manoeuvre = manoeuvre.clone();
-        Ok(Candidate { manoeuvre, rates, velocity, factor: 0.0, limit, is_sure: true })
+        let watts = None;
+        Ok(Candidate { manoeuvre, rates, velocity, watts, factor: 0.0, limit, is_sure: true })
     }
 
     /// Returns the limit that a manoeuvre violates, if any, with every plant and in disturbances.
@@ -148,7 +155,8 @@ impl Bench<'_> {
         for _ in 0..MOST_REDUCED {
             let Some(limit) = self.without_margin(&reduced.manoeuvre, plants) else {
                 if reduced.factor < candidate.factor {
-                    (reduced.rates, reduced.velocity) = self.weighed(&reduced.manoeuvre)?;
+                    (reduced.rates, reduced.velocity, reduced.watts) =
+                        self.weighed(&reduced.manoeuvre)?;
                 }
                 return Ok(reduced);
             };
@@ -185,10 +193,12 @@ impl Bench<'_> {
     fn weighed(&self, manoeuvre: &Manoeuvre) -> Result<Weighed, Error> {
         let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
         let mut rates = Vec::with_capacity(self.plants.len());
-        let mut velocity = [[0.0_f64; 2]; 6];
+        let (mut velocity, mut watts) = ([[0.0_f64; 2]; 6], None);
         for (k, plant) in self.plants.iter().enumerate() {
             let driven = drive(plant, &pilot, WEIGHED_S, None)?;
             if k == 0 {
+                let power = |of: &Battery| of.watts(self.rig, &driven, self.limits.thrust_part);
+                watts = self.battery.as_ref().map(power);
                 for state in &driven.states {
                     for (axis, [low, high]) in velocity.iter_mut().enumerate() {
                         *low = low.min(state[6 + axis]);
@@ -200,7 +210,7 @@ impl Bench<'_> {
             let found = information(plant, &self.actuator(), self.noises, &record)?;
             rates.push(found.matrix / WEIGHED_S);
         }
-        Ok((rates, velocity))
+        Ok((rates, velocity, watts))
     }
 
     /// Returns the record of a run without noise.

@@ -5,15 +5,13 @@ use std::fmt::Write as _;
 use seaplant::spoken;
 
 use crate::forecast::Forecast;
+use crate::goal::DEGREES;
 use crate::plan::Plan;
 
 /// Formats a name, a value with half of its interval before and after, and the goal.
 fn of_forecast(forecast: &Forecast) -> [String; 5] {
     let Forecast { name, unit, value, before, after, goal } = forecast;
-    let width = |half: f64| match *value {
-        v if v != 0.0 => format!("±{} %", spoken(100.0 * half / v.abs())),
-        _ => format!("±{} {unit}", spoken(half)),
-    };
+    let width = |half: f64| half_width(*value, half, unit);
     [
         name.clone(),
         format!("{} {unit}", spoken(*value)),
@@ -21,6 +19,14 @@ fn of_forecast(forecast: &Forecast) -> [String; 5] {
         width(*after),
         goal.map_or(String::new(), width),
     ]
+}
+
+/// Formats half of an interval: relative to its value, but of an angle or of a value of zero in its unit.
+pub(crate) fn half_width(value: f64, half: f64, unit: &str) -> String {
+    match value {
+        v if v != 0.0 && unit != DEGREES => format!("±{} %", spoken(100.0 * half / v.abs())),
+        _ => format!("±{} {unit}", spoken(half)),
+    }
 }
 
 /// Formats rows with columns as wide as their widest word.
@@ -60,6 +66,10 @@ pub fn words(plan: &Plan) -> String {
     let _ = writeln!(text, "\n{}\n", table(head, &rows));
     if let Some(needed) = plan.minutes_needed {
         let _ = writeln!(text, "all goals need {} min", spoken(needed));
+    }
+    if let Some((energy, battery)) = plan.energy_wh.zip(plan.request.battery) {
+        let whole = spoken(battery.energy_wh);
+        let _ = writeln!(text, "battery: {} of {whole} Wh", spoken(energy));
     }
     let _ = writeln!(
         text,

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use seaplant::exchange::Draws;
-use seaplant::{Dof, Vehicle, parallel};
+use seaplant::{Dof, Vehicle, parallel, spoken};
 
 use crate::Error;
 use crate::allocate::Allocation;
+use crate::battery::HOUR_S;
 use crate::drive::{Pilot, Sea, drive};
 use crate::forecast::{Forecast, Forecaster, TIMES_MIN};
 use crate::limits::{Limits, Use};
@@ -65,6 +66,7 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
         vehicle,
         rig: &rig,
         limits: &request.limits,
+        battery: request.battery,
         logging: &request.logging,
         noises: &noises,
         current: request.current_m_s,
@@ -98,6 +100,9 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
         if work.knows_already() {
             allocation = work.with_margins(&mut used, seconds)?;
         }
+        if let Some(last) = work.battery_seconds(&used, &allocation.shares) {
+            seconds = seconds.min(last);
+        }
     }
     work.finished(&used, &allocation, seconds, needed)
 }
@@ -121,6 +126,12 @@ fn said_limit(name: &str, limits: &Limits) -> String {
         "tether_m" => format!("tether_m = {}", limits.tether_m.unwrap_or(f64::INFINITY)),
         _ => format!("thrust_part = {}", limits.thrust_part),
     }
+}
+
+/// Returns the mean power of manoeuvres, W; `None` without a battery.
+fn mean_watts(used: &[Candidate], shares: &[f64]) -> Option<f64> {
+    let parts = used.iter().zip(shares);
+    parts.map(|(candidate, share)| Some(share * candidate.watts?)).sum()
 }
 
 /// Inputs of all steps after the information is computed.
@@ -210,6 +221,12 @@ impl Work<'_> {
         }
     }
 
+    /// Returns how long the battery lasts with these shares, s.
+    fn battery_seconds(&self, used: &[Candidate], shares: &[f64]) -> Option<f64> {
+        let watts = mean_watts(used, shares)?;
+        Some(self.request.battery?.energy_wh * HOUR_S / watts)
+    }
+
     fn finished(
         &self,
         used: &[Candidate],
@@ -241,8 +258,26 @@ impl Work<'_> {
         let of_plan: Vec<&Manoeuvre> = manoeuvres.iter().map(|one| &one.manoeuvre).collect();
         let axes = self.bench.plants[0].axes().to_vec();
         let lag_s = self.bench.rig.lag_s;
-        let doubts = self.request.logging.doubts(&axes, lag_s, &of_plan);
-        let notes = self.notes(&goals, needed, total);
+        let mut doubts = self.request.logging.doubts(&axes, lag_s, &of_plan);
+        let mut notes = self.notes(&goals, needed, total);
+        let watts = mean_watts(used, &shares);
+        let energy_wh = watts.map(|watts| watts * 60.0 * total / HOUR_S);
+        if let Some((energy, battery)) = energy_wh.zip(self.request.battery) {
+            if energy > battery.energy_wh {
+                doubts.push(format!(
+                    "the battery has {} Wh and these minutes take {}: charge between manoeuvres, or leave the last ones out",
+                    spoken(battery.energy_wh),
+                    spoken(energy)
+                ));
+            }
+            if needed.is_some_and(|needed| needed > 60.0 * (total + STEP_MIN)) {
+                notes.push(format!(
+                    "the battery ends the plan after {} min; the goals need {} min",
+                    spoken(total),
+                    spoken(needed.unwrap_or(0.0) / 60.0)
+                ));
+            }
+        }
         Ok(Plan {
             schema: PLAN_SCHEMA.to_owned(),
             vehicle: self.prior.model.name.clone(),
@@ -251,6 +286,7 @@ impl Work<'_> {
             request: self.request.clone(),
             manoeuvres,
             minutes: total,
+            energy_wh,
             minutes_needed: needed.map(|seconds| seconds / 60.0),
             goals,
             coefficients,

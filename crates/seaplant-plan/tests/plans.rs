@@ -3,14 +3,17 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector6;
 use seaplant::estimate::CoupledFit;
 use seaplant::estimate::{ExpectedNoise, ExpectedNoises, PRECISION, fit_coupled, information};
 use seaplant::exchange::{PlantFile, PlantModel};
+use seaplant::motion::{Inputs, simulate};
+use seaplant::plant::Plant;
 use seaplant::twin::TwinCampaign;
-use seaplant::{CoupledRecord, Dof, Role, TrialSetup, Vehicle};
+use seaplant::{CoupledRecord, Dof, Role, Timed, TrialSetup, Vehicle};
 use seaplant_plan::{
-    Criterion, Error, Goal, Limits, Plan, Prior, Rehearsal, Request, Width, chart_svg,
-    commands_csv, deck_page, plan, rehearse, words,
+    Battery, ControllerGoal, Criterion, Error, Goal, Limits, Mission, Plan, Prior, Rehearsal,
+    Request, Width, chart_svg, commands_csv, deck_page, plan, rehearse, words,
 };
 
 /// Returns a boat with surge and yaw and two propellers.
@@ -95,6 +98,114 @@ fn fits_of_the_priors_vehicle_agree_with_the_predicted_uncertainty() {
     assert!(10 * near >= 9 * count, "{near} of {count} are stated as promised");
     let scatter: f64 = (squares / f64::from(count)).sqrt();
     assert!(SCATTER.contains(&scatter), "errors are {scatter} times what fits state");
+}
+
+/// Fits of ten dives of one plan predict velocity on the mission with an error of the promised size.
+#[test]
+fn velocity_on_a_mission_is_predicted_as_accurately_as_promised() {
+    let (prior, vehicle) = boat();
+    let mission = Mission {
+        time_s: vec![0.0, 30.0, 50.0, 70.0, 100.0, 130.0],
+        force: [
+            (Dof::Surge, vec![25.0, 25.0, 10.0, -15.0, 0.0, 0.0]),
+            (Dof::Yaw, vec![0.0, 4.0, -4.0, 2.0, 0.0, 0.0]),
+        ]
+        .into(),
+    };
+    let request =
+        Request { minutes: Some(4.0), mission: Some(mission.clone()), draws: 1, ..quick() };
+    let made = plan(&prior, &vehicle, &request).expect("a plan");
+    let names: Vec<&str> = made.goals.iter().map(|goal| goal.name.as_str()).collect();
+    assert_eq!(names, ["mission.surge", "mission.yaw"]);
+    let velocity = |plant: &Plant| {
+        let mut inputs = Inputs::default();
+        for (dof, force) in &mission.force {
+            let timed = Timed::new("force", mission.time_s.clone(), force.clone());
+            inputs.force[dof.index()] = Some(timed.expect("finite"));
+        }
+        let times: Vec<f64> = (0..=260).map(|k| 0.5 * f64::from(k)).collect();
+        simulate(plant, &inputs, &Vector6::zeros(), &times).expect("a motion").velocity
+    };
+    let mut squares = [0.0; 2];
+    for seed in 0..10 {
+        let rehearsal = Rehearsal { seed, hold_out_s: 0.0, is_believed: true };
+        let campaign = rehearse(&prior, &vehicle, &made, rehearsal).expect("driven");
+        let fit = fit_of(&campaign, &made.axes);
+        let pairs: Vec<_> =
+            velocity(&fit.plant).into_iter().zip(velocity(&prior.model.plant)).collect();
+        for (sum, axis) in squares.iter_mut().zip([0, 5]) {
+            let square =
+                |(found, truth): &(Vector6<f64>, Vector6<f64>)| (found[axis] - truth[axis]).powi(2);
+            *sum += pairs.iter().map(square).sum::<f64>() / (10 * pairs.len()) as f64;
+        }
+    }
+    for (goal, square) in made.goals.iter().zip(squares) {
+        let ratio = square.sqrt() / (goal.after / 1.959_964);
+        // Of ten dives with few numbers each, the root mean square scatters by a quarter.
+        assert!((0.5..1.5).contains(&ratio), "{}: {ratio}", goal.name);
+    }
+}
+
+#[test]
+fn a_phase_margin_is_a_goal_in_degrees() {
+    let request = Request {
+        minutes: Some(4.0),
+        controller: Some(ControllerGoal { bandwidth_hz: 0.15, ..ControllerGoal::default() }),
+        ..quick()
+    };
+    let made = planned(&request).expect("a plan");
+    let names: Vec<&str> = made.goals.iter().map(|goal| goal.name.as_str()).collect();
+    assert_eq!(names, ["margin.surge", "margin.yaw"]);
+    for goal in &made.goals {
+        assert!(goal.unit == "deg" && (30.0..180.0).contains(&goal.value), "{goal:?}");
+        assert!(goal.after > 0.0 && goal.after < 5.0, "{goal:?}");
+    }
+    // A bandwidth beyond what sampling allows is no controller.
+    let fast = ControllerGoal { bandwidth_hz: 40.0, ..ControllerGoal::default() };
+    let refused = planned(&Request { controller: Some(fast), ..request });
+    let refused = refused.expect_err("too fast").to_string();
+    assert!(refused.starts_with("goal `margin.surge`"), "{refused}");
+}
+
+#[test]
+fn goals_need_their_mission_and_their_controller() {
+    let refused = |name: &str| {
+        let goals = vec![Goal { name: name.to_owned(), width: Width::Part(0.05) }];
+        planned(&Request { goals, ..quick() }).expect_err("refused").to_string()
+    };
+    let message = refused("mission.surge");
+    assert!(message.contains("--mission FILE.csv"), "{message}");
+    let message = refused("margin.surge");
+    assert!(message.contains("--bandwidth 0.1"), "{message}");
+    let force = [(Dof::Sway, vec![1.0, 1.0])].into();
+    let mission = Mission { time_s: vec![0.0, 10.0], force };
+    let message = planned(&Request { mission: Some(mission), ..quick() }).expect_err("no sway");
+    assert!(message.to_string().contains("the plant has no sway; it has surge, yaw"), "{message}");
+}
+
+#[test]
+fn a_plan_stays_within_its_battery() {
+    let with = |energy_wh: f64, minutes| {
+        let battery = Some(Battery { energy_wh, thruster_w: 200.0, other_w: 10.0 });
+        planned(&Request { battery, minutes, ..quick() })
+    };
+    let ample = with(500.0, Some(12.0)).expect("a plan");
+    let used = ample.energy_wh.expect("a battery");
+    assert!(used > 2.0 && used < 500.0, "{used}");
+    // Less energy for the same minutes: manoeuvres that need less power.
+    let scarce = with(0.8 * used, Some(12.0)).expect("a plan");
+    let less = scarce.energy_wh.expect("a battery");
+    assert!(less < 0.85 * used, "{less} and {used}");
+    let message = with(1.0, Some(12.0)).expect_err("empty after minutes").to_string();
+    assert!(message.contains("more power than the battery has"), "{message}");
+    // Without given minutes the battery ends the plan before the goals are met.
+    let goals = vec![Goal { name: "drag.yaw".to_owned(), width: Width::Part(0.004) }];
+    let battery = Some(Battery { energy_wh: 10.0, thruster_w: 200.0, other_w: 10.0 });
+    let made = planned(&Request { battery, goals, ..quick() }).expect("a plan");
+    assert!(made.energy_wh.expect("a battery") < 11.0, "{:?}", made.energy_wh);
+    assert!(made.notes.iter().any(|note| note.contains("the battery ends")), "{:?}", made.notes);
+    let message = with(-1.0, None).expect_err("no battery").to_string();
+    assert!(message.contains("battery.energy_wh is -1"), "{message}");
 }
 
 #[test]
@@ -213,7 +324,8 @@ fn commands_stay_within_the_thrust_that_is_allowed() {
         let commands = lines.flat_map(|line| line.split(',').skip(1));
         let most = commands.map(|x| x.parse::<f64>().expect("a number").abs()).fold(0.0, f64::max);
         assert!(most > 0.1 && most <= 0.6_f64.sqrt() + 1e-4, "{most}");
-        assert_eq!(table.lines().count(), 1 + (600.0 * planned.minutes).round() as usize);
+        assert_eq!(table.lines().count(), 2 + (600.0 * planned.minutes).round() as usize);
+        assert!(table.ends_with(",0.0000,0.0000\n"), "the last command is neutral");
     }
 }
 

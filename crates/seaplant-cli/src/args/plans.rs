@@ -36,14 +36,25 @@ pub struct Plan {
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
     /// A goal, as mass.surge=5%, drag.yaw=10%, speed.surge=3% or "surge: |u|u=12" in SI units: half
-    /// of a 95 % interval. Repeat it for several; if not given, mass to 5 % and drag to 10 % of
-    /// every axis with thrust.
+    /// of a 95 % interval. With --mission also mission.surge=5%, with --bandwidth margin.yaw=3 in
+    /// degrees. Repeat it for several; if not given, velocity on the mission to 5 % and margins to 5°,
+    /// or mass to 5 % and drag to 10 % of every axis with thrust.
     #[arg(long = "goal", value_name = "GOAL")]
     pub goals: Vec<String>,
     /// A request in TOML: goals, limits, logged channels; `seaplant schema request` prints its
     /// keys. Options here override it.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub request: Option<PathBuf>,
+    /// A reference mission in CSV, `time [s]` and the force on axes as `surge [N]`: a goal
+    /// mission.AXIS is the velocity that the plant predicts on it.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub mission: Option<PathBuf>,
+    /// Bandwidth of the controller whose phase margin is a goal, Hz; the request has its other keys.
+    #[arg(long, value_name = "HZ")]
+    pub bandwidth: Option<f64>,
+    /// The battery: usable Wh, W of one thruster at its greatest thrust, W of everything else.
+    #[arg(long, value_name = "WH,W,W", value_delimiter = ',', num_args = 1)]
+    pub battery: Vec<f64>,
     /// The objective that the minutes minimise: the widest interval of the goals, their mean
     /// square, or the volume of all.
     #[arg(long, value_parser = criterion())]

@@ -8,8 +8,8 @@ use seaplant::Vehicle;
 use seaplant::exchange::PlantModel;
 use seaplant_campaign::{SourcedVehicle, read_bounded, read_toml};
 use seaplant_plan::{
-    Goal, Plan, Prior, Rehearsal, Request, chart_svg, commands_csv, deck_page, lua_script, plan,
-    rehearse, words,
+    Battery, ControllerGoal, Goal, Mission, Plan, Prior, Rehearsal, Request, chart_svg,
+    commands_bag, commands_csv, deck_page, lua_script, plan, rehearse, words,
 };
 use serde_json::json;
 
@@ -26,7 +26,7 @@ pub fn run(arguments: &args::Plan, output: Output) -> Result<ExitCode> {
     let made = plan(&prior, &vehicle, &request)?;
     let (files, notes) = files(&prior, &made)?;
     let mut inputs = vec![file_of(&arguments.plant)];
-    inputs.extend(arguments.request.clone());
+    inputs.extend(arguments.request.iter().chain(&arguments.mission).cloned());
     let permit = Permit::new(&inputs, arguments.force);
     Target { folder: &arguments.out, made: Some(Made::Export), permit }.write(&files)?;
     let mut campaign = None;
@@ -61,10 +61,14 @@ fn names(files: &[File]) -> String {
     let (of_manoeuvres, others): (Vec<&File>, Vec<&File>) =
         files.iter().partition(|file| file.path.starts_with(COMMANDS));
     let others: Vec<&str> = others.iter().map(|file| file.path.as_str()).collect();
-    format!("{} and {} tables of commands in {COMMANDS}", others.join(", "), of_manoeuvres.len())
+    let count = of_manoeuvres.len() / 2;
+    format!("{} and {count} tables and ROS 2 bags of commands in {COMMANDS}", others.join(", "))
 }
 
-/// Folder of the tables of commands.
+/// Size of the largest file of text that is read.
+const MOST_BYTES: u64 = 1 << 24;
+
+/// Folder of the tables and bags of commands.
 const COMMANDS: &str = "commands";
 
 fn request(arguments: &args::Plan) -> Result<Request> {
@@ -80,6 +84,25 @@ fn request(arguments: &args::Plan) -> Result<Request> {
         [a, b] => Ok([a, b]),
         _ => bail!("{flag} takes two numbers with a comma between them, as {flag} 5,8"),
     };
+    if let Some(path) = &arguments.mission {
+        let bytes = read_bounded(path, MOST_BYTES)?;
+        let text = String::from_utf8(bytes).with_context(|| path.display().to_string())?;
+        let mission = Mission::of_csv(&text).with_context(|| path.display().to_string())?;
+        request.mission = Some(mission);
+    }
+    if let Some(bandwidth_hz) = arguments.bandwidth {
+        let controller = request.controller.unwrap_or_default();
+        request.controller = Some(ControllerGoal { bandwidth_hz, ..controller });
+    }
+    match *arguments.battery {
+        [] => {}
+        [energy_wh, thruster_w, other_w] => {
+            request.battery = Some(Battery { energy_wh, thruster_w, other_w });
+        }
+        _ => bail!(
+            "--battery takes three numbers with commas between them, Wh, W of a thruster at its greatest thrust, W of the rest, as --battery 266,350,20"
+        ),
+    }
     let limits = &mut request.limits;
     if !arguments.room.is_empty() {
         limits.box_m = pair(&arguments.room, "--box")?;
@@ -141,7 +164,6 @@ fn prior(arguments: &args::Plan) -> Result<(Prior, Vehicle)> {
 
 /// Returns whether a path is a vehicle.toml, not a plant file, results or a published table.
 fn is_vehicle_file(path: &Path) -> Result<bool> {
-    const MOST_BYTES: u64 = 1 << 24;
     if path.extension().is_none_or(|ending| ending != "toml") || !path.is_file() {
         return Ok(false);
     }
@@ -176,8 +198,10 @@ fn files(prior: &Prior, made: &Plan) -> Result<(Vec<File>, Vec<String>)> {
         Err(error) => notes.push(format!("no plan.lua: {error}")),
     }
     for (k, planned) in made.manoeuvres.iter().enumerate() {
-        let path = format!("{COMMANDS}/{:02}-{}.csv", k + 1, planned.manoeuvre.name);
-        files.push(text(&path, commands_csv(prior, made, planned)?));
+        let path = format!("{COMMANDS}/{:02}-{}", k + 1, planned.manoeuvre.name);
+        files.push(text(&format!("{path}.csv"), commands_csv(prior, made, planned)?));
+        let bytes = commands_bag(prior, made, planned)?;
+        files.push(File { path: format!("{path}.mcap"), bytes });
     }
     Ok((files, notes))
 }

@@ -51,6 +51,47 @@ fn a_vehicle_file_leads_to_a_plan_with_its_files() {
     assert!(workshop.read("dive/campaign.toml").contains("[[trial]]"));
 }
 
+/// The bag of a manoeuvre is a log whose topics have the table's commands.
+#[test]
+fn commands_are_also_a_ros_bag() {
+    let workshop = Workshop::empty();
+    workshop.write("vehicle.toml", VEHICLE);
+    let made = planned(&workshop, &[]);
+    let first = made["plan"]["manoeuvres"][0]["manoeuvre"]["name"].as_str().expect("a name");
+    let path = format!("plan/commands/01-{first}");
+    let words = ["inspect", &format!("{path}.mcap"), "--json"];
+    let seen: Value = serde_json::from_str(&workshop.success(&words)).expect("JSON");
+    let channels = seen["channels"].as_array().expect("channels");
+    let rows = workshop.read(&format!("{path}.csv")).lines().count() - 1;
+    for name in ["port", "starboard"] {
+        let topic = format!("/thrusters/{name}/command");
+        let own = channels.iter().find(|one| one["column"].to_string().contains(&topic));
+        let own = own.unwrap_or_else(|| panic!("no {topic} in {seen}"));
+        assert_eq!(own["count"].as_u64(), Some(rows as u64), "{own}");
+    }
+}
+
+#[test]
+fn a_mission_a_controller_and_a_battery_are_options() {
+    let workshop = Workshop::empty();
+    workshop.write("vehicle.toml", VEHICLE);
+    workshop.write("mission.csv", "time [s],surge [N]\n0,20\n40,0\n60,0\n");
+    let words = ["--mission", "mission.csv", "--bandwidth", "0.1", "--battery", "60,150,15"];
+    let made = planned(&workshop, &words);
+    let goals = made["plan"]["goals"].as_array().expect("goals");
+    let names: Vec<&str> = goals.iter().filter_map(|goal| goal["name"].as_str()).collect();
+    assert_eq!(names, ["mission.surge", "margin.surge", "margin.yaw"]);
+    assert!(made["plan"]["energy_wh"].as_f64().expect("a battery") < 60.0);
+    workshop.write("mission.csv", "time [s],surge [N]\n0,20\n40,fast\n");
+    let fails = |words: &[&str]| {
+        workshop.failure(&[&["plan", "vehicle.toml", "--out", "other"], words].concat())
+    };
+    let message = fails(&words);
+    assert!(message.contains("mission.csv") && message.contains("line 3, `surge`"), "{message}");
+    let message = fails(&["--battery", "60,150"]);
+    assert!(message.contains("--battery takes three numbers"), "{message}");
+}
+
 #[test]
 fn results_give_the_prior_of_the_next_plan() {
     let workshop = Workshop::empty();
