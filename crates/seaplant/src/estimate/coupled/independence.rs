@@ -136,7 +136,8 @@ mod tests {
     /// A pilot's steps of force, and waves; innovations are waves and a part of the force a second ago.
     fn tested(part: f64) -> f64 {
         let (period_s, count) = (0.1, 6000);
-        let force = |k: usize| if (k / 70) % 3 == 0 { 1.0 } else { -0.6 + (k / 310 % 2) as f64 };
+        let force =
+            |k: usize| if (k / 70).is_multiple_of(3) { 1.0 } else { -0.6 + (k / 310 % 2) as f64 };
         let inputs: Vec<Vec<f64>> = (0..count).map(|k| vec![force(k)]).collect();
         let innovations: Vec<Innovation> = (0..count)
             .map(|k| {
