@@ -33,6 +33,10 @@ pub(crate) fn manoeuvre(
         Kind::Release => "tilt, let go and let it swing out".to_owned(),
         Kind::SinusoidAndJoystick => "a sinusoid and joystick steps".to_owned(),
         Kind::Sweep => format!("sweep of {} s", spoken(manoeuvre.period_s)),
+        Kind::HoverWithWeight => format!(
+            "hover, with the weight for {half} s and without it for {half} s in turn, beginning with it",
+            half = spoken(0.5 * manoeuvre.period_s)
+        ),
         Kind::OpposingThrusters => "thrusters against each other while surging".to_owned(),
     };
     format!("{axes}, {} min: {how}; {}", spoken(minutes), ranges.join(", "))

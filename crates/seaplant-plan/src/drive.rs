@@ -169,6 +169,9 @@ pub(crate) fn drive(
     sea: Option<Sea<'_>>,
 ) -> Result<Driven, Error> {
     let space = StateSpace::new(plant)?;
+    let known = pilot.manoeuvre.known(seconds);
+    let loaded = known.first().map(|weight| StateSpace::under(plant, std::slice::from_ref(weight)));
+    let loaded = loaded.transpose()?;
     let rig = pilot.rig;
     let n = rig.thrusters.len();
     let ticks = (seconds / TICK_S).round() as usize;
@@ -202,6 +205,8 @@ pub(crate) fn drive(
         for (most, now) in driven.uses.iter_mut().zip(pilot.limits.uses(&state, &Stop::default())) {
             *most = most.or(now);
         }
+        let hangs = known.iter().any(|weight| (weight.from_s..weight.to_s).contains(&t));
+        let space = loaded.as_ref().filter(|_| hangs).unwrap_or(&space);
         let measured = instruments.as_mut().map_or(state, |own| own.measure(&state));
         let believed = instruments.as_mut().map_or(state, |own| own.estimate(&state, &measured));
         driven.part += pilot.part(&believed) / ticks as f64;
@@ -227,7 +232,7 @@ pub(crate) fn drive(
                 let first = 2 * (STEPS * tick + step);
                 tau.iter_mut().zip(&forces[first..]).for_each(|(tau, force)| *tau += force);
             }
-            state = stepped(&space, &state, &tau, &current, h)?;
+            state = stepped(space, &state, &tau, &current, h)?;
             turning = end;
         }
     }

@@ -12,6 +12,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use seaplant::motion::{KnownForce, KnownKind};
 use seaplant::{Dof, Motion, Timed, Trial, VelocitySource};
 
 use crate::manoeuvre::Manoeuvre;
@@ -45,6 +46,8 @@ pub(crate) struct Log {
     to_s: f64,
     force: BTreeMap<Dof, Timed>,
     velocity: BTreeMap<Dof, Timed>,
+    /// Known weights that hung on the vehicle, N.
+    weights_n: Vec<f64>,
 }
 
 impl Log {
@@ -70,7 +73,10 @@ impl Log {
         }
         let from_s = force.values().map(Timed::first_s).fold(f64::INFINITY, f64::min);
         let to_s = force.values().map(Timed::last_s).fold(f64::NEG_INFINITY, f64::max);
-        Self { trial: trial.name().to_owned(), from_s, to_s, force, velocity }
+        let is_weight = |one: &&KnownForce| matches!(one.kind, KnownKind::Weight { .. });
+        let weights_n =
+            trial.setup().known.iter().filter(is_weight).map(KnownForce::size_n).collect();
+        Self { trial: trial.name().to_owned(), from_s, to_s, force, velocity, weights_n }
     }
 
     pub(crate) fn axes(&self) -> BTreeSet<Dof> {
@@ -184,8 +190,8 @@ struct Match {
 
 /// Finds where logs follow manoeuvres; no sample follows two of them.
 pub(crate) fn followed(planned: &[Planned], logs: &[Log]) -> Vec<Stretch> {
+    let mut found = with_weight(planned, logs);
     let templates: Vec<Option<Template>> = planned.iter().map(Template::new).collect();
-    let mut found = Vec::new();
     for (l, log) in logs.iter().enumerate() {
         let mut sampled = log.sampled();
         let search = |sampled: &Sampled, m: usize| {
@@ -213,6 +219,27 @@ pub(crate) fn followed(planned: &[Planned], logs: &[Log]) -> Vec<Stretch> {
     }
     found
 }
+
+/// Returns the trials in which the weight of a manoeuvre hung on the vehicle: hovering has no planned
+/// forces.
+fn with_weight(planned: &[Planned], logs: &[Log]) -> Vec<Stretch> {
+    let of = |(m, one): (usize, &Planned)| {
+        let weight = one.manoeuvre.weight?;
+        let is_hung = |log: &&Log| {
+            log.weights_n.iter().any(|own| (own / weight.weight_n - 1.0).abs() < SAME_WEIGHT)
+        };
+        let own = move |log: usize, from_s: f64, to_s: f64| {
+            let seconds = (to_s - from_s).min(60.0 * one.minutes);
+            Stretch { manoeuvre: m, log, from_s, to_s, seconds, force_ratio: 1.0 }
+        };
+        let (log, found) = logs.iter().enumerate().find(|(_, log)| is_hung(log))?;
+        Some(own(log, found.from_s, found.to_s))
+    };
+    planned.iter().enumerate().filter_map(of).collect()
+}
+
+/// Relative difference below which a weight of a log is that of a plan.
+const SAME_WEIGHT: f64 = 0.1;
 
 /// Returns the stretch of free samples that follows a manoeuvre longest.
 fn best(
@@ -376,7 +403,14 @@ mod tests {
         };
         let force = [Dof::Surge, Dof::Yaw].map(series).into();
         let to_s = times[times.len() - 1];
-        Log { trial: "all".to_owned(), from_s: 0.0, to_s, force, velocity: BTreeMap::new() }
+        Log {
+            trial: "all".to_owned(),
+            from_s: 0.0,
+            to_s,
+            force,
+            velocity: BTreeMap::new(),
+            weights_n: Vec::new(),
+        }
     }
 
     /// One log: 90 s of the second manoeuvre from 30 s on, then the third from 150 s on, and none of

@@ -83,7 +83,9 @@ impl<'a> Forecaster<'a> {
             rig: bench.rig,
             request,
             actuators: Actuators::of_model(&prior.model),
-            thrust_part: prior.thrust_part,
+            // A weight replaces what is believed of thrust by what is measured.
+            thrust_part: if bench.has_scale { 0.0 } else { prior.thrust_part },
+            has_scale: bench.has_scale,
             more: first.names.len() - terms,
         };
         let goals = if request.goals.is_empty() { scale.usual() } else { request.goals.clone() };
@@ -147,7 +149,7 @@ impl<'a> Forecaster<'a> {
         let of = |(k, goal): (usize, &Goal)| {
             let own = self.scale.combination(believed, &goal.name).ok()?;
             let target = &self.targets[k];
-            let irreducible = own.irreducible(self.prior.thrust_part);
+            let irreducible = own.irreducible(self.scale.thrust_part);
             let with = |variance: f64| HALF_95 * (variance + irreducible).sqrt();
             let before = self.variance_today(&own.weights);
             Some(Forecast {
@@ -192,7 +194,7 @@ impl<'a> Forecaster<'a> {
             let own = self.scale.combination(believed, name).ok()?;
             let variances = covariances.iter().map(|all| own.weights.dot(&(all * &own.weights)));
             let variance = variances.sum::<f64>() / covariances.len() as f64;
-            let irreducible = own.irreducible(self.prior.thrust_part);
+            let irreducible = own.irreducible(self.scale.thrust_part);
             Some(Forecast {
                 name: name.clone(),
                 before: self.variance_today(&own.weights).map(|today| HALF_95 * today.sqrt()),

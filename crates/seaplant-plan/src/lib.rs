@@ -40,6 +40,7 @@ mod rig;
 mod scale;
 mod wave;
 mod weigh;
+mod weight;
 mod words;
 mod work;
 
@@ -63,5 +64,6 @@ pub use prior::Prior;
 pub use rehearse::{Rehearsal, rehearse};
 pub use request::Request;
 pub use wave::Wave;
+pub use weight::HungWeight;
 pub use words::words;
 pub use work::plan;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
+use seaplant::motion::KnownForce;
 use seaplant::plant::{Basis, Plant, Product};
 use seaplant::{Dof, axes_by_name};
 use serde::{Deserialize, Serialize};
@@ -11,6 +12,7 @@ use crate::hold::{TILTS, upright_rad_s};
 use crate::limits::Limits;
 use crate::rig::Rig;
 use crate::wave::{Wave, seed_of};
+use crate::weight::HungWeight;
 
 /// The kind of manoeuvre.
 #[derive(
@@ -40,6 +42,8 @@ pub enum Kind {
     Release,
     /// Thrusters that act against each other while the vehicle surges.
     OpposingThrusters,
+    /// Hover, with a known weight hung on and taken off.
+    HoverWithWeight,
     /// One sinusoid and joystick steps together, as in the paper, for comparison.
     SinusoidAndJoystick,
     /// Harmonics with Schroeder's phases, which sweep through their frequencies, for comparison.
@@ -61,6 +65,7 @@ impl Kind {
             Self::AscentAndDescent => "ascent and descent",
             Self::Release => "tilt and release",
             Self::OpposingThrusters => "opposing thrusters",
+            Self::HoverWithWeight => "hover with weight",
             Self::SinusoidAndJoystick => "sinusoid and joystick",
             Self::Sweep => "sweep",
         }
@@ -85,6 +90,9 @@ pub struct Manoeuvre {
     /// Thrust that cancels, by thruster, and its time course, for opposing thrusters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub opposing: Option<(Vec<f64>, Wave)>,
+    /// The weight that hangs on the vehicle in the first half of every period.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weight: Option<HungWeight>,
     /// Natural frequency of the controller of each axis, rad/s; zero for an axis without control.
     pub hold_rad_s: [f64; 6],
 }
@@ -96,12 +104,21 @@ impl Manoeuvre {
         let opposing = self.opposing.clone().map(|(of, wave)| (of, wave.scaled(factor)));
         Self { waves, opposing, ..self.clone() }
     }
+
+    /// Returns when the weight hangs on the vehicle in a run of some seconds.
+    pub(crate) fn known(&self, seconds: f64) -> Vec<KnownForce> {
+        self.weight.map_or(Vec::new(), |weight| weight.hung(self.period_s, seconds))
+    }
 }
 
 /// Natural frequency of the controller of axes that are not driven, rad/s …
 const HELD: f64 = 0.6;
 /// … and of driven axes, as a fraction of the manoeuvre's lowest frequency.
 const DRIVEN_PART: f64 = 0.3;
+/// Period in which a weight is hung on and taken off, s …
+const WEIGHT_PERIOD_S: f64 = 120.0;
+/// … and natural frequency of the controller that holds depth under it, rad/s.
+const LIFT_RAD_S: f64 = 1.0;
 /// Harmonics of a multisine.
 const HARMONICS: [u32; 6] = [1, 2, 3, 4, 6, 9];
 /// Fraction of the greatest force that drives an axis, the rest being for the controller …
@@ -179,7 +196,27 @@ impl Library {
             hold_rad_s[dof.index()] = 0.0;
         }
         let waves = waves.into_iter().collect();
-        self.made.push(Manoeuvre { name, kind, axes, period_s, waves, opposing: None, hold_rad_s });
+        let (opposing, weight) = (None, None);
+        self.made.push(Manoeuvre {
+            name,
+            kind,
+            axes,
+            period_s,
+            waves,
+            opposing,
+            weight,
+            hold_rad_s,
+        });
+    }
+
+    /// Hovers with a weight; depth is held more firmly, so that the vehicle does not sink far under it.
+    fn of_weight(&mut self, weight: HungWeight) {
+        self.add(Kind::HoverWithWeight, WEIGHT_PERIOD_S, vec![], &[]);
+        if let Some(made) = self.made.last_mut() {
+            made.name = format!("hover-with-{:.0}-newtons", weight.weight_n);
+            (made.axes, made.weight) = (vec![Dof::Heave], Some(weight));
+            made.hold_rad_s[2] = made.hold_rad_s[2].max(LIFT_RAD_S);
+        }
     }
 
     fn of_axis(&mut self, scale: &AxisScale) {
@@ -290,7 +327,13 @@ fn release(force: f64, period_s: f64) -> Wave {
 
 /// Returns all manoeuvres that a vehicle's thrusters can drive, at the greatest forces that limits
 /// may allow.
-pub(crate) fn library(plant: &Plant, rig: &Rig, limits: &Limits, seed: u64) -> Vec<Manoeuvre> {
+pub(crate) fn library(
+    plant: &Plant,
+    rig: &Rig,
+    limits: &Limits,
+    weight: Option<HungWeight>,
+    seed: u64,
+) -> Vec<Manoeuvre> {
     let scales: Vec<AxisScale> =
         rig.pushed().filter_map(|dof| AxisScale::new(plant, rig, limits, dof)).collect();
     let mut library = Library { held: held(rig), seed, made: Vec::new() };
@@ -305,6 +348,9 @@ pub(crate) fn library(plant: &Plant, rig: &Rig, limits: &Limits, seed: u64) -> V
     }
     if let Some(surge) = of(Dof::Surge) {
         library.of_opposing(rig, surge);
+    }
+    if let Some(weight) = weight {
+        library.of_weight(weight);
     }
     library.made
 }
@@ -352,8 +398,12 @@ fn held(rig: &Rig) -> [f64; 6] {
     std::array::from_fn(|k| if rig.most[k] > 0.0 { firm(k) } else { 0.0 })
 }
 
-/// Returns variants of a useful manoeuvre: with other periods and, for multisines, other phases.
+/// Returns variants of a useful manoeuvre with other periods; a weight keeps the pace of those who hang
+/// it on.
 pub(crate) fn refinements(manoeuvre: &Manoeuvre) -> Vec<Manoeuvre> {
+    if manoeuvre.weight.is_some() {
+        return Vec::new();
+    }
     REFINED.iter().map(|factor| stretched(manoeuvre, *factor)).collect()
 }
 

@@ -16,7 +16,7 @@ use crate::forecast::Forecast;
 use crate::goal::{HALF_95, Width};
 use crate::plan::{PLAN_SCHEMA, Plan};
 use crate::rig::Rig;
-use crate::scale::{Combination, Scale};
+use crate::scale::{Combination, SCALE, Scale};
 use crate::words::half_width;
 
 /// Tolerance of a goal: minutes are rounded to halves.
@@ -179,6 +179,10 @@ impl Found {
 
     /// Returns the estimate of a goal and half of its 95 % interval.
     fn goal(&self, plan: &Plan, name: &str) -> Option<(f64, f64)> {
+        if name == SCALE {
+            let found = self.model.actuation.values().find_map(|own| own.thrust_scale.as_ref())?;
+            return Some((found.value, 0.5 * (found.high95 - found.low95)));
+        }
         let plants = std::slice::from_ref(&self.model.plant);
         let scale = Scale {
             plants,
@@ -187,6 +191,7 @@ impl Found {
             actuators: Actuators::of_model(&self.model),
             thrust_part: 0.0,
             more: 0,
+            has_scale: false,
         };
         let Combination { weights, value, .. } = scale.combination(&plants[0], name).ok()?;
         let variance = weights.dot(&(&self.covariance * &weights));

@@ -75,7 +75,7 @@ pub fn rehearse(
             role,
             dofs: Vec::new(),
             recording,
-            known: Vec::new(),
+            known: manoeuvre.known(60.0 * planned.minutes),
         });
     }
     let currents = trials.iter().map(|trial| (trial.name.clone(), request.current_m_s)).collect();
@@ -117,6 +117,7 @@ fn hold_out(plan: &Plan, rehearsal: Rehearsal) -> Option<Planned> {
         period_s: 9.0,
         waves,
         opposing: None,
+        weight: None,
         hold_rad_s,
     };
     Some(Planned { manoeuvre, minutes: rehearsal.hold_out_s / 60.0, ..first.clone() })

@@ -17,6 +17,7 @@ use crate::margin::ControllerGoal;
 use crate::mission::Mission;
 use crate::prior::Prior;
 use crate::rig::Rig;
+use crate::weight::HungWeight;
 
 /// The request of a plan; every field has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,7 +25,7 @@ use crate::rig::Rig;
 pub struct Request {
     /// Goals; if empty, velocity on the mission to 5 % of each axis that it drives, and phase margins to
     /// 5° of each axis with thrust if a controller is given; without both, mass to 5 % and drag to
-    /// 10 % of every axis with thrust.
+    /// 10 % of every axis with thrust, and the scale of thrust to 5 % if a weight is given.
     pub goals: Vec<Goal>,
     /// The objective that the minutes minimise.
     pub criterion: Criterion,
@@ -35,6 +36,9 @@ pub struct Request {
     /// The battery, if it limits the plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub battery: Option<Battery>,
+    /// The weight that determines the scale of thrust, if there is one: the goal `thrust.scale`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<HungWeight>,
     /// The reference mission of goals `mission.AXIS`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mission: Option<Mission>,
@@ -70,6 +74,7 @@ impl Default for Request {
             minutes: None,
             limits: Limits::default(),
             battery: None,
+            weight: None,
             mission: None,
             controller: None,
             logging: Logging::default(),

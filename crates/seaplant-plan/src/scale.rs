@@ -22,8 +22,10 @@ pub(crate) struct Scale<'a> {
     pub(crate) actuators: Actuators,
     /// Relative standard deviation of the scale of thrust, which motion alone cannot reduce.
     pub(crate) thrust_part: f64,
-    /// The count of fitted numbers in addition to coefficients.
+    /// The count of fitted numbers in addition to coefficients …
     pub(crate) more: usize,
+    /// … of which the last is the logarithm of the scale of thrust, if a weight determines it.
+    pub(crate) has_scale: bool,
 }
 
 /// Combinations of the coefficients of a plant, whose variances add up.
@@ -65,14 +67,18 @@ impl Scale<'_> {
             let of = |dof| goal("margin", dof, Width::Amount(MARGIN_DEG));
             goals.extend(self.rig.pushed().map(of));
         }
-        if !goals.is_empty() {
+        if self.has_scale {
+            goals.push(Goal { name: SCALE.to_owned(), width: Width::Part(SCALE_PART) });
+        }
+        if goals.iter().any(|goal| goal.name != SCALE) {
             return goals;
         }
         let of = |dof: Dof| {
             [("mass", MASS_PART), ("drag", DRAG_PART)]
                 .map(|(what, part)| goal(what, dof, Width::Part(part)))
         };
-        self.rig.pushed().flat_map(of).collect()
+        goals.extend(self.rig.pushed().flat_map(of));
+        goals
     }
 
     /// Returns the combination of coefficients whose interval the minutes reduce.
@@ -127,6 +133,14 @@ impl Scale<'_> {
         let structure = plant.structure();
         let size = structure.terms().len() + self.more;
         let refuse = |reason: String| Error::Goal { text: name.to_owned(), reason };
+        if name == SCALE {
+            if !self.has_scale {
+                return Err(refuse("needs a known weight: --weight 20,2.5 (N in water and kg), or [weight] in the request".to_owned()));
+            }
+            let weights = DMatrix::from_fn(size, 1, |k, _| f64::from(u8::from(k + 1 == size)));
+            let unit = "1".to_owned();
+            return Ok(Combination { floor: 0.0, weights, value: 1.0, unit, scales: false });
+        }
         let of_axis = name.split_once('.').filter(|(what, _)| OF_AXIS.contains(what));
         let Some((what, axis)) = of_axis else {
             let known = || structure.names().join(", ");
@@ -223,8 +237,11 @@ fn listed(axes: &[Dof]) -> String {
 const DRAG_AT: f64 = 0.7;
 /// Goals of an axis that are not coefficients.
 const OF_AXIS: [&str; 4] = ["drag", "speed", "mission", "margin"];
+/// The goal of the scale of thrust.
+pub(crate) const SCALE: &str = "thrust.scale";
 /// Default goals: half of a 95 % interval, relative to velocity, mass and drag, and in degrees.
 const MISSION_PART: f64 = 0.05;
 const MARGIN_DEG: f64 = 5.0;
+const SCALE_PART: f64 = 0.05;
 const MASS_PART: f64 = 0.05;
 const DRAG_PART: f64 = 0.10;

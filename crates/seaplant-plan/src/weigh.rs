@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
-use seaplant::estimate::{Actuator, ExpectedNoises, Information, information, information_before};
+use seaplant::estimate::{
+    Actuator, ExpectedActuator, ExpectedNoises, Information, information, information_before,
+};
 use seaplant::plant::Plant;
 use seaplant::{CoupledRecord, Role, TrialSetup, Vehicle, parallel};
 
@@ -43,6 +45,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) rig: &'a Rig,
     pub(crate) limits: &'a Limits,
     pub(crate) battery: Option<Battery>,
+    /// True if a known weight is to determine the scale of thrust.
+    pub(crate) has_scale: bool,
     pub(crate) logging: &'a Logging,
     pub(crate) noises: &'a ExpectedNoises,
     pub(crate) current: [f64; 2],
@@ -77,18 +81,19 @@ type Weighed = (Vec<DMatrix<f64>>, [[f64; 2]; 6], Option<f64>);
 
 impl Bench<'_> {
     /// Returns the thrusters' parameters in the form of a fit.
-    pub(crate) fn actuator(&self) -> Actuator {
-        Actuator {
+    fn actuator(&self) -> ExpectedActuator {
+        let actuator = Actuator {
             lag_s: self.rig.lag_s,
             delay_s: self.rig.delay_s,
             log_reverse_ratio: self.rig.reverse_ratio.ln(),
             ..Actuator::default()
-        }
+        };
+        ExpectedActuator { actuator, has_scale: self.has_scale }
     }
 
     /// Returns the prior information of a fit.
     pub(crate) fn before(&self) -> Information {
-        information_before(&self.plants[0], &self.actuator())
+        information_before(&self.plants[0], self.actuator())
     }
 
     /// Computes the information of manoeuvres, each at the greatest forces that limits allow;
@@ -206,18 +211,19 @@ impl Bench<'_> {
                     }
                 }
             }
-            let record = self.record(&manoeuvre.name, &driven)?;
-            let found = information(plant, &self.actuator(), self.noises, &record)?;
+            let record = self.record(manoeuvre, &driven)?;
+            let found = information(plant, self.actuator(), self.noises, &record)?;
             rates.push(found.matrix / WEIGHED_S);
         }
         Ok((rates, velocity, watts))
     }
 
     /// Returns the record of a run without noise.
-    pub(crate) fn record(&self, name: &str, driven: &Driven) -> Result<CoupledRecord, Error> {
+    fn record(&self, manoeuvre: &Manoeuvre, driven: &Driven) -> Result<CoupledRecord, Error> {
         let depth_m = self.limits.start_depth_m;
         let recording = self.logging.recording(self.rig, driven, self.plants[0].axes(), depth_m)?;
-        let setup = TrialSetup { name: name.to_owned(), role: Role::Fit, ..TrialSetup::default() };
+        let (name, known) = (manoeuvre.name.clone(), manoeuvre.known(WEIGHED_S));
+        let setup = TrialSetup { name, role: Role::Fit, known, ..TrialSetup::default() };
         Ok(CoupledRecord::new(&setup, &recording, self.vehicle, self.plants[0].axes())?)
     }
 }

@@ -16,6 +16,7 @@ use crate::plan::{Certificate, LimitCheck, PLAN_SCHEMA, Plan, Planned};
 use crate::prior::Prior;
 use crate::request::Request;
 use crate::rig::Rig;
+use crate::scale::SCALE;
 use crate::wave::seed_of;
 use crate::weigh::{Bench, Candidate, MARGIN_RUNS, MARGIN_S};
 
@@ -59,6 +60,7 @@ const NOT_EXCITED: f64 = 20.0;
 pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan, Error> {
     request.check()?;
     let rig = Rig::new(&prior.model, request.limits.thrust_part, request.full_input)?;
+    request.weight.map_or(Ok(()), |weight| weight.check(&rig))?;
     let plants = prior.plants(Draws { count: request.draws, seed: request.seed })?;
     let noises = request.noises(prior, &rig);
     let bench = Bench {
@@ -67,12 +69,19 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
         rig: &rig,
         limits: &request.limits,
         battery: request.battery,
+        has_scale: request.weight.is_some(),
         logging: &request.logging,
         noises: &noises,
         current: request.current_m_s,
         seed: request.seed,
     };
-    let tried = bench.candidates(&library(&plants[0], &rig, &request.limits, request.seed))?;
+    let tried = bench.candidates(&library(
+        &plants[0],
+        &rig,
+        &request.limits,
+        request.weight,
+        request.seed,
+    ))?;
     let (mut used, refused): (Vec<Candidate>, Vec<Candidate>) =
         tried.into_iter().partition(|candidate| candidate.factor > 0.0);
     if used.is_empty() {
@@ -167,8 +176,9 @@ impl Work<'_> {
                 Some(dof) => format!("the thrusters do not push {dof} by itself"),
                 None => {
                     let own = refused.iter().chain(used);
-                    let own = own.filter(|candidate| {
-                        candidate.manoeuvre.axes.iter().any(|dof| axes.contains(dof))
+                    let own = own.filter(|candidate| match goal.name.as_str() {
+                        SCALE => candidate.manoeuvre.weight.is_some(),
+                        _ => candidate.manoeuvre.axes.iter().any(|dof| axes.contains(dof)),
                     });
                     let mut in_way: Vec<String> =
                         own.map(|candidate| said_limit(candidate.limit, limits)).collect();
@@ -407,9 +417,9 @@ impl Work<'_> {
             };
             notes.push(format!("{:.1} min do not reach {}: {time}", total, missed.join(", ")));
         }
-        if self.prior.thrust_part > 0.0 {
+        if self.prior.thrust_part > 0.0 && self.request.weight.is_none() {
             notes.push(format!(
-                "thrust is uncertain by {:.1} %, which no motion narrows; intervals include it",
+                "thrust is uncertain by {:.1} %, which no motion narrows, but a known weight does (--weight); intervals include it",
                 100.0 * self.prior.thrust_part
             ));
         }

@@ -12,8 +12,8 @@ use seaplant::plant::Plant;
 use seaplant::twin::TwinCampaign;
 use seaplant::{CoupledRecord, Dof, Role, Timed, TrialSetup, Vehicle};
 use seaplant_plan::{
-    Battery, ControllerGoal, Criterion, Error, Goal, Limits, Mission, Plan, Prior, Rehearsal,
-    Request, Width, chart_svg, commands_csv, deck_page, plan, rehearse, words,
+    Battery, ControllerGoal, Criterion, Error, Goal, HungWeight, Limits, Mission, Plan, Prior,
+    Rehearsal, Request, Width, chart_svg, commands_csv, deck_page, plan, rehearse, words,
 };
 
 /// Returns a boat with surge and yaw and two propellers.
@@ -51,7 +51,8 @@ fn planned(request: &Request) -> Result<Plan, Error> {
 fn records(campaign: &TwinCampaign, axes: &[Dof]) -> Vec<CoupledRecord> {
     let fitted = campaign.trials.iter().filter(|trial| trial.role == Role::Fit);
     let record = |trial: &seaplant::twin::TwinTrial| {
-        let setup = TrialSetup { name: trial.name.clone(), ..TrialSetup::default() };
+        let (name, known) = (trial.name.clone(), trial.known.clone());
+        let setup = TrialSetup { name, known, ..TrialSetup::default() };
         CoupledRecord::new(&setup, &trial.recording, &campaign.vehicle, axes).expect("a record")
     };
     fitted.map(record).collect()
@@ -181,6 +182,76 @@ fn goals_need_their_mission_and_their_controller() {
     let mission = Mission { time_s: vec![0.0, 10.0], force };
     let message = planned(&Request { mission: Some(mission), ..quick() }).expect_err("no sway");
     assert!(message.to_string().contains("the plant has no sway; it has surge, yaw"), "{message}");
+}
+
+/// Returns a vehicle that rises and turns, by four propellers.
+fn lifter() -> (Prior, Vehicle) {
+    let thruster = |name: &str, position: [f64; 3], direction: [f64; 3]| {
+        serde_json::json!({ "name": name, "position_m": position, "direction": direction,
+            "curve": { "kind": "quadratic", "input": "command", "forward": 60.0, "reverse": 60.0 } })
+    };
+    let file: PlantFile = serde_json::from_value(serde_json::json!({
+        "schema": "seaplant/plant/1", "name": "lifter", "source": "worked by hand",
+        "axes": ["surge", "heave", "yaw"], "mass_matrix": [120.0, 150.0, 30.0],
+        "linear_damping": [20.0, 30.0, 8.0], "quadratic_damping": [45.0, 90.0, 20.0],
+        "thruster": [
+            thruster("port", [0.0, -0.5, 0.0], [1.0, 0.0, 0.0]),
+            thruster("starboard", [0.0, 0.5, 0.0], [1.0, 0.0, 0.0]),
+            thruster("bow", [0.5, 0.0, 0.0], [0.0, 0.0, 1.0]),
+            thruster("stern", [-0.5, 0.0, 0.0], [0.0, 0.0, 1.0])
+        ]
+    }))
+    .expect("a table");
+    let model = file.model().expect("a plant");
+    let vehicle = Vehicle {
+        name: model.name.clone(),
+        thrusters: model.thrusters.clone(),
+        ..Vehicle::default()
+    };
+    (Prior::of_model(&model, &[]).expect("thrusters"), vehicle)
+}
+
+/// Fits of six dives with a weight find the scale of thrust with the promised standard deviation.
+#[test]
+fn a_weight_determines_the_scale_of_thrust_as_promised() {
+    let (prior, vehicle) = lifter();
+    let weight = HungWeight { weight_n: 20.0, mass_kg: 2.5, position_m: [0.0, 0.0, 0.1] };
+    let goals = vec![Goal { name: "thrust.scale".to_owned(), width: Width::Part(0.05) }];
+    let request = Request { minutes: Some(6.0), weight: Some(weight), goals, draws: 1, ..quick() };
+    let made = plan(&prior, &vehicle, &request).expect("a plan");
+    let hover = made.manoeuvres.iter().find(|one| one.manoeuvre.weight.is_some());
+    assert!(hover.expect("a hover").words.contains("with the weight for 60.0 s"), "{made:?}");
+    let promised = made.goals[0].after / 1.959_964;
+    assert!(promised > 0.001 && promised < 0.1, "{promised}");
+    let mut squares = 0.0;
+    for seed in 0..6 {
+        let rehearsal = Rehearsal { seed, hold_out_s: 0.0, is_believed: true };
+        let campaign = rehearse(&prior, &vehicle, &made, rehearsal).expect("driven");
+        let fit = fit_of(&campaign, &made.axes);
+        let std = fit.actuator_std[9].expect("a scale");
+        assert!((std / promised - 1.0).abs() < 0.5, "{std} and {promised}");
+        squares += (fit.actuator.log_scale / std).powi(2) / 6.0;
+    }
+    // Three standard deviations of the root mean square of six.
+    assert!((0.1..1.9).contains(&squares.sqrt()), "{}", squares.sqrt());
+}
+
+#[test]
+fn weights_that_cannot_be_lifted_and_scales_without_one_are_refused() {
+    let (prior, vehicle) = lifter();
+    let of = |weight_n| Some(HungWeight { weight_n, mass_kg: 2.5, position_m: [0.0; 3] });
+    let refused =
+        |request: Request| plan(&prior, &vehicle, &request).expect_err("refused").to_string();
+    let message = refused(Request { weight: of(90.0), ..quick() });
+    assert!(
+        message.contains("weight.weight_n is 90; expected above 0 and below 57.6 N"),
+        "{message}"
+    );
+    let goals = vec![Goal { name: "thrust.scale".to_owned(), width: Width::Part(0.05) }];
+    let message = refused(Request { goals, ..quick() });
+    assert!(message.contains("--weight 20,2.5"), "{message}");
+    let message = planned(&Request { weight: of(20.0), ..quick() }).expect_err("no heave");
+    assert!(message.to_string().contains("nothing lifts it"), "{message}");
 }
 
 #[test]

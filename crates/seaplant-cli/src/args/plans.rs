@@ -52,6 +52,16 @@ pub struct Plan {
     /// Bandwidth of the controller whose phase margin is a goal, Hz; the request has its other keys.
     #[arg(long, value_name = "HZ")]
     pub bandwidth: Option<f64>,
+    /// A weight to hang on, for the scale of thrust (goal thrust.scale): N in water, kg, and if it does not
+    /// hang at the origin its place x,y,z in body axes, m.
+    #[arg(
+        long,
+        value_name = "N,KG[,X,Y,Z]",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
+    pub weight: Vec<f64>,
     /// The battery: usable Wh, W of one thruster at its greatest thrust, W of everything else.
     #[arg(long, value_name = "WH,W,W", value_delimiter = ',', num_args = 1)]
     pub battery: Vec<f64>,

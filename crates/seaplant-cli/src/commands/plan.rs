@@ -8,7 +8,7 @@ use seaplant::Vehicle;
 use seaplant::exchange::PlantModel;
 use seaplant_campaign::{SourcedVehicle, read_bounded, read_toml};
 use seaplant_plan::{
-    Battery, ControllerGoal, Goal, Mission, Plan, Prior, Rehearsal, Request, chart_svg,
+    Battery, ControllerGoal, Goal, HungWeight, Mission, Plan, Prior, Rehearsal, Request, chart_svg,
     commands_bag, commands_csv, deck_page, lua_script, plan, rehearse, words,
 };
 use serde_json::json;
@@ -93,6 +93,18 @@ fn request(arguments: &args::Plan) -> Result<Request> {
     if let Some(bandwidth_hz) = arguments.bandwidth {
         let controller = request.controller.unwrap_or_default();
         request.controller = Some(ControllerGoal { bandwidth_hz, ..controller });
+    }
+    match *arguments.weight {
+        [] => {}
+        [weight_n, mass_kg] => {
+            request.weight = Some(HungWeight { weight_n, mass_kg, position_m: [0.0; 3] });
+        }
+        [weight_n, mass_kg, x, y, z] => {
+            request.weight = Some(HungWeight { weight_n, mass_kg, position_m: [x, y, z] });
+        }
+        _ => bail!(
+            "--weight takes N in water and kg, and x,y,z in m if it does not hang at the origin, with commas between them, as --weight 20,2.5,0,0,0.2"
+        ),
     }
     match *arguments.battery {
         [] => {}
@@ -198,6 +210,10 @@ fn files(prior: &Prior, made: &Plan) -> Result<(Vec<File>, Vec<String>)> {
         Err(error) => notes.push(format!("no plan.lua: {error}")),
     }
     for (k, planned) in made.manoeuvres.iter().enumerate() {
+        // A hover under a weight is driven by the vehicle itself.
+        if planned.manoeuvre.weight.is_some() {
+            continue;
+        }
         let path = format!("{COMMANDS}/{:02}-{}", k + 1, planned.manoeuvre.name);
         files.push(text(&format!("{path}.csv"), commands_csv(prior, made, planned)?));
         let bytes = commands_bag(prior, made, planned)?;

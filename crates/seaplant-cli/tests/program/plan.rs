@@ -88,6 +88,10 @@ fn a_mission_a_controller_and_a_battery_are_options() {
     };
     let message = fails(&words);
     assert!(message.contains("mission.csv") && message.contains("line 3, `surge`"), "{message}");
+    let message = fails(&["--weight", "20"]);
+    assert!(message.contains("--weight takes N in water and kg"), "{message}");
+    let message = fails(&["--weight", "20,2.5"]);
+    assert!(message.contains("nothing lifts it"), "{message}");
     let message = fails(&["--battery", "60,150"]);
     assert!(message.contains("--battery takes three numbers"), "{message}");
 }
