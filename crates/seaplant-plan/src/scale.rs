@@ -138,7 +138,7 @@ impl Scale<'_> {
                 return Err(refuse("needs a known weight: --weight 20,2.5 (N in water and kg), or [weight] in the request".to_owned()));
             }
             let weights = DMatrix::from_fn(size, 1, |k, _| f64::from(u8::from(k + 1 == size)));
-            let unit = "1".to_owned();
+            let unit = "of the curves".to_owned();
             return Ok(Combination { floor: 0.0, weights, value: 1.0, unit, scales: false });
         }
         let of_axis = name.split_once('.').filter(|(what, _)| OF_AXIS.contains(what));
