@@ -371,6 +371,7 @@ mod tests {
             period_s,
             waves: waves.into_iter().collect(),
             opposing: None,
+            weight: None,
             hold_rad_s: [0.0; 6],
         };
         Planned {
