@@ -362,6 +362,7 @@ mod tests {
     use super::*;
     use crate::manoeuvre::Kind;
     use crate::wave::Wave;
+    use crate::weight::HungWeight;
 
     fn planned(name: &str, waves: Vec<(Dof, Wave)>, period_s: f64, minutes: f64) -> Planned {
         let manoeuvre = Manoeuvre {
@@ -412,6 +413,19 @@ mod tests {
             velocity: BTreeMap::new(),
             weights_n: Vec::new(),
         }
+    }
+
+    /// A hover has no planned forces: it was driven where its weight hung on the vehicle.
+    #[test]
+    fn a_hover_is_found_by_its_weight() {
+        let mut hover = planned("hover", Vec::new(), 120.0, 3.0);
+        let weight = HungWeight { weight_n: 20.0, mass_kg: 2.5, position_m: [0.0; 3] };
+        hover.manoeuvre.weight = Some(weight);
+        let of = |weights_n: Vec<f64>| Log { weights_n, ..log(200.0, |_, _| 0.1) };
+        let logs = [of(vec![]), of(vec![35.0]), of(vec![20.4, 20.4])];
+        let found = followed(&[hover], &logs);
+        assert_eq!(found.iter().map(|one| (one.manoeuvre, one.log)).collect::<Vec<_>>(), [(0, 2)]);
+        assert!((found[0].seconds - 180.0).abs() < 1e-9, "{:?}", found[0]);
     }
 
     /// One log: 90 s of the second manoeuvre from 30 s on, then the third from 150 s on, and none of
