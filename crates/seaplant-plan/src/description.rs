@@ -34,7 +34,8 @@ pub(crate) fn manoeuvre(
         Kind::SinusoidAndJoystick => "a sinusoid and joystick steps".to_owned(),
         Kind::Sweep => format!("sweep of {} s", spoken(manoeuvre.period_s)),
         Kind::HoverWithWeight => format!(
-            "hover, with the weight for {half} s and without it for {half} s in turn, beginning with it",
+            "hover; the weight of {} N hangs for {half} s and is off for {half} s in turn",
+            spoken(manoeuvre.weight.map_or(0.0, |weight| weight.weight_n)),
             half = spoken(0.5 * manoeuvre.period_s)
         ),
         Kind::OpposingThrusters => "thrusters against each other while surging".to_owned(),

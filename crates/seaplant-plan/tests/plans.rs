@@ -220,7 +220,10 @@ fn a_weight_determines_the_scale_of_thrust_as_promised() {
     let request = Request { minutes: Some(6.0), weight: Some(weight), goals, draws: 1, ..quick() };
     let made = plan(&prior, &vehicle, &request).expect("a plan");
     let hover = made.manoeuvres.iter().find(|one| one.manoeuvre.weight.is_some());
-    assert!(hover.expect("a hover").words.contains("with the weight for 60.0 s"), "{made:?}");
+    assert!(
+        hover.expect("a hover").words.contains("weight of 20.0 N hangs for 60.0 s"),
+        "{made:?}"
+    );
     let promised = made.goals[0].after / 1.959_964;
     assert!(promised > 0.001 && promised < 0.1, "{promised}");
     let mut squares = 0.0;
