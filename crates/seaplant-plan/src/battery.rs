@@ -47,7 +47,7 @@ impl Battery {
     /// `|T|^(3/2)`, by momentum theory.
     ///
     /// # Source
-    /// [Fossen2021, sec. 9.2]: quadratic thrust and torque, hence cubic power, in propeller speed.
+    /// [Fossen2021, ch. 9]: quadratic thrust and torque, hence cubic power, in propeller speed.
     pub(crate) fn watts(&self, rig: &Rig, driven: &Driven, thrust_part: f64) -> f64 {
         let of_thruster = |k: usize| {
             let curve = &rig.thrusters[k].curve;

@@ -15,7 +15,7 @@ use crate::battery::HOUR_S;
 use crate::goal::{Goal, HALF_95};
 use crate::prior::Prior;
 use crate::request::Request;
-use crate::scale::Scale;
+use crate::scale::{Combination, Scale};
 use crate::weigh::{Bench, Candidate};
 
 /// The predicted interval of a number.
@@ -64,6 +64,8 @@ pub(crate) struct Forecaster<'a> {
     plants: &'a [Plant],
     scale: Scale<'a>,
     pub(crate) goals: Vec<Goal>,
+    /// The goals of the believed plant.
+    believed: Vec<Combination>,
     targets: Vec<Target>,
     names: Vec<String>,
     /// Prior information: of a fit's actuator, and of earlier trials.
@@ -89,7 +91,8 @@ impl<'a> Forecaster<'a> {
             more: first.names.len() - terms,
         };
         let goals = if request.goals.is_empty() { scale.usual() } else { request.goals.clone() };
-        let targets = goals.iter().map(|goal| scale.target(goal)).collect::<Result<_, _>>()?;
+        let found = goals.iter().map(|goal| scale.target(goal)).collect::<Result<Vec<_>, _>>()?;
+        let (believed, targets) = found.into_iter().unzip();
         let mut before = first.matrix;
         if let Some(known) = &prior.known {
             let value = |name: &str| {
@@ -100,7 +103,7 @@ impl<'a> Forecaster<'a> {
             before += information_today(known, &first.names, value);
         }
         let (plants, names) = (bench.plants, first.names);
-        Ok(Self { prior, request, plants, scale, goals, targets, names, before })
+        Ok(Self { prior, request, plants, scale, goals, believed, targets, names, before })
     }
 
     pub(crate) fn program(&self, used: &[Candidate], seconds: f64) -> Program {
@@ -145,23 +148,21 @@ impl<'a> Forecaster<'a> {
     /// Predicts the intervals of the goals; `None` if the information is singular.
     pub(crate) fn forecasts(&self, program: &Program, shares: &[f64]) -> Option<Vec<Forecast>> {
         let ratios = program.ratios(shares)?;
-        let believed = &self.plants[0];
         let of = |(k, goal): (usize, &Goal)| {
-            let own = self.scale.combination(believed, &goal.name).ok()?;
-            let target = &self.targets[k];
+            let (own, target) = (&self.believed[k], &self.targets[k]);
             let irreducible = own.irreducible(self.scale.thrust_part);
             let with = |variance: f64| HALF_95 * (variance + irreducible).sqrt();
             let before = self.variance_today(&own.weights);
-            Some(Forecast {
+            Forecast {
                 name: goal.name.clone(),
-                unit: own.unit,
+                unit: own.unit.clone(),
                 value: own.value,
                 before: before.map(|variance| HALF_95 * variance.sqrt()),
                 after: with(ratios[k] * target.std * target.std),
                 goal: Some(with(target.std * target.std)),
-            })
+            }
         };
-        self.goals.iter().enumerate().map(of).collect()
+        Some(self.goals.iter().enumerate().map(of).collect())
     }
 
     /// Returns the variance of a combination from earlier trials.

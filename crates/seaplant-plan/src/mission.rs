@@ -21,6 +21,8 @@ pub struct Mission {
     pub force: BTreeMap<Dof, Vec<f64>>,
 }
 
+/// Column of the instants.
+const TIME: &str = "time [s]";
 /// Interval at which velocities are compared, s.
 const EVERY_S: f64 = 0.5;
 /// Longest mission, s.
@@ -48,20 +50,22 @@ impl Mission {
     pub fn of_csv(text: &str) -> Result<Self, Error> {
         let refuse = |reason: String| Error::Mission { reason };
         let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-        let quantity = |head: &str| head.split('[').next().unwrap_or("").trim().to_owned();
-        let heads: Vec<String> = table.headers()?.iter().map(quantity).collect();
+        let heads: Vec<String> = table.headers()?.iter().map(str::to_owned).collect();
+        let axis = |head: &str| {
+            Dof::ALL.into_iter().find(|dof| head == format!("{dof} [{}]", dof.units().force))
+        };
         let mut axes = Vec::new();
-        for (k, head) in heads.iter().enumerate().filter(|(_, head)| *head != "time") {
-            let dof: Dof = head.parse().map_err(|_| {
+        for (k, head) in heads.iter().enumerate().filter(|(_, head)| *head != TIME) {
+            let dof = axis(head).ok_or_else(|| {
                 refuse(format!(
-                    "line 1, column {}: found `{head}`; expected `time [s]` or an axis with its force, as `surge [N]` and `yaw [N m]`",
+                    "line 1, column {}: found `{head}`; expected `{TIME}` or an axis with its force, as `surge [N]` and `yaw [N m]`",
                     k + 1
                 ))
             })?;
             axes.push((k, dof));
         }
-        let Some(time) = heads.iter().position(|head| head == "time") else {
-            return Err(refuse("line 1 has no column `time [s]`".to_owned()));
+        let Some(time) = heads.iter().position(|head| head == TIME) else {
+            return Err(refuse(format!("line 1 has no column `{TIME}`")));
         };
         let mut mission = Self { time_s: Vec::new(), force: BTreeMap::new() };
         for row in table.records() {
@@ -160,7 +164,7 @@ fn increases(pair: &[f64]) -> bool {
 /// Returns the derivatives of some numbers by each coefficient of a plant, by central differences.
 ///
 /// # Errors
-/// That of the numbers, or of a changed plant that is none.
+/// The error of the numbers, or of a changed plant whose M is not positive definite.
 pub(crate) fn slopes<E: From<seaplant::Error> + Send>(
     plant: &Plant,
     numbers: impl Fn(&Plant) -> Result<Vec<f64>, E> + Sync,
@@ -207,9 +211,11 @@ mod tests {
     fn tables_are_refused_with_line_and_column() {
         let error = |text: &str| Mission::of_csv(text).expect_err(text).to_string();
         let found = error("time [s],thrust [N]\n0,1\n9,1\n");
-        assert!(found.contains("line 1, column 2: found `thrust`"), "{found}");
+        assert!(found.contains("line 1, column 2: found `thrust [N]`"), "{found}");
+        let found = error("time [s],surge [kN]\n0,1\n9,1\n");
+        assert!(found.contains("found `surge [kN]`; expected `time [s]` or an axis"), "{found}");
         let found = error("time [s],surge [N]\n0,1\n9,fast\n");
-        assert!(found.contains("line 3, `surge`: found `fast`"), "{found}");
+        assert!(found.contains("line 3, `surge [N]`: found `fast`"), "{found}");
         let found = error("time [s],surge [N]\n9,1\n0,1\n");
         assert!(found.contains("found 0 s after 9 s"), "{found}");
         assert!(error("surge [N]\n0\n1\n").contains("no column `time [s]`"));

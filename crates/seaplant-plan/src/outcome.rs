@@ -58,7 +58,7 @@ pub fn check_outcome(plan: &Plan, trials: &[Trial]) -> Result<(), Error> {
 /// Compares a plan with what was driven and found: minutes of each manoeuvre and axis, the range of
 /// velocity, the interval of each goal, and what is still open.
 ///
-/// `file` and `results_file` name the plan and the results in messages.
+/// `file` names the plan; `next` is the command that plans the next dive, without goals.
 ///
 /// # Errors
 /// As [`check_outcome`].
@@ -67,7 +67,7 @@ pub fn outcome(
     file: &str,
     trials: &[Trial],
     results: &Results,
-    results_file: &str,
+    next: &str,
 ) -> Result<PlanOutcome, Error> {
     check_outcome(plan, trials)?;
     let fitted = trials.iter().filter(|trial| trial.role() != Role::HoldOut);
@@ -77,7 +77,7 @@ pub fn outcome(
     let minutes_driven = manoeuvres.iter().map(|one| one.minutes_driven).sum();
     let mut doubts = doubts(plan, results, &manoeuvres);
     let goals = goals(plan, results, &mut doubts);
-    let open = open(plan, &manoeuvres, &goals, minutes_driven, results_file);
+    let open = open(plan, &manoeuvres, &goals, minutes_driven, next);
     Ok(PlanOutcome {
         file: file.to_owned(),
         vehicle: plan.vehicle.clone(),
@@ -257,7 +257,7 @@ fn open(
     manoeuvres: &[ManoeuvreOutcome],
     goals: &[GoalOutcome],
     minutes_driven: f64,
-    results_file: &str,
+    next: &str,
 ) -> Vec<String> {
     let mut open = Vec::new();
     for one in manoeuvres {
@@ -281,7 +281,7 @@ fn open(
     open.extend(missed.iter().filter_map(|goal| still_wide(goal, minutes_driven)));
     if !missed.is_empty() {
         let goals = missed.iter().map(|goal| quoted(plan, goal)).collect::<String>();
-        open.push(format!("plan the next dive: seaplant plan {results_file}{goals} --out next"));
+        open.push(format!("plan the next dive: {next}{goals} --out next"));
     }
     open
 }

@@ -81,8 +81,9 @@ impl Scale<'_> {
         goals
     }
 
-    /// Returns the combination of coefficients whose interval the minutes reduce.
-    pub(crate) fn target(&self, goal: &Goal) -> Result<Target, Error> {
+    /// Returns the combination of coefficients of the believed plant, and that of all plants whose
+    /// interval the minutes reduce.
+    pub(crate) fn target(&self, goal: &Goal) -> Result<(Combination, Target), Error> {
         let refuse = |reason: String| Error::Goal { text: goal.name.clone(), reason };
         let believed = self.combination(&self.plants[0], &goal.name)?;
         if let (Some(axis), Some(controller)) =
@@ -116,7 +117,7 @@ impl Scale<'_> {
         if believed.weights.amax() == 0.0 {
             return Err(refuse("does not depend on any coefficient of the plant".to_owned()));
         }
-        let weights = |plant: &Plant| {
+        let others = self.plants[1..].iter().map(|plant| {
             let own = self.combination(plant, &goal.name)?;
             // For a relative goal, each plant's own value is used.
             let by = match goal.width {
@@ -124,9 +125,10 @@ impl Scale<'_> {
                 _ => 1.0,
             };
             Ok(own.weights * by)
-        };
-        let weights = self.plants.iter().map(weights).collect::<Result<_, Error>>()?;
-        Ok(Target { weights, std: left.sqrt() })
+        });
+        let first = std::iter::once(Ok(believed.weights.clone()));
+        let weights = first.chain(others).collect::<Result<_, Error>>()?;
+        Ok((believed, Target { weights, std: left.sqrt() }))
     }
 
     pub(crate) fn combination(&self, plant: &Plant, name: &str) -> Result<Combination, Error> {
@@ -163,12 +165,11 @@ impl Scale<'_> {
         };
         let dof: Dof = axis.parse()?;
         if let "mission" | "margin" = what {
-            let (value, weights) = if what == "mission" {
-                self.on_mission(plant, dof).map_err(refuse)?
-            } else {
-                self.margin(plant, dof).map_err(refuse)?
+            let (found, unit) = match what {
+                "mission" => (self.on_mission(plant, dof), dof.units().velocity),
+                _ => (self.margin(plant, dof), DEGREES),
             };
-            let unit = if what == "mission" { dof.units().velocity } else { DEGREES };
+            let (value, weights) = found.map_err(refuse)?;
             let (unit, weights) = (unit.to_owned(), weights.resize_vertically(size, 0.0));
             let floor = floor(plant, &weights);
             // Thrust, mass and drag that are off by one factor move and are controlled alike.

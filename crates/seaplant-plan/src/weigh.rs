@@ -105,7 +105,9 @@ impl Bench<'_> {
 
     fn candidate(&self, manoeuvre: &Manoeuvre) -> Result<Candidate, Error> {
         let mut limit = "thrust_part";
-        for factor in FACTORS {
+        // Without forces of its own, a hover cannot be driven more weakly.
+        let tries = if manoeuvre.waves.is_empty() { 1 } else { FACTORS.len() };
+        for factor in FACTORS.into_iter().take(tries) {
             let scaled = manoeuvre.scaled(factor);
             match self.within_limits(&scaled)? {
                 None => {
@@ -157,7 +159,8 @@ impl Bench<'_> {
         plants: &[Plant],
     ) -> Result<Candidate, Error> {
         let mut reduced = Candidate { is_sure: true, ..candidate.clone() };
-        for _ in 0..MOST_REDUCED {
+        let tries = if candidate.manoeuvre.waves.is_empty() { 1 } else { MOST_REDUCED };
+        for _ in 0..tries {
             let Some(limit) = self.without_margin(&reduced.manoeuvre, plants) else {
                 if reduced.factor < candidate.factor {
                     (reduced.rates, reduced.velocity, reduced.watts) =

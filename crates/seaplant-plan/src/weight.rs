@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use seaplant::motion::{KnownForce, KnownKind};
+use seaplant::plant::GRAVITY;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
@@ -43,6 +44,11 @@ impl HungWeight {
         }
         if !(self.mass_kg > 0.0 && self.mass_kg.is_finite()) {
             return refuse("weight.mass_kg", self.mass_kg, "above 0".to_owned());
+        }
+        let in_air = self.mass_kg * GRAVITY;
+        if self.weight_n > in_air {
+            let expected = format!("at most {in_air:.1} N: what {} kg weigh in air", self.mass_kg);
+            return refuse("weight.weight_n", self.weight_n, expected);
         }
         match self.position_m.iter().find(|x| !x.is_finite()) {
             Some(wrong) => refuse("weight.position_m", *wrong, "numbers".to_owned()),

@@ -103,6 +103,7 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
     allocation = work.with_margins(&mut used, seconds)?;
     work.check_goals(&used, &refused)?;
     let needed = work.forecaster.seconds_needed(&used, &allocation.shares);
+    let mut battery_ends = false;
     if request.minutes.is_none() {
         let most = 60.0 * TIMES_MIN[1];
         seconds = needed.unwrap_or(most);
@@ -110,10 +111,15 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
             allocation = work.with_margins(&mut used, seconds)?;
         }
         if let Some(last) = work.battery_seconds(&used, &allocation.shares) {
+            battery_ends = last < seconds;
             seconds = seconds.min(last);
         }
     }
-    work.finished(&used, &allocation, seconds, needed)
+    let mut plan = work.finished(&used, &allocation, seconds, needed)?;
+    if battery_ends {
+        plan.notes.push(format!("the battery ends the plan after {} min", spoken(plan.minutes)));
+    }
+    Ok(plan)
 }
 
 fn no_motion(refused: &[Candidate], request: &Request) -> Error {
@@ -269,24 +275,17 @@ impl Work<'_> {
         let axes = self.bench.plants[0].axes().to_vec();
         let lag_s = self.bench.rig.lag_s;
         let mut doubts = self.request.logging.doubts(&axes, lag_s, &of_plan);
-        let mut notes = self.notes(&goals, needed, total);
+        let notes = self.notes(&goals, needed, total);
         let watts = mean_watts(used, &shares);
         let energy_wh = watts.map(|watts| watts * 60.0 * total / HOUR_S);
-        if let Some((energy, battery)) = energy_wh.zip(self.request.battery) {
-            if energy > battery.energy_wh {
-                doubts.push(format!(
+        if let Some((energy, battery)) = energy_wh.zip(self.request.battery)
+            && energy > battery.energy_wh
+        {
+            doubts.push(format!(
                     "the battery has {} Wh and these minutes take {}: charge between manoeuvres, or leave the last ones out",
                     spoken(battery.energy_wh),
                     spoken(energy)
                 ));
-            }
-            if needed.is_some_and(|needed| needed > 60.0 * (total + STEP_MIN)) {
-                notes.push(format!(
-                    "the battery ends the plan after {} min; the goals need {} min",
-                    spoken(total),
-                    spoken(needed.unwrap_or(0.0) / 60.0)
-                ));
-            }
         }
         Ok(Plan {
             schema: PLAN_SCHEMA.to_owned(),

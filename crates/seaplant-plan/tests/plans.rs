@@ -250,6 +250,8 @@ fn weights_that_cannot_be_lifted_and_scales_without_one_are_refused() {
         message.contains("weight.weight_n is 90; expected above 0 and below 57.6 N"),
         "{message}"
     );
+    let message = refused(Request { weight: of(30.0), ..quick() });
+    assert!(message.contains("at most 24.5 N: what 2.5 kg weigh in air"), "{message}");
     let goals = vec![Goal { name: "thrust.scale".to_owned(), width: Width::Part(0.05) }];
     let message = refused(Request { goals, ..quick() });
     assert!(message.contains("--weight 20,2.5"), "{message}");

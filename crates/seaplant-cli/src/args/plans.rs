@@ -42,7 +42,7 @@ pub struct Plan {
     #[arg(long = "goal", value_name = "GOAL")]
     pub goals: Vec<String>,
     /// A request in TOML: goals, limits, logged channels; `seaplant schema request` prints its
-    /// keys. Options here override it.
+    /// keys. Or the plan.json of an earlier plan, for its request. Options here override it.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub request: Option<PathBuf>,
     /// A reference mission in CSV, `time [s]` and the force on axes as `surge [N]`: a goal

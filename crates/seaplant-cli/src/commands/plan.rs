@@ -14,6 +14,7 @@ use seaplant_plan::{
 use serde_json::json;
 
 use super::identify::quoted;
+use super::named_plan::read_plan;
 use super::plant::{file_of, read_plant};
 use super::twin;
 use crate::args;
@@ -61,7 +62,7 @@ fn names(files: &[File]) -> String {
     let (of_manoeuvres, others): (Vec<&File>, Vec<&File>) =
         files.iter().partition(|file| file.path.starts_with(COMMANDS));
     let others: Vec<&str> = others.iter().map(|file| file.path.as_str()).collect();
-    let count = of_manoeuvres.len() / 2;
+    let count = of_manoeuvres.iter().filter(|file| file.path.ends_with(".csv")).count();
     format!("{} and {count} tables and ROS 2 bags of commands in {COMMANDS}", others.join(", "))
 }
 
@@ -73,6 +74,9 @@ const COMMANDS: &str = "commands";
 
 fn request(arguments: &args::Plan) -> Result<Request> {
     let mut request: Request = match &arguments.request {
+        Some(path) if path.extension().is_some_and(|ending| ending == "json") => {
+            read_plan(path)?.0.request
+        }
         Some(path) => read_toml(path)?,
         None => Request::default(),
     };

@@ -87,7 +87,10 @@ fn a_mission_a_controller_and_a_battery_are_options() {
         workshop.failure(&[&["plan", "vehicle.toml", "--out", "other"], words].concat())
     };
     let message = fails(&words);
-    assert!(message.contains("mission.csv") && message.contains("line 3, `surge`"), "{message}");
+    assert!(
+        message.contains("mission.csv") && message.contains("line 3, `surge [N]`"),
+        "{message}"
+    );
     let message = fails(&["--weight", "20"]);
     assert!(message.contains("--weight takes N in water and kg"), "{message}");
     let message = fails(&["--weight", "20,2.5"]);
@@ -147,10 +150,22 @@ fn a_dive_is_compared_with_its_plan() {
     let words = ["identify", "dive/less.toml", "--plan", "plan/plan.json", "--out", "results"];
     let said = workshop.success(&words);
     assert!(said.contains("plan plan/plan.json: "), "{said}");
+    // The printed command keeps the limits of the plan, and runs.
+    let next = said.lines().find_map(|line| line.split_once("plan the next dive: seaplant "));
+    let next: Vec<&str> = next.expect("a goal is missed").1.split_whitespace().collect();
     assert!(
-        said.contains("plan the next dive: seaplant plan results/results.json --goal"),
+        next.starts_with(&[
+            "plan",
+            "results/results.json",
+            "--request",
+            "plan/plan.json",
+            "--goal"
+        ]),
         "{said}"
     );
+    let again: Value =
+        serde_json::from_str(&workshop.success(&[&next[..], &["--json"]].concat())).expect("JSON");
+    assert_eq!(again["plan"]["request"]["limits"], made["plan"]["request"]["limits"]);
     let results: Value =
         serde_json::from_str(&workshop.read("results/results.json")).expect("JSON");
     let plan = &results["plan"];

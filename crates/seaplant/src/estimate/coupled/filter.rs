@@ -113,7 +113,7 @@ impl Innovation {
     }
 }
 
-/// What thrust alone does.
+/// Velocity and force in a simulation without disturbances.
 pub(super) struct DrivenState<const N: usize> {
     pub(super) velocity: SVector<f64, N>,
     /// Mean force since the instant before, N and N m, in SNAME order.
