@@ -28,8 +28,8 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 pub use coupled::{
     Actuator, AxisNoise, CoupledFit, CoupledPlan, CurrentDrift, ExpectedActuator, ExpectedNoise,
-    ExpectedNoises, GainBeside, Information, ScaleClaim, Tried, fit_coupled, fit_coupled_freely,
-    information, information_before,
+    ExpectedNoises, GainBeside, Information, ScaleClaim, SwellForce, Tried, fit_coupled,
+    fit_coupled_freely, information, information_before,
 };
 pub(crate) use coupled::{INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power, fit_alone};
 pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};

@@ -21,6 +21,7 @@ mod thrust;
 mod uncertainty;
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -29,7 +30,7 @@ use crate::plant::{Basis, Plant, RigidBody, Signal, Structure, Symmetry};
 use crate::{CoupledRecord, Dof, Error, Method, ThrusterFault, VelocityReport};
 pub use actuator::Actuator;
 use equation_error::Solved;
-use filter::{Drift, InstrumentNoise};
+use filter::{Drift, InstrumentNoise, Swell};
 use fit::{CURRENT_STD, Optimum, Problem, Tolerance};
 pub use gains::GainBeside;
 use gains::{OfScale, Scaled};
@@ -46,7 +47,7 @@ use start::begun;
 pub(crate) use step::LikelihoodStep;
 use uncertainty::{
     Asked, attitude_noise, current_drift, disturbances, inflation, instruments, inverse,
-    of_coefficients, whiteness,
+    of_coefficients, swell_force, whiteness,
 };
 
 /// Names of the instruments' noise in results, and units.
@@ -81,6 +82,8 @@ pub struct CoupledFit {
     pub instruments: BTreeMap<&'static str, (f64, f64)>,
     /// How the current changes about its mean of a trial, if the trials show that.
     pub current_drift: Option<CurrentDrift>,
+    /// Force of waves on each axis, if the trials show one.
+    pub swell: Option<SwellForce>,
     /// How translations are reported, late beside thrust and rates or from elsewhere than is stated, if
     /// the trials show that; they were taken to be as they were before it.
     pub report: VelocityReport,
@@ -137,6 +140,17 @@ pub struct CurrentDrift {
     pub std_m_s: (f64, f64),
     /// Their correlation time, s, likewise.
     pub correlation_s: (f64, f64),
+}
+
+/// A force of waves in a narrow band of frequencies about one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SwellForce {
+    /// Standard deviation on each axis, N or N m, and that of its estimate.
+    pub force: BTreeMap<Dof, (f64, f64)>,
+    /// Period of the band's centre, s, likewise.
+    pub period_s: (f64, f64),
+    /// Damping ratio of the band, likewise: 0 for one frequency.
+    pub damping: (f64, f64),
 }
 
 /// Fits a structure to trials by the filter error method.
@@ -226,7 +240,7 @@ fn fit_as(
         let prompt: Vec<&CoupledRecord> = prompt.iter().collect();
         let records = if prompt.is_empty() { records } else { &prompt };
         let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
-        let fitted = fitted.with_drift_that_shows()?;
+        let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
         let (fitted, following) = match search {
             true => fitted.with_thrusters_exchanged(records)?,
             false => (fitted, Vec::new()),
@@ -479,6 +493,40 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         Ok(self)
     }
 
+    /// The same with a force of waves on each axis, where innovations are coloured and that is likelier by
+    /// more than chance. Its frequency has no slope without a force, so that the descent begins at
+    /// several; a band that is not narrow is none of waves.
+    fn with_swell_that_shows(mut self) -> Result<Self, Error> {
+        let Self { problem, optimum, .. } = &self;
+        let noise = &optimum.point.noise;
+        if problem.is_free || noise.swell.is_some() {
+            return Ok(self);
+        }
+        if !self.is_coloured()? {
+            return Ok(self);
+        }
+        let start = |(period_s, part): (f64, f64)| {
+            let mut point = optimum.point.clone();
+            let frequency = TAU / period_s;
+            let std = noise.disturbance * part.sqrt();
+            point.noise.swell = Some(Swell { std, frequency, damping: Swell::<N>::FIRST_DAMPING });
+            point.noise.disturbance *= (1.0 - part).sqrt();
+            (problem.cost(&point), point)
+        };
+        let parts = FIRST_SWELL_PARTS.into_iter();
+        let starts = parts.flat_map(|part| FIRST_PERIODS_S.map(|period_s| start((period_s, part))));
+        let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
+        // A descent that does not settle finds no waves.
+        let Ok(found) = problem.descent(start, Tolerance::COARSE) else { return Ok(self) };
+        let is_narrow = found.point.noise.swell.is_some_and(|swell| swell.is_narrow());
+        let added = (problem.structure.axes().len() + 2) as f64;
+        if is_narrow && 2.0 * (optimum.cost - found.cost) > search::ADMITTED * added {
+            let iterations = optimum.iterations + found.iterations;
+            self.optimum = Optimum { iterations, ..found };
+        }
+        Ok(self)
+    }
+
     /// Numbers of the actuator to drop: one after the other that worth least beside the others, as
     /// one can stand for another, while that is too little; what is left follows as for couplings.
     fn unseen_of_actuator(&self) -> Vec<usize> {
@@ -511,6 +559,12 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             whiteness(&self.problem, &self.optimum.point, self.reported.keep)?
         };
         Ok(move |dof: Dof| white.get(&dof).copied().unwrap_or(1.0).max(1.0))
+    }
+
+    /// Whether innovations of an axis are coloured.
+    fn is_coloured(&self) -> Result<bool, Error> {
+        let white = self.whiteness()?;
+        Ok(self.problem.structure.axes().iter().any(|dof| white(*dof) > COLOURED))
     }
 
     /// The greatest of it on surge, sway and heave.
@@ -587,6 +641,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         inflation.resize(plant.coefficients().len(), 1.0);
         let mut noise = optimum.point.noise;
         noise.disturbance *= scale;
+        noise.swell = noise.swell.map(|swell| Swell { std: swell.std * scale, ..swell });
         let place = p + Actuator::SCALE;
         let of_scale = problem.fits[Actuator::SCALE].then(|| OfScale {
             scale: optimum.point.actuator.log_scale.exp(),
@@ -618,6 +673,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             report_std: reported.std,
             lever_std: reported.lever_std,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
+            swell: swell_force(&problem.structure, &noise, &noise_covariance),
             log_likelihood: -optimum.cost,
             samples: problem.samples(),
             iterations: optimum.iterations,
@@ -658,6 +714,10 @@ impl<const N: usize> Fitted<N, N> {
 /// in a thousand. Samples then say less than their number, and the covariance is that of the scores
 /// of blocks.
 const COLOURED: f64 = 1.7;
+
+/// Periods of swell at which a descent begins, s, and parts of a disturbance's power.
+const FIRST_PERIODS_S: [f64; 6] = [3.0, 4.2, 5.8, 8.0, 11.0, 15.0];
+const FIRST_SWELL_PARTS: [f64; 2] = [0.5, 0.9];
 
 /// Slew times at which a descent begins, s, …
 const FIRST_SLEWS_S: [f64; 3] = [0.2, 0.5, 1.2];

@@ -564,6 +564,13 @@ fn nuisances(fit: &CoupledFit) -> BTreeMap<String, Parameter> {
         all.insert("current_drift".to_owned(), parameter(drift.std_m_s, "m/s"));
         all.insert("current_drift_correlation".to_owned(), parameter(drift.correlation_s, "s"));
     }
+    if let Some(swell) = &fit.swell {
+        for (dof, force) in &swell.force {
+            all.insert(format!("swell: {dof}"), parameter(*force, dof.units().force));
+        }
+        all.insert("swell_period".to_owned(), parameter(swell.period_s, "s"));
+        all.insert("swell_damping".to_owned(), parameter(swell.damping, "1"));
+    }
     if let Some(noise) = fit.attitude_noise {
         all.insert("attitude noise".to_owned(), parameter(noise, "rad"));
     }

@@ -6,7 +6,8 @@
 //! y = ν_r + R(η)ᵀ (u_c + c) + ω × r + noise
 //! ```
 //!
-//! where r is the lever arm of the sensor of a translation. The measurement model uses the state ω
+//! Where waves push, f has a second part in a narrow band of frequencies ([`noise::Swell`]).
+//! r is the lever arm of the sensor of a translation. The measurement model uses the state ω
 //! instead of the gyroscope's sample: otherwise one noise would enter two measurements, and an
 //! autopilot's command as well. The current enters the measurement equation only, not the dynamics
 //! of ν_r. This holds for a varying current too if the vehicle is neutrally buoyant, since
@@ -30,7 +31,7 @@ use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, Slice, advance, with_d
 use follower::{Process, StepCache};
 use navigation::Ends;
 pub(super) use navigation::{InstrumentNoise, Layout, MOST as MOST_NAVIGATION, Reading};
-pub(super) use noise::{Drift, Noise};
+pub(super) use noise::{Drift, Noise, Swell};
 use state::{Covariance, Observation, Observed, State, Transition};
 
 /// A cost with its gradient and Fisher information.
@@ -170,7 +171,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let mut slope = Slope::zeros(count);
         let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
-        let states = self.schedule.layout.count;
+        let states = self.states();
         let mut by = vec![State::<N, M>::zeros(states); count];
         let mut row = vec![0.0; count];
         let (mut since_mark_s, mut steps) = (0.0, StepCache::default());
@@ -357,14 +358,14 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let velocity = self.plant.on_axes(&self.schedule.start);
         let still = with_down(&velocity, || self.schedule.start_down);
         let water = self.water_column(instant, 0) * north + self.water_column(instant, 1) * east;
-        let mut first = State { motion: still - water, ..State::zeros(self.schedule.layout.count) };
+        let mut first = State { motion: still - water, ..State::zeros(self.states()) };
         self.set_initial_navigation(&mut first);
         first
     }
 
     /// Returns a zero covariance.
     fn zero_covariance(&self) -> Covariance<N, M> {
-        Covariance::zeros(self.schedule.layout.count)
+        Covariance::zeros(self.states())
     }
 
     /// Returns the navigation states that restart from zero after an instant.
@@ -540,7 +541,8 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let slices = &self.schedule.slices[instant.slices.clone()];
         let pushes = &self.pushes[instant.slices.clone()];
         let decay = self.noise.decay();
-        advance(self.plant, (slices, pushes), &mean.motion, &mean.disturbance, &decay, flow);
+        let acting = self.acting(mean, instant.length_s);
+        advance(self.plant, (slices, pushes), &mean.motion, &acting, &decay, flow);
         let ends = Ends { before: &mean.motion, after: &flow.motion };
         self.move_navigation(instant, &ends, &mut mean.navigation);
         mean.motion = flow.motion;
@@ -556,11 +558,12 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let before = mean.motion;
         self.move_mean(instant, mean, flow);
         let ends = Ends { before: &before, after: &mean.motion };
+        let by_disturbance = flow.by_disturbance();
         Transition {
             by_motion: flow.by_motion(),
-            by_disturbance: flow.by_disturbance(),
+            by_disturbance,
             fade: self.fade(instant.length_s),
-            rows: self.rows(instant, &ends),
+            rows: self.rows(instant, &ends, &by_disturbance),
         }
     }
 

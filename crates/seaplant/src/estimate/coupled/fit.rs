@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 
 use super::actuator::Actuator;
-use super::filter::{Gain, Innovation, InstrumentNoise, Layout, Noise, Pass, Slope};
+use super::filter::{Gain, Innovation, InstrumentNoise, Layout, Noise, Pass, Slope, Swell};
 use super::schedule::{Attitude, PIECES_PART, Schedule, known_together};
 use super::uncertainty::inverse;
 use crate::estimate::descend::Parabola;
@@ -862,6 +862,12 @@ impl Problem {
             limits[first] = ln(DRIFT_STD_M_S);
             limits[first + 1] = ln(DRIFT_CORRELATION_S);
         }
+        if noise.swell.is_some() {
+            let ln = |[low, high]: [f64; 2]| (low.ln(), high.ln());
+            let shape = noise.first_of_swell() + N;
+            limits[shape] = ln(Swell::<N>::FREQUENCY);
+            limits[shape + 1] = ln(Swell::<N>::DAMPING);
+        }
         for (place, number) in noise.instruments.needed().enumerate() {
             let limits = &mut limits[Noise::<N, M>::INSTRUMENTS + place];
             *limits = match number {
@@ -987,6 +993,7 @@ pub(super) fn first_noise<const N: usize, const M: usize>(
         attitude: problem.attitude_noise,
         instruments: problem.instruments,
         drift: None,
+        swell: None,
     }
 }
 

@@ -43,6 +43,7 @@ pub(super) fn first_noise<const N: usize, const M: usize>(
         attitude: 0.0,
         instruments: problem.instruments,
         drift: None,
+        swell: None,
     }
 }
 

@@ -266,6 +266,7 @@ fn expected<const N: usize, const M: usize>(
         attitude: noise.attitude,
         instruments,
         drift: None,
+        swell: None,
     }
 }
 

@@ -1,11 +1,12 @@
 //! Change of the estimates that trials outside the fit indicate.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector, SVector};
 
 use super::actuator::Actuator;
-use super::filter::{Drift, Noise};
+use super::filter::{Drift, Noise, Swell};
 use super::fit::{Point, Problem};
 use super::report::left_of_report;
 use super::schedule::Attitude;
@@ -114,6 +115,14 @@ impl CoupledFit {
             drift: self.current_drift.map(|drift| Drift {
                 std_m_s: drift.std_m_s.0,
                 correlation_s: drift.correlation_s.0,
+            }),
+            swell: self.swell.as_ref().map(|swell| Swell {
+                std: SVector::from_fn(|i, _| {
+                    let own = axes.get(i).and_then(|dof| swell.force.get(dof));
+                    own.map_or(1.0, |(std, _)| *std)
+                }),
+                frequency: TAU / swell.period_s.0,
+                damping: swell.damping.0,
             }),
         }
     }

@@ -157,6 +157,7 @@ fn noise() -> Noise<3, 3> {
         attitude: 0.0,
         instruments: InstrumentNoise::NONE,
         drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
+        swell: Some(filter::Swell { std: [0.2, 0.1, 0.02].into(), frequency: 1.1, damping: 0.08 }),
     }
 }
 
@@ -332,6 +333,7 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
         attitude: 0.012,
         instruments: InstrumentNoise::NONE,
         drift: None,
+        swell: None,
     };
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
     let prepared = |coefficients: &[f64]| {
@@ -855,6 +857,11 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
             active: [true; InstrumentNoise::COUNT],
         },
         drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
+        swell: Some(filter::Swell {
+            std: [0.6, 0.5, 0.8, 0.02, 0.02, 0.03].into(),
+            frequency: 1.1,
+            damping: 0.08,
+        }),
     };
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
     let prepared = |coefficients: &[f64]| {

@@ -1,12 +1,13 @@
 //! Uncertainty of the estimates, and whiteness of the innovations.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::filter::{Drift, Innovation, InstrumentNoise, Noise};
 use super::fit::{Point, Problem};
-use super::{AxisNoise, CurrentDrift};
+use super::{AxisNoise, CurrentDrift, SwellForce};
 use crate::estimate::PRECISION;
 use crate::plant::{Plant, Structure};
 use crate::{Dof, Error};
@@ -107,6 +108,24 @@ pub(super) fn current_drift<const N: usize, const M: usize>(
     Some(CurrentDrift {
         std_m_s: with_std(std_m_s, noise.first_of_drift()),
         correlation_s: with_std(correlation_s, noise.first_of_drift() + 1),
+    })
+}
+
+pub(super) fn swell_force<const N: usize, const M: usize>(
+    structure: &Structure,
+    noise: &Noise<N, M>,
+    covariance: &DMatrix<f64>,
+) -> Option<SwellForce> {
+    let swell = noise.swell?;
+    let with_std = |x: f64, k: usize| {
+        let k = noise.first_of_swell() + k;
+        (x, x * covariance[(k, k)].sqrt())
+    };
+    let of = |(i, &dof): (usize, &Dof)| (dof, with_std(swell.std[i], i));
+    Some(SwellForce {
+        force: structure.axes().iter().enumerate().map(of).collect(),
+        period_s: with_std(TAU / swell.frequency, N),
+        damping: with_std(swell.damping, N + 1),
     })
 }
 

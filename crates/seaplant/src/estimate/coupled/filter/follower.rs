@@ -2,11 +2,11 @@
 
 use nalgebra::{SVector, Vector3};
 
-use super::navigation::{Crossed, FadeChange, InstrumentNoise};
+use super::navigation::{Crossed, InstrumentNoise, MapChange};
 use super::noise::{Impulse, Noise, impulse_by_correlation};
 use super::state::{Covariance, Observation, State, Transition};
 use super::{Pass, add_down_covariance};
-use crate::motion::{times, with_down};
+use crate::motion::{times, times_transposed, with_down};
 use crate::series::ROUNDING_S;
 
 impl<const N: usize, const M: usize> Pass<'_, N, M> {
@@ -37,8 +37,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     /// Computes the derivative of a filter step by the k-th logarithm of the noise.
     pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N, M> {
         let axis = k % N;
-        let mut change =
-            Change { process: self.zero_covariance(), fade: None, navigation_fade: None };
+        let mut change = Change { process: self.zero_covariance(), fade: None, map: Vec::new() };
+        if let Some(of_swell) = k.checked_sub(self.noise.first_of_swell()) {
+            change.map = self.set_swell_change(of_swell, h, &mut change.process);
+            return change;
+        }
         if let Some(of_drift) = k.checked_sub(self.noise.first_of_drift()) {
             let drift = self.noise.of_water();
             let by = match of_drift {
@@ -46,8 +49,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 _ => {
                     let rho = drift.fade(h);
                     let by = rho * h / drift.correlation_s;
-                    let states = [Some(0), Some(1), None];
-                    change.navigation_fade = Some(FadeChange { states, by });
+                    change.map = [0, 1].map(|k| MapChange { row: k, from: k, by }).to_vec();
                     -2.0 * drift.std_m_s.powi(2) * rho * by
                 }
             };
@@ -56,8 +58,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         }
         if let Some(place) = k.checked_sub(Noise::<N, M>::INSTRUMENTS) {
             if let Some(number) = self.noise.instruments.needed().nth(place) {
-                change.navigation_fade =
-                    self.set_sensor_process_change(number, h, &mut change.process);
+                change.map = self.set_sensor_process_change(number, h, &mut change.process);
             }
             return change;
         }
@@ -76,7 +77,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
 
     pub(super) fn noise_sensitivities(&self) -> Vec<NoiseSensitivity<N, M>> {
         let none = NoiseSensitivity {
-            mean: State::zeros(self.schedule.layout.count),
+            mean: State::zeros(self.states()),
             covariance: self.zero_covariance(),
         };
         let mut sensitivities = vec![none; self.noise.count()];
@@ -106,6 +107,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             let by = 2.0 * instruments.numbers[InstrumentNoise::OFFSET].powi(2);
             let offsets = self.schedule.layout.offset.into_iter().flatten();
             offsets.for_each(|state| sensitivities[place].covariance.oo[(state, state)] = by);
+        }
+        for (axis, states) in self.swell_states() {
+            let by = self.noise.swell.map_or(0.0, |swell| 2.0 * swell.std[axis].powi(2));
+            let own = &mut sensitivities[self.noise.first_of_swell() + axis].covariance;
+            states.into_iter().for_each(|state| own.oo[(state, state)] = by);
         }
         sensitivities
     }
@@ -156,8 +162,8 @@ impl<const N: usize, const M: usize> Process<N, M> {
 pub(super) struct Change<const N: usize, const M: usize> {
     pub(super) process: Covariance<N, M>,
     pub(super) fade: Option<Fade>,
-    /// Change of the decay factor of some navigation states.
-    pub(super) navigation_fade: Option<FadeChange>,
+    /// Changes of the map of navigation states.
+    pub(super) map: Vec<MapChange>,
 }
 
 /// Change of the decay of one axis's disturbance.
@@ -202,10 +208,10 @@ impl<const N: usize, const M: usize> NoiseSensitivity<N, M> {
         }
         if let (Some((before, own)), Some(crossed), Some(rows)) = (own, crossed, &step.rows) {
             self.covariance.predict_navigation(&before, &own, (rows, &change.process));
-            if let Some(fade) = &change.navigation_fade {
-                self.covariance.add_fade_change(fade, covariance, crossed, rows);
-                for state in fade.states.into_iter().flatten() {
-                    self.mean.navigation[state] += fade.by * mean.navigation[state];
+            if !change.map.is_empty() {
+                self.covariance.add_map_changes(&change.map, covariance, crossed, rows);
+                for MapChange { row, from, by } in &change.map {
+                    self.mean.navigation[*row] += by * mean.navigation[*from];
                 }
             }
         }
@@ -221,8 +227,11 @@ impl<const N: usize, const M: usize> NoiseSensitivity<N, M> {
     ) -> SVector<f64, M> {
         let axis = fade.axis;
         let push = step.by_disturbance.column(axis) * fade.push;
-        let v =
+        let mut v =
             times(&step.by_motion, &covariance.xf) + times(&step.by_disturbance, &covariance.ff);
+        if let Some(pushing) = step.pushing() {
+            v += times_transposed(pushing, &covariance.fo);
+        }
         let own = v.column(axis).into_owned();
         self.covariance.xx += push * own.transpose() + own * push.transpose();
         self.covariance.xf +=

@@ -10,6 +10,9 @@
 //! ḃ = −b/T_b + w_b            offset of the accelerometer, and gravity that leaks into it
 //! ```
 //!
+//! The two states of swell on each axis ([`Swell`](super::Swell)) follow these. Its force is held over
+//! a step; it is the only navigation state that moves the vehicle.
+//!
 //! A step is linear in the navigation states before it and in the motion before and after it, so
 //! that derivatives and covariance follow from those of motion.
 
@@ -20,8 +23,9 @@ use super::state::{Covariance, State, Transition, symmetrise};
 use crate::estimate::coupled::schedule::FilterInstant;
 use crate::motion::{apply, times, times_sparse_transposed, times_transposed};
 
-/// Maximum number of navigation states.
-pub(in crate::estimate::coupled) const MOST: usize = 12;
+/// Maximum number of navigation states: 12 of position and instruments, two of swell on each of six
+/// axes.
+pub(in crate::estimate::coupled) const MOST: usize = 24;
 
 /// Index of each navigation state that a trial needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,7 +38,7 @@ pub(in crate::estimate::coupled) struct Layout {
     pub(in crate::estimate::coupled) gained: [Option<usize>; 3],
     /// Accelerometer offset along each body axis.
     pub(in crate::estimate::coupled) offset: [Option<usize>; 3],
-    /// Number of states, including the two of the current.
+    /// Number of states, including the two of the current, without those of swell.
     pub(in crate::estimate::coupled) count: usize,
 }
 
@@ -156,13 +160,15 @@ pub(super) struct Rows<const M: usize> {
     from: [Option<(usize, f64)>; MOST],
     /// Matrices for motion before and after the step; `None` where only the current changes.
     moved: Option<Box<[SMatrix<f64, MOST, M>; 2]>>,
+    /// Change of motion over the step by each navigation state before it; `None` without swell.
+    pub(super) pushing: Option<Box<SMatrix<f64, M, MOST>>>,
 }
 
 impl<const M: usize> Rows<M> {
     fn fading(current_fade: f64) -> Self {
         let mut fades = [1.0; MOST];
         (fades[0], fades[1]) = (current_fade, current_fade);
-        Self { fades, from: [None; MOST], moved: None }
+        Self { fades, from: [None; MOST], moved: None, pushing: None }
     }
 
     /// Computes X Aᵀ, where A is the part of the map that acts on navigation states; X has shape
@@ -234,6 +240,38 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         layout.heading.into_iter().for_each(|state| set(state, FIRST_OF_HEADING));
         let offset = self.noise.instruments.numbers[InstrumentNoise::OFFSET];
         layout.offset.into_iter().flatten().for_each(|state| set(state, offset.powi(2)));
+        for (axis, states) in self.swell_states() {
+            let std = self.noise.swell.map_or(0.0, |swell| swell.std[axis]);
+            states.into_iter().for_each(|state| set(state, std.powi(2)));
+        }
+    }
+
+    /// Returns the number of navigation states in use.
+    pub(super) fn states(&self) -> usize {
+        self.schedule.layout.count + if self.noise.swell.is_some() { 2 * N } else { 0 }
+    }
+
+    /// Returns the two states of swell on each axis, by index among the plant's axes.
+    pub(super) fn swell_states(&self) -> impl Iterator<Item = (usize, [usize; 2])> + use<N, M> {
+        let first = self.schedule.layout.count;
+        let axes = if self.noise.swell.is_some() { N } else { 0 };
+        (0..axes).map(move |axis| (axis, [first + 2 * axis, first + 2 * axis + 1]))
+    }
+
+    /// Returns the force on each axis at the beginning of a step of which a part decays like the
+    /// disturbance and has the impulse of disturbance and swell, N or N m.
+    pub(super) fn acting(&self, mean: &State<N, M>, h: f64) -> SVector<f64, N> {
+        let mut acting = mean.disturbance;
+        for (axis, [state, _]) in self.swell_states() {
+            acting[axis] += mean.navigation[state] / self.mean_of_decay(axis, h);
+        }
+        acting
+    }
+
+    /// Returns the mean of `exp(−t/T)` of an axis's disturbance over a step.
+    fn mean_of_decay(&self, axis: usize, h: f64) -> f64 {
+        let x = h / self.noise.correlation_s[axis];
+        if x < 1e-9 { 1.0 } else { -(-x).exp_m1() / x }
     }
 
     /// Adds the process noise of the current and of an accelerometer's offsets over a step.
@@ -245,16 +283,52 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let of_offset = std.powi(2) * (1.0 - instruments.offset_fade(h).powi(2));
         let offsets = self.schedule.layout.offset.into_iter().flatten();
         offsets.for_each(|state| process.oo[(state, state)] = of_offset);
+        for (axis, states) in self.swell_states() {
+            let added = self.noise.swell.map_or(0.0, |swell| swell.process(axis, h));
+            states.into_iter().for_each(|state| process.oo[(state, state)] = added);
+        }
+    }
+
+    /// Sets the derivative of a step's process noise by the logarithm of a number of swell; returns
+    /// the derivatives of the map of its states.
+    pub(super) fn set_swell_change(
+        &self,
+        number: usize,
+        h: f64,
+        process: &mut Covariance<N, M>,
+    ) -> Vec<MapChange> {
+        let Some(swell) = self.noise.swell else { return Vec::new() };
+        let mut set = |axis: usize, variance: f64| {
+            let of_axis = self.swell_states().filter(|(own, _)| *own == axis);
+            let states = of_axis.flat_map(|(_, states)| states);
+            states.for_each(|state| process.oo[(state, state)] = variance);
+        };
+        let Some(shape) = number.checked_sub(N) else {
+            set(number, 2.0 * swell.process(number, h));
+            return Vec::new();
+        };
+        (0..N).for_each(|axis| set(axis, swell.process_change(axis, h)));
+        let [by_cos, by_sin] = swell.turn_changes(h)[shape];
+        let of = |(_, [s, other]): (usize, [usize; 2])| {
+            let change = |row, from, by| MapChange { row, from, by };
+            [
+                change(s, s, by_cos),
+                change(s, other, -by_sin),
+                change(other, s, by_sin),
+                change(other, other, by_cos),
+            ]
+        };
+        self.swell_states().flat_map(of).collect()
     }
 
     /// Sets the derivative of a step's process noise by the logarithm of one entry of the sensor
-    /// noise; returns the derivative of the offsets' decay, if any.
+    /// noise; returns the derivatives of the offsets' decay, if any.
     pub(super) fn set_sensor_process_change(
         &self,
         number: usize,
         h: f64,
         process: &mut Covariance<N, M>,
-    ) -> Option<FadeChange> {
+    ) -> Vec<MapChange> {
         let instruments = &self.noise.instruments;
         let (std, rho) = (instruments.numbers[InstrumentNoise::OFFSET], instruments.offset_fade(h));
         let offsets = self.schedule.layout.offset;
@@ -266,21 +340,31 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
             InstrumentNoise::OFFSET_CORRELATION => {
                 let by = rho * h / instruments.numbers[InstrumentNoise::OFFSET_CORRELATION];
                 set(-2.0 * std.powi(2) * rho * by);
-                return Some(FadeChange { states: offsets, by });
+                let offsets = offsets.into_iter().flatten();
+                return offsets.map(|state| MapChange { row: state, from: state, by }).collect();
             }
             _ => {}
         }
-        None
+        Vec::new()
     }
 
     /// Returns the linear map of a step of the navigation states; `None` where it is the identity.
-    pub(super) fn rows(&self, instant: &FilterInstant, ends: &Ends<'_, N, M>) -> Option<Rows<M>> {
+    pub(super) fn rows(
+        &self,
+        instant: &FilterInstant,
+        ends: &Ends<'_, N, M>,
+        by_disturbance: &SMatrix<f64, M, N>,
+    ) -> Option<Rows<M>> {
         let (layout, h) = (&self.schedule.layout, instant.length_s);
         let fade = self.noise.of_water().fade(h);
-        if !layout.is_more_than_current() {
-            return (fade != 1.0).then(|| Rows::fading(fade));
+        if fade == 1.0 && self.states() == 2 {
+            return None;
         }
         let mut rows = Rows::fading(fade);
+        self.set_swell(h, by_disturbance, &mut rows);
+        if !layout.is_more_than_current() {
+            return Some(rows);
+        }
         let mut moved = [SMatrix::<f64, MOST, M>::zeros(); 2];
         let kinematics = self.kinematics(instant, ends);
         for ((moved, end), sign) in moved.iter_mut().zip(&kinematics).zip([-1.0, 1.0]) {
@@ -333,6 +417,20 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         Some(rows)
     }
 
+    /// Sets the part of a step's map that swell makes.
+    fn set_swell(&self, h: f64, by_disturbance: &SMatrix<f64, M, N>, rows: &mut Rows<M>) {
+        let Some(swell) = self.noise.swell else { return };
+        let [cos, sin] = swell.turn(h);
+        let mut pushing = SMatrix::<f64, M, MOST>::zeros();
+        for (axis, [s, other]) in self.swell_states() {
+            (rows.fades[s], rows.fades[other]) = (cos, cos);
+            (rows.from[s], rows.from[other]) = (Some((other, -sin)), Some((s, sin)));
+            let by_force = by_disturbance.column(axis) / self.mean_of_decay(axis, h);
+            pushing.set_column(s, &by_force);
+        }
+        rows.pushing = Some(Box::new(pushing));
+    }
+
     /// Propagates the mean of the navigation states over a step.
     pub(super) fn move_navigation(
         &self,
@@ -369,6 +467,14 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         }
         navigation[0] *= fade;
         navigation[1] *= fade;
+        if let Some(swell) = self.noise.swell {
+            let [cos, sin] = swell.turn(h);
+            for (_, [s, other]) in self.swell_states() {
+                let (own, across) = (navigation[s], navigation[other]);
+                navigation[s] = cos * own - sin * across;
+                navigation[other] = sin * own + cos * across;
+            }
+        }
     }
 
     /// Returns a row of derivatives by motion from those by translation and rotation rates.
@@ -408,10 +514,11 @@ pub(super) struct Ends<'a, const N: usize, const M: usize> {
     pub(super) after: &'a SVector<f64, M>,
 }
 
-/// Derivative of the decay factor of some navigation states.
+/// Derivative of the map of navigation states: state `row` after a step, by state `from` before it.
 #[derive(Clone, Copy)]
-pub(super) struct FadeChange {
-    pub(super) states: [Option<usize>; 3],
+pub(super) struct MapChange {
+    pub(super) row: usize,
+    pub(super) from: usize,
     pub(super) by: f64,
 }
 
@@ -458,6 +565,10 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
             xo: times(a, &self.xo) + times(b, &self.fo),
             fo: self.fo,
         };
+        if let Some(pushing) = step.pushing() {
+            crossed.xx += times_transposed(&self.xo, pushing);
+            crossed.xo += times(pushing, &self.oo);
+        }
         for j in 0..N {
             crossed.xf.column_mut(j).scale_mut(step.fade[j]);
             crossed.fo.row_mut(j).scale_mut(step.fade[j]);
@@ -504,23 +615,23 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         symmetrise(&mut self.oo);
     }
 
-    /// Adds the effect of a changed decay factor of some states; `nominal` is the covariance before
+    /// Adds the effect of a changed map of navigation states; `nominal` is the covariance before
     /// the step.
-    pub(super) fn add_fade_change(
+    pub(super) fn add_map_changes(
         &mut self,
-        change: &FadeChange,
+        changes: &[MapChange],
         nominal: &Self,
         crossed: &Crossed<N, M>,
         rows: &Rows<M>,
     ) {
         let with_after = nominal.with_after(crossed, rows);
-        for i in change.states.into_iter().flatten() {
-            let (xo, fo) = (crossed.xo.column(i) * change.by, crossed.fo.column(i) * change.by);
-            self.xo.set_column(i, &(self.xo.column(i) + xo));
-            self.fo.set_column(i, &(self.fo.column(i) + fo));
-            for j in 0..MOST {
-                self.oo[(i, j)] += change.by * with_after[(i, j)];
-                self.oo[(j, i)] += change.by * with_after[(i, j)];
+        for &MapChange { row, from, by } in changes {
+            let (xo, fo) = (crossed.xo.column(from) * by, crossed.fo.column(from) * by);
+            self.xo.set_column(row, &(self.xo.column(row) + xo));
+            self.fo.set_column(row, &(self.fo.column(row) + fo));
+            for j in 0..self.count {
+                self.oo[(row, j)] += by * with_after[(from, j)];
+                self.oo[(j, row)] += by * with_after[(from, j)];
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Disturbance, measurement noise and varying current, and the process noise of a step.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{DVector, SVector};
 
 use super::navigation::InstrumentNoise;
@@ -21,6 +23,8 @@ pub(in crate::estimate::coupled) struct Noise<const N: usize, const M: usize> {
     pub(in crate::estimate::coupled) instruments: InstrumentNoise,
     /// Variation of the current; `None` if it is constant.
     pub(in crate::estimate::coupled) drift: Option<Drift>,
+    /// Force of waves; `None` in calm water.
+    pub(in crate::estimate::coupled) swell: Option<Swell<N>>,
 }
 
 /// Variation of the current during a trial: a Gauss–Markov velocity north and another east.
@@ -55,6 +59,71 @@ impl Drift {
     }
 }
 
+/// Force of waves on each axis in a narrow band of frequencies: a stochastic cycle,
+///
+/// ```text
+/// [s; s*] ← ρ [cos ωh  −sin ωh; sin ωh  cos ωh] [s; s*] + w,   ρ = exp(−ζωh),
+/// ```
+///
+/// over a step of h seconds, where s is the force and both states have its variance.
+///
+/// # Source
+/// [Harvey1989, ch. 2.3].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::estimate::coupled) struct Swell<const N: usize> {
+    /// Standard deviation on each axis, N or N m.
+    pub(in crate::estimate::coupled) std: SVector<f64, N>,
+    /// Angular frequency ω, rad/s.
+    pub(in crate::estimate::coupled) frequency: f64,
+    /// Damping ratio ζ.
+    pub(in crate::estimate::coupled) damping: f64,
+}
+
+impl<const N: usize> Swell<N> {
+    /// Limits of the angular frequency, rad/s: periods of 2 to 30 s.
+    pub(in crate::estimate::coupled) const FREQUENCY: [f64; 2] = [TAU / 30.0, TAU / 2.0];
+
+    /// Limits of the damping ratio. Waves of one sea have a narrow band; a force of a wide one is a
+    /// disturbance like any other.
+    pub(in crate::estimate::coupled) const DAMPING: [f64; 2] = [1e-3, 0.4];
+
+    /// Initial damping ratio.
+    pub(in crate::estimate::coupled) const FIRST_DAMPING: f64 = 0.1;
+
+    /// Returns true if the band is narrower than its limit.
+    pub(in crate::estimate::coupled) fn is_narrow(&self) -> bool {
+        self.damping < 0.99 * Self::DAMPING[1]
+    }
+
+    /// Returns ρ.
+    fn fade(&self, h: f64) -> f64 {
+        (-self.damping * self.frequency * h).exp()
+    }
+
+    /// Returns `[ρ cos ωh, ρ sin ωh]`.
+    pub(super) fn turn(&self, h: f64) -> [f64; 2] {
+        let (sin, cos) = (self.frequency * h).sin_cos();
+        [cos, sin].map(|x| self.fade(h) * x)
+    }
+
+    /// Returns the derivatives of [`Self::turn`] by ln ω and by ln ζ.
+    pub(super) fn turn_changes(&self, h: f64) -> [[f64; 2]; 2] {
+        let [cos, sin] = self.turn(h);
+        let (angle, decay) = (self.frequency * h, self.damping * self.frequency * h);
+        [[-angle * sin - decay * cos, angle * cos - decay * sin], [-decay * cos, -decay * sin]]
+    }
+
+    /// Returns the variance that a step adds to each state of an axis.
+    pub(super) fn process(&self, axis: usize, h: f64) -> f64 {
+        self.std[axis].powi(2) * (1.0 - self.fade(h).powi(2))
+    }
+
+    /// Returns the derivative of [`Self::process`] by ln ω, which is that by ln ζ.
+    pub(super) fn process_change(&self, axis: usize, h: f64) -> f64 {
+        2.0 * (self.std[axis] * self.fade(h)).powi(2) * self.damping * self.frequency * h
+    }
+}
+
 impl<const N: usize> Noise<N, N> {
     /// Extends the noise to a filter with attitude states; `attitude` is the noise of roll and
     /// pitch, rad.
@@ -68,6 +137,11 @@ impl<const N: usize> Noise<N, N> {
             attitude,
             instruments: self.instruments,
             drift: self.drift,
+            swell: self.swell.map(|swell| Swell {
+                std: placed(swell.std),
+                frequency: swell.frequency,
+                damping: swell.damping,
+            }),
         }
     }
 }
@@ -86,13 +160,19 @@ impl<const N: usize, const M: usize> Noise<N, M> {
         Self::INSTRUMENTS + self.instruments.count()
     }
 
-    /// Returns the number of parameters.
-    pub(in crate::estimate::coupled) fn count(&self) -> usize {
+    /// Returns the index of the logarithm of the first axis's swell; frequency and damping follow
+    /// those of all axes.
+    pub(in crate::estimate::coupled) fn first_of_swell(&self) -> usize {
         self.first_of_drift() + if self.drift.is_some() { 2 } else { 0 }
     }
 
+    /// Returns the number of parameters.
+    pub(in crate::estimate::coupled) fn count(&self) -> usize {
+        self.first_of_swell() + if self.swell.is_some() { N + 2 } else { 0 }
+    }
+
     /// Returns the logarithms of the parameters: 3 N of the axes, one of attitude if it is a state,
-    /// those of the active sensors, and two of the current if it varies.
+    /// those of the active sensors, two of the current if it varies, and N + 2 of swell.
     pub(in crate::estimate::coupled) fn logarithms(&self) -> DVector<f64> {
         let parts = [self.disturbance, self.correlation_s, self.velocity];
         let of_axes = parts.into_iter().flat_map(|part| part.map(f64::ln).data.0[0]);
@@ -100,7 +180,11 @@ impl<const N: usize, const M: usize> Noise<N, M> {
         let of_instruments = self.instruments.needed().map(|k| self.instruments.numbers[k].ln());
         let of_water =
             self.drift.iter().flat_map(|drift| [drift.std_m_s.ln(), drift.correlation_s.ln()]);
-        let all = of_axes.chain(of_attitude).chain(of_instruments).chain(of_water);
+        let of_swell = self.swell.iter().flat_map(|swell| {
+            let shape = [swell.frequency.ln(), swell.damping.ln()];
+            swell.std.map(f64::ln).data.0[0].into_iter().chain(shape)
+        });
+        let all = of_axes.chain(of_attitude).chain(of_instruments).chain(of_water).chain(of_swell);
         DVector::from_vec(all.collect())
     }
 
@@ -112,13 +196,19 @@ impl<const N: usize, const M: usize> Noise<N, M> {
             std_m_s: logarithms[first].exp(),
             correlation_s: logarithms[first + 1].exp(),
         });
+        let first = self.first_of_swell();
+        let swell = self.swell.map(|_| Swell {
+            std: SVector::from_fn(|i, _| logarithms[first + i].exp()),
+            frequency: logarithms[first + N].exp(),
+            damping: logarithms[first + N + 1].exp(),
+        });
         let attitude = if M > N { logarithms[Self::ATTITUDE].exp() } else { 0.0 };
         let mut instruments = self.instruments;
         for (place, k) in self.instruments.needed().enumerate() {
             instruments.numbers[k] = logarithms[Self::INSTRUMENTS + place].exp();
         }
         let [disturbance, correlation_s, velocity] = [0, 1, 2].map(part);
-        Self { disturbance, correlation_s, velocity, attitude, instruments, drift }
+        Self { disturbance, correlation_s, velocity, attitude, instruments, drift, swell }
     }
 
     /// Returns the index of the logarithm of a measurement's noise.

@@ -56,6 +56,9 @@ impl<const N: usize, const M: usize> State<N, M> {
         let before = self.motion;
         self.motion =
             apply(&step.by_motion, &before) + apply(&step.by_disturbance, &self.disturbance) + own;
+        if let Some(pushing) = step.pushing() {
+            self.motion += apply(pushing, &SVector::from(self.navigation));
+        }
         self.disturbance.component_mul_assign(&step.fade);
         if let Some(rows) = &step.rows {
             self.step_navigation(&before, rows);
@@ -235,9 +238,17 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
 
     pub(super) fn predict_motion(&mut self, step: &Transition<N, M>, process: &Self) {
         let (a, b, fade) = (&step.by_motion, &step.by_disturbance, &step.fade);
-        let u = times(a, &self.xx) + times_transposed(b, &self.xf);
-        let v = times(a, &self.xf) + times(b, &self.ff);
-        self.xx = times_transposed(&u, a) + times_transposed(&v, b) + process.xx;
+        let mut u = times(a, &self.xx) + times_transposed(b, &self.xf);
+        let mut v = times(a, &self.xf) + times(b, &self.ff);
+        let mut of_swell = SMatrix::zeros();
+        if let Some(pushing) = step.pushing() {
+            u += times_transposed(pushing, &self.xo);
+            v += times_transposed(pushing, &self.fo);
+            let with_navigation =
+                times(a, &self.xo) + times(b, &self.fo) + times(pushing, &self.oo);
+            of_swell = times_transposed(&with_navigation, pushing);
+        }
+        self.xx = times_transposed(&u, a) + times_transposed(&v, b) + of_swell + process.xx;
         for j in 0..N {
             for i in 0..M {
                 self.xf[(i, j)] = v[(i, j)] * fade[j] + process.xf[(i, j)];
@@ -272,6 +283,13 @@ pub(super) struct Transition<const N: usize, const M: usize> {
     pub(super) fade: SVector<f64, N>,
     /// Map of the navigation states; `None` where it is the identity.
     pub(super) rows: Option<Rows<M>>,
+}
+
+impl<const N: usize, const M: usize> Transition<N, M> {
+    /// Returns the change of motion by navigation states that push, if any.
+    pub(super) fn pushing(&self) -> Option<&SMatrix<f64, M, MOST>> {
+        self.rows.as_ref()?.pushing.as_deref()
+    }
 }
 
 #[cfg(test)]
