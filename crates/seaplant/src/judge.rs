@@ -20,7 +20,7 @@ pub use change::{Part, PlantChange};
 pub(crate) use choose::{Contender, choose, impossible, is_better};
 pub(crate) use colour::LAGS;
 pub use colour::box_pierce;
-pub(crate) use coupling::Coupling;
+pub(crate) use coupling::{Coupling, turned};
 pub(crate) use cross::left_out;
 pub use good_for::{ConfirmedMotion, GoodFor, WorseTrial};
 pub(crate) use good_for::{LEAST_R2, Tested, range};

@@ -493,16 +493,17 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         Ok(self)
     }
 
-    /// The same with a force of waves on each axis, where innovations are coloured and that is likelier by
-    /// more than chance. Its frequency has no slope without a force, so that the descent begins at
-    /// several; a band that is not narrow is none of waves.
+    /// The same with a force of waves on each axis, where that is likelier by more than chance and explains
+    /// most of what colours the innovations of an axis. Its frequency has no slope without a force, so that the
+    /// descent begins at the likeliest of several; a band that is not narrow is none of waves.
     fn with_swell_that_shows(mut self) -> Result<Self, Error> {
         let Self { problem, optimum, .. } = &self;
         let noise = &optimum.point.noise;
         if problem.is_free || noise.swell.is_some() {
             return Ok(self);
         }
-        if !self.is_coloured()? {
+        let white = self.whiteness()?;
+        if problem.structure.axes().iter().all(|dof| white(*dof) <= COLOURED) {
             return Ok(self);
         }
         let start = |(period_s, part): (f64, f64)| {
@@ -515,14 +516,30 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         };
         let parts = FIRST_SWELL_PARTS.into_iter();
         let starts = parts.flat_map(|part| FIRST_PERIODS_S.map(|period_s| start((period_s, part))));
-        let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
+        let Some((first, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return Ok(self);
+        };
+        // Waves are likelier than the disturbance before the plant has changed, too.
+        if first >= optimum.cost {
+            return Ok(self);
+        }
         // A descent that does not settle finds no waves.
         let Ok(found) = problem.descent(start, Tolerance::COARSE) else { return Ok(self) };
         let is_narrow = found.point.noise.swell.is_some_and(|swell| swell.is_narrow());
-        let added = (problem.structure.axes().len() + 2) as f64;
-        if is_narrow && 2.0 * (optimum.cost - found.cost) > search::ADMITTED * added {
-            let iterations = optimum.iterations + found.iterations;
-            self.optimum = Optimum { iterations, ..found };
+        let needed = search::ADMITTED * (problem.structure.axes().len() + 2) as f64;
+        let is_likelier = 2.0 * (optimum.cost - found.cost) > needed;
+        if !is_narrow || !is_likelier {
+            return Ok(self);
+        }
+        let iterations = optimum.iterations + found.iterations;
+        let before = self.whiteness()?;
+        let without = std::mem::replace(&mut self.optimum, Optimum { iterations, ..found });
+        let after = self.whiteness()?;
+        let explains = |dof: &Dof| {
+            before(*dof) > COLOURED && after(*dof) - 1.0 < LEFT_PART * (before(*dof) - 1.0)
+        };
+        if !self.problem.structure.axes().iter().any(explains) {
+            self.optimum = without;
         }
         Ok(self)
     }
@@ -552,19 +569,13 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
 
     /// What the colour of an axis's innovations exaggerates likelihood by, at least 1: Box and
     /// Pierce's statistic, or of motion left to itself how many samples say as much as one.
-    fn whiteness(&self) -> Result<impl Fn(Dof) -> f64, Error> {
+    fn whiteness(&self) -> Result<impl Fn(Dof) -> f64 + use<N, M>, Error> {
         let white = if self.problem.is_free {
             self.problem.samples_per_independent(&self.optimum.point)?
         } else {
             whiteness(&self.problem, &self.optimum.point, self.reported.keep)?
         };
         Ok(move |dof: Dof| white.get(&dof).copied().unwrap_or(1.0).max(1.0))
-    }
-
-    /// Whether innovations of an axis are coloured.
-    fn is_coloured(&self) -> Result<bool, Error> {
-        let white = self.whiteness()?;
-        Ok(self.problem.structure.axes().iter().any(|dof| white(*dof) > COLOURED))
     }
 
     /// The greatest of it on surge, sway and heave.
@@ -714,6 +725,9 @@ impl<const N: usize> Fitted<N, N> {
 /// in a thousand. Samples then say less than their number, and the covariance is that of the scores
 /// of blocks.
 const COLOURED: f64 = 1.7;
+
+/// Part of the colour of an axis's innovations that may be left where waves explain it.
+const LEFT_PART: f64 = 0.25;
 
 /// Periods of swell at which a descent begins, s, and parts of a disturbance's power.
 const FIRST_PERIODS_S: [f64; 6] = [3.0, 4.2, 5.8, 8.0, 11.0, 15.0];

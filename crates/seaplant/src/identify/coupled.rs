@@ -180,8 +180,7 @@ fn plant(
     plant.caveats.splice(0..0, records.left_out);
     let evidence =
         verdict::Evidence { fit: &fit, of_trials: of_trials.as_ref(), numbers: &numbers };
-    plant.verdict = verdict::verdict(&plant, &evidence);
-    plant.verdicts = verdict::by_axis(&plant, &evidence, &of_axes);
+    (plant.verdict, plant.verdicts) = verdict::verdicts(&plant, &evidence, &of_axes);
     Ok((structure.name(), plant, online))
 }
 

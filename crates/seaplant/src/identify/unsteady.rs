@@ -13,7 +13,7 @@ use crate::estimate::{Method, Records, simulated_speed};
 use crate::judge::{
     Contender, Coupling, Drift, Judged, LAGS, NOT_WHITE, Nulls, Number, Scored, Tested,
     another_plant, box_pierce, choose, drag_at, feedback, impossible, intervals, left_out,
-    may_be_off, one_speed, records, reversed, score, still, vouched, widened, windows_of,
+    may_be_off, one_speed, records, reversed, score, still, turned, vouched, widened, windows_of,
     working_speed,
 };
 use crate::results::{
@@ -299,7 +299,9 @@ impl Work<'_> {
         let coupling = Coupling::of(self.dof, &fitted, &beside);
         let all = [
             drift.and_then(|drift| drift.caveat(self.dof)),
-            coupling.and_then(|coupling| coupling.caveat(self.dof)),
+            coupling
+                .and_then(|coupling| coupling.caveat(self.dof))
+                .or_else(|| turned(&one.fit, &fitted, &beside)),
         ];
         all.into_iter().flatten().collect()
     }

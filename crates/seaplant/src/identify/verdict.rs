@@ -14,7 +14,7 @@ const HIDDEN_BY_NOISE: f64 = 1.1;
 
 /// Returns true for caveats that leave a plant unconfirmed even as warnings.
 const fn is_doubt(code: CaveatCode) -> bool {
-    matches!(code, CaveatCode::NotDetermined)
+    matches!(code, CaveatCode::NotDetermined | CaveatCode::CoupledAxes)
 }
 
 /// Judges a plant by its stability, its caveats and its error on trials outside the fit. Takes the

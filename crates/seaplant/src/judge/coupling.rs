@@ -3,7 +3,7 @@
 use super::change::{DRAG_PART, MASS_PART, PlantChange, plant_columns};
 use super::linear::{ErrorRegression, Window};
 use crate::trial::Beside;
-use crate::{Caveat, CaveatCode, Dof};
+use crate::{Caveat, CaveatCode, Dof, Fit};
 
 /// Fraction of the simulation error that other axes must explain in cross-validation …
 const EXPLAINED: f64 = 0.1;
@@ -169,6 +169,41 @@ impl Coupling {
             }
         })
     }
+}
+
+/// Returns a caveat if turning with the speed of other axes accelerates a translation more than its own
+/// speed changes, and the plant takes that as a part of what it does to a rigid body.
+///
+/// Added mass makes it another part on each axis, and the angles that go with it add what moves
+/// with them: the mass of one axis alone is then that of a combined motion.
+pub(crate) fn turned(fit: &Fit, windows: &[Window], beside: &[(&str, &Beside)]) -> Option<Caveat> {
+    let dof = fit.dof;
+    let part = turning_part(dof, windows, beside).filter(|part| *part > 1.0);
+    let part = part.filter(|_| fit.nuisances.turning.is_some())?;
+    let message = format!(
+        "do not use {dof} alone: turning while other axes move accelerates it {part:.1} times as much as its own speed changes, so that its mass is that of several axes; fit the axes together, or hold the others still"
+    );
+    Some(Caveat::warning(CaveatCode::CoupledAxes, message))
+}
+
+/// Returns the root mean square of `−(ω × v)` along a translation over that of its acceleration.
+fn turning_part(dof: Dof, windows: &[Window], beside: &[(&str, &Beside)]) -> Option<f64> {
+    let turning: fn(&Kinematics) -> f64 = match dof {
+        Dof::Surge => |at| at.v * at.r - at.w * at.q,
+        Dof::Sway => |at| at.w * at.p - at.u * at.r,
+        Dof::Heave => |at| at.u * at.q - at.v * at.p,
+        _ => return None,
+    };
+    let own = |rate: &Kinematics| [rate.u, rate.v, rate.w][dof.index()];
+    let (mut turned, mut changed) = (0.0, 0.0);
+    for window in windows {
+        let (_, beside) = beside.iter().find(|(trial, _)| *trial == window.trial)?;
+        for (at, rate) in motion_and_rates(window, dof, beside)? {
+            turned += turning(&at).powi(2);
+            changed += own(&rate).powi(2);
+        }
+    }
+    Some((turned / changed).sqrt())
 }
 
 /// Returns the effects that were logged in every window and that vary.

@@ -452,7 +452,7 @@ pub(super) fn shortfall(dof: Dof, score: &AxisScore, where_: &str) -> Option<Str
         let error = score.mean_abs_error.map_or("unbounded".to_owned(), spoken);
         let null = spoken(score.null_error);
         return Some(format!(
-            "on {where_} the error of {dof} is {error} {unit}, and that of a model that never moves {null} {unit}"
+            "on {where_} the error of {dof} is {error} {unit}, too near to that of a model that never moves, {null} {unit}"
         ));
     }
     explains_nothing(score).then(|| {

@@ -31,12 +31,52 @@ impl Evidence<'_> {
     }
 }
 
-/// Judges a plant by its caveats, its innovations and its error on trials that it has not seen.
-pub(super) fn verdict(plant: &CoupledPlant, evidence: &Evidence<'_>) -> Verdict {
-    evidence.with(None, judged_by_errors(plant, evidence))
+/// Judges a plant by its caveats, its innovations and its error on trials that it has not seen: as a
+/// whole, and axis by axis.
+///
+/// What makes all of it doubtful or unfit to use counts for every axis. Where single axes are
+/// doubtful, the others may be used with care. Doubts of roll and pitch alone leave the plant usable with
+/// care: these axes are held near rest by weight and buoyancy, and their mass and drag hardly
+/// change the motion along the others, which held-out trials test by themselves. Where thrust acts
+/// before its log says, what an axis lacks may be thrust, which all axes then lack.
+pub(super) fn verdicts(
+    plant: &CoupledPlant,
+    evidence: &Evidence<'_>,
+    of_axes: &[(Dof, Caveat)],
+) -> (Verdict, BTreeMap<Dof, Verdict>) {
+    let fit = evidence.fit;
+    let own: BTreeMap<Dof, String> = match &plant.hold_out {
+        Some(held) => {
+            let of = |dof| Some((dof, doubt(dof, held.by_axis.get(&dof), fit, of_axes)?));
+            plant.axes.iter().filter_map(|dof| of(*dof)).collect()
+        }
+        None => BTreeMap::new(),
+    };
+    let whole = judged(plant, evidence, of_axes, &own);
+    let untested = plant.hold_out.as_ref().map(untested).unwrap_or_default();
+    let doubtful = |reason| Verdict::new(Trust::Doubtful, reason, whole.codes.clone());
+    let is_of_all = whole.trust == Trust::DoNotUse || is_too_early(fit);
+    let of = |&dof: &Dof| {
+        let score = plant.hold_out.as_ref().and_then(|held| held.by_axis.get(&dof));
+        let verdict = match own.get(&dof).cloned() {
+            _ if is_of_all || own.is_empty() && untested.is_empty() => whole.clone(),
+            Some(reason) => doubtful(reason),
+            None if untested.contains(&dof) => doubtful(masked(&untested)),
+            None => beside_doubtful(score, &whole),
+        };
+        (dof, evidence.with(Some(dof), verdict))
+    };
+    let by_axis = plant.axes.iter().map(of).collect();
+    (evidence.with(None, whole), by_axis)
 }
 
-fn judged_by_errors(plant: &CoupledPlant, evidence: &Evidence<'_>) -> Verdict {
+/// Judges a plant as a whole; `own` are the doubts of its axes.
+fn judged(
+    plant: &CoupledPlant,
+    evidence: &Evidence<'_>,
+    of_axes: &[(Dof, Caveat)],
+    own: &BTreeMap<Dof, String>,
+) -> Verdict {
     let fit = evidence.fit;
     let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
     let codes: Vec<CaveatCode> =
@@ -48,26 +88,31 @@ fn judged_by_errors(plant: &CoupledPlant, evidence: &Evidence<'_>) -> Verdict {
     let Some(score) = &plant.hold_out else {
         return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
     };
-    if let Some(reason) = score.by_axis.iter().find_map(|(dof, score)| refuted(*dof, score)) {
-        return of(Trust::Doubtful, reason);
-    }
-    let is_unknown = |caveat: &&Caveat| caveat.code == CaveatCode::NotDetermined;
+    let is_of_axis = |caveat: &Caveat| of_axes.iter().any(|(_, own)| own == caveat);
+    let is_unknown =
+        |caveat: &&Caveat| caveat.code == CaveatCode::NotDetermined && !is_of_axis(caveat);
     if let Some(doubt) = with(Severity::Warning).find(is_unknown) {
         return of(Trust::Doubtful, first_sentence(&doubt.message));
     }
     if is_too_early(fit) {
         return of(Trust::Doubtful, TOO_EARLY.to_owned());
     }
-    let lacking = fit.whiteness.iter().filter(|(dof, _)| lacks(fit, **dof, score.by_axis.get(dof)));
-    if let Some((dof, _)) = lacking.max_by(|a, b| a.1.total_cmp(b.1)) {
-        return of(Trust::Doubtful, lacks_something(*dof));
+    let lacks_thrust =
+        |dof: &Dof| fit.actuator.delay_s < 0.0 && lacks(fit, *dof, score.by_axis.get(dof));
+    if let Some(reason) = doubt_of_all(&plant.axes, own, lacks_thrust) {
+        return of(Trust::Doubtful, reason.clone());
     }
-    let (hidden, seen): (Vec<_>, Vec<_>) =
-        score.by_axis.iter().partition(|(_, score)| falls_short(score));
     let untested = untested(score);
     if !untested.is_empty() {
         return of(Trust::Doubtful, masked(&untested));
     }
+    let doubts: Vec<String> =
+        own.iter().map(|(dof, reason)| format!("; {dof} is doubtful: {reason}")).collect();
+    let (hidden, seen): (Vec<_>, Vec<_>) = score
+        .by_axis
+        .iter()
+        .filter(|(dof, _)| !own.contains_key(dof))
+        .partition(|(_, score)| falls_short(score));
     // What all trials together have says nothing of those that are worse than without a plant.
     let hiding = evidence.of_trials.filter(|trials| trials.has_hidden());
     let seen_axes: Vec<Dof> = seen.iter().map(|(dof, _)| **dof).collect();
@@ -82,10 +127,9 @@ fn judged_by_errors(plant: &CoupledPlant, evidence: &Evidence<'_>) -> Verdict {
     let names = |of: &[(&Dof, &AxisScore)]| {
         of.iter().map(|(dof, _)| dof.to_string()).collect::<Vec<_>>().join(", ")
     };
+    let all = if own.is_empty() { "every axis".to_owned() } else { names(&seen) };
     let predicts = match (seen.is_empty(), hidden.is_empty()) {
-        (_, true) => {
-            format!("predicts every axis of held-out trials with R² of {least:.2} or more")
-        }
+        (_, true) => format!("predicts {all} of held-out trials with R² of {least:.2} or more"),
         (true, _) => {
             format!(
                 "forces that are not logged mask its prediction of whole held-out trials{allowed}"
@@ -99,44 +143,26 @@ fn judged_by_errors(plant: &CoupledPlant, evidence: &Evidence<'_>) -> Verdict {
     };
     let exceptions = hiding.and_then(|trials| trials.good_for.exceptions());
     let but = exceptions.map_or(String::new(), |trials| format!("; but not {trials}"));
-    let predicts = format!("{predicts}{but}");
+    let predicts = format!("{predicts}{but}{}", doubts.concat());
     match with(Severity::Warning).count() {
-        0 if hiding.is_some() => of(Trust::UsableWithCare, predicts),
+        0 if hiding.is_some() || !own.is_empty() => of(Trust::UsableWithCare, predicts),
         0 => of(Trust::Usable, format!("no warning, {predicts}")),
         1 => of(Trust::UsableWithCare, format!("1 warning, {predicts}")),
         n => of(Trust::UsableWithCare, format!("{n} warnings, {predicts}")),
     }
 }
 
-/// Judges each axis: a plant is doubtful where one of its axes is, and the others may be used with
-/// care. What makes all of it doubtful or unfit to use counts for every axis.
-pub(super) fn by_axis(
-    plant: &CoupledPlant,
-    evidence: &Evidence<'_>,
-    of_axes: &[(Dof, Caveat)],
-) -> BTreeMap<Dof, Verdict> {
-    let (whole, fit) = (&plant.verdict, evidence.fit);
-    let of = |&dof: &Dof| {
-        let verdict = match &plant.hold_out {
-            Some(held) if whole.trust == Trust::Doubtful => {
-                let score = held.by_axis.get(&dof);
-                let own = || doubt(dof, score, fit, of_axes);
-                let untested = untested(held);
-                let own = match () {
-                    () if is_too_early(fit) => Some(TOO_EARLY.to_owned()),
-                    () if untested.contains(&dof) => Some(masked(&untested)),
-                    () => own(),
-                };
-                match own {
-                    Some(reason) => Verdict { reason, ..whole.clone() },
-                    None => beside_doubtful(score, whole),
-                }
-            }
-            _ => whole.clone(),
-        };
-        (dof, evidence.with(Some(dof), verdict))
-    };
-    plant.axes.iter().map(of).collect()
+/// The doubt of a single axis that makes a plant of some axes doubtful as a whole: of another axis than
+/// roll and pitch, of one that lacks thrust, or of a plant without others.
+fn doubt_of_all<'a>(
+    axes: &[Dof],
+    own: &'a BTreeMap<Dof, String>,
+    lacks_thrust: impl Fn(&Dof) -> bool,
+) -> Option<&'a String> {
+    let is_tilt = |dof: &Dof| matches!(dof, Dof::Roll | Dof::Pitch);
+    let has_others = axes.iter().any(|dof| !is_tilt(dof));
+    let is_of_all = |dof: &Dof| !has_others || !is_tilt(dof) || lacks_thrust(dof);
+    own.iter().find(|(dof, _)| is_of_all(dof)).map(|(_, reason)| reason)
 }
 
 /// The axes that held-out trials do not test, if that is half of them or more: few tests passed by
@@ -292,6 +318,20 @@ mod tests {
         let followed =
             AxisScore { restarted_error: Some(0.01), kept_error: Some(0.1), ..axis(0.09, 0.09) };
         assert_eq!(untested(&scored(&[masked, good, good, followed])), []);
+    }
+
+    #[test]
+    fn doubts_of_roll_and_pitch_alone_leave_the_others_usable() {
+        let whole = |axes: &[Dof], doubtful: &[Dof], lacks_thrust: Option<Dof>| {
+            let own = doubtful.iter().map(|dof| (*dof, dof.to_string())).collect();
+            doubt_of_all(axes, &own, |dof| lacks_thrust == Some(*dof)).cloned()
+        };
+        assert_eq!(whole(&Dof::ALL, &[], None), None);
+        assert_eq!(whole(&Dof::ALL, &[Dof::Roll, Dof::Pitch], None), None);
+        let pitch = Some("pitch".to_owned());
+        assert_eq!(whole(&Dof::ALL, &[Dof::Roll, Dof::Pitch], Some(Dof::Pitch)), pitch);
+        assert_eq!(whole(&Dof::ALL, &[Dof::Roll, Dof::Yaw], None), Some("yaw".to_owned()));
+        assert_eq!(whole(&[Dof::Roll, Dof::Pitch], &[Dof::Pitch], None), pitch);
     }
 
     #[test]

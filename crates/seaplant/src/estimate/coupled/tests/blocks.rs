@@ -80,6 +80,50 @@ fn a_velocity_behind_a_filter_is_found_beside_thrust_alone() {
     check_within(&fit, &truth);
 }
 
+/// Standard deviation of the waves' force on surge and sway, N, and their mean period, s.
+const WAVES: (f64, f64) = (4.0, 6.0);
+
+/// A trial in waves: forces of a dozen sines about one frequency.
+fn in_waves(plant: &Plant, name: &str, seed: u64) -> CoupledRecord {
+    const SINES: usize = 12;
+    let quiet = record(plant, name, seed, 300, 0.0);
+    let time_s = quiet.velocity[0].as_ref().expect("is logged").time_s().to_vec();
+    let mut random = random(seed + 200);
+    let mut waves = || -> Vec<f64> {
+        let amplitude = WAVES.0 * (2.0 / SINES as f64).sqrt();
+        let sine = |(frequency, phase): (f64, f64)| {
+            move |t: &f64| amplitude * (frequency * t + phase).sin()
+        };
+        let mut one = || sine((TAU / WAVES.1 * (1.0 + 0.05 * random()), 3.0 * random()));
+        let sines: Vec<_> = (0..SINES).map(|_| one()).collect();
+        time_s.iter().map(|t| sines.iter().map(|sine| sine(t)).sum::<f64>()).collect()
+    };
+    let mut acting = quiet.force.clone();
+    for force in acting.iter_mut().take(2).flatten() {
+        let pushed = time_s.iter().zip(waves()).map(|(t, wave)| force.held_at(*t) + wave);
+        *force = Timed::new("force", time_s.clone(), pushed.collect::<Vec<f64>>()).expect("valid");
+    }
+    driven(plant, quiet, acting, (&time_s, 0.005, &mut random))
+}
+
+#[test]
+fn waves_are_found_where_they_are_and_do_not_pass_for_mass_or_drag() {
+    let truth = planar();
+    let fit = |records: [CoupledRecord; 2]| {
+        let records: Vec<&CoupledRecord> = records.iter().collect();
+        fit_coupled(truth.structure(), &records, None, false).expect("an optimum")
+    };
+    assert_eq!(fit([3, 4].map(|seed| record(&truth, "calm", seed, 300, 0.005))).swell, None);
+    let found = fit([3, 4].map(|seed| in_waves(&truth, "waves", seed)));
+    let swell = found.swell.as_ref().expect("is found");
+    assert!((swell.period_s.0 / WAVES.1 - 1.0).abs() < 0.1, "{swell:?}");
+    for dof in [Dof::Surge, Dof::Sway] {
+        assert!((swell.force[&dof].0 / WAVES.0 - 1.0).abs() < 0.35, "{swell:?}");
+    }
+    assert!(swell.force[&Dof::Yaw].0 < 0.05, "{swell:?}");
+    check_within(&found, &truth);
+}
+
 /// One thruster pushes ahead while the other pushes astern, by as much, or a fifth less.
 fn pair(astern: f64) -> CoupledRecord {
     let mut random = random(9);
