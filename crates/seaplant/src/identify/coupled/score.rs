@@ -1,6 +1,7 @@
 //! How far a plant's free motion is from what was measured.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use nalgebra::Vector6;
 use rand::SeedableRng;
@@ -11,7 +12,7 @@ use crate::estimate::{Actuator, CoupledFit};
 use crate::exchange::{Actuation, PlantModel};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
 use crate::plant::Plant;
-use crate::random::{gauss_markov, normal};
+use crate::random::{gauss_markov, normal, stochastic_cycle};
 use crate::results::{AxisScore, CoupledPlant, CoupledScore, Parameter, plant_of_result};
 use crate::series::union;
 use crate::signal::sample_noise;
@@ -496,6 +497,7 @@ struct Draw<'a> {
 const OF_WATER: usize = 6;
 const OF_START: usize = 8;
 const OF_PLANT: usize = 9;
+const OF_WAVES: usize = 10;
 
 impl Draw<'_> {
     fn random(&self, stream: usize) -> ChaCha8Rng {
@@ -519,12 +521,10 @@ impl Draw<'_> {
             let k = dof.index();
             start[k] += noise.velocity.0 * normal(&mut random);
             let process = (noise.disturbance.0, noise.correlation_s.0);
-            let pull = drawn(self.random(k), process, record.window_s)?;
-            let force = &mut inputs.force[k];
-            *force = Some(match force.take() {
-                Some(force) => held_sum(&force, &pull)?,
-                None => pull,
-            });
+            push(&mut inputs.force[k], drawn(self.random(k), process, record.window_s)?)?;
+            if let Some(waves) = self.waves(*dof, record.window_s)? {
+                push(&mut inputs.force[k], waves)?;
+            }
         }
         for angle in inputs.attitude.iter_mut().flatten() {
             let off = sample_noise([&*angle]).unwrap_or(0.0) * normal(&mut random);
@@ -550,6 +550,18 @@ impl Draw<'_> {
         drawn.ok().filter(is_possible).unwrap_or_else(|| plant.clone())
     }
 
+    /// The force of waves on an axis, if there are any.
+    fn waves(&self, dof: Dof, window_s: (f64, f64)) -> Result<Option<Timed>, Error> {
+        let Some(swell) = &self.fit.swell else { return Ok(None) };
+        let (period_s, std) = (swell.period_s.0, swell.force[&dof].0);
+        let times = draw_times(DRAWN_PART * period_s, window_s);
+        let angle = TAU * (times[1] - times[0]) / period_s;
+        let step = (angle, (-swell.damping.0 * angle).exp());
+        let random = self.random(OF_WAVES + dof.index());
+        let path = stochastic_cycle(random, std, step, times.len());
+        Timed::new("waves", times, path).map(Some)
+    }
+
     /// How the current changes, if it does.
     fn water(&self, record: &CoupledRecord) -> Result<Option<Water>, Error> {
         let Some(drift) = self.fit.current_drift else { return Ok(None) };
@@ -565,10 +577,25 @@ fn drawn(
     (std, correlation_s): (f64, f64),
     (from, to): (f64, f64),
 ) -> Result<Timed, Error> {
-    let h = (DRAWN_PART * correlation_s).max(LEAST_DRAW_S);
-    let count = ((to - from) / h).ceil().max(1.0) as usize;
-    let times: Vec<f64> = (0..count).map(|k| from + k as f64 * h).collect();
-    Timed::new("disturbance", times, gauss_markov(random, std, correlation_s / h, count))
+    let times = draw_times(DRAWN_PART * correlation_s, (from, to));
+    let path = gauss_markov(random, std, correlation_s / (times[1] - times[0]), times.len());
+    Timed::new("disturbance", times, path)
+}
+
+/// The instants at which a force is drawn anew over a trial, two at least.
+fn draw_times(period_s: f64, (from, to): (f64, f64)) -> Vec<f64> {
+    let h = period_s.max(LEAST_DRAW_S);
+    let count = ((to - from) / h).ceil().max(2.0) as usize;
+    (0..count).map(|k| from + k as f64 * h).collect()
+}
+
+/// Adds a force to one that may not have been logged.
+fn push(force: &mut Option<Timed>, added: Timed) -> Result<(), Error> {
+    *force = Some(match force.take() {
+        Some(force) => held_sum(&force, &added)?,
+        None => added,
+    });
+    Ok(())
 }
 
 /// The sum of two held series.
