@@ -157,11 +157,11 @@ pub struct SwellForce {
 ///
 /// States are ν_r and a Gauss–Markov force on each axis, and where roll and pitch are axes and both
 /// they and their rates were measured the world's down in body axes, `k̇ = k × ω`; else attitude is
-/// taken as measured. Thrust may lag behind its log, be delayed, or act before its log says, where
-/// the trials show it. The start is the best of several fits by equation error. M ⪰ M_RB where the
-/// rigid body is known, else M ≻ 0; an axis's own damping is not below zero. Where `search` says so,
-/// damping of one axis by another is added if the trials ask for it and the plant still takes power
-/// out of its motion.
+/// taken as measured. Waves add a force in a narrow band of frequencies, and thrust may lag behind
+/// its log, be delayed, or act before its log says, where the trials show it. The start is the best
+/// of several fits by equation error. M ⪰ M_RB where the rigid body is known, else M ≻ 0; an axis's
+/// own damping is not below zero. Where `search` says so, damping of one axis by another is added if
+/// the trials ask for it and the plant still takes power out of its motion.
 ///
 /// # Errors
 /// [`Error::TooShort`] if the trials hold fewer rows than coefficients; [`Error::Plant`] if the
