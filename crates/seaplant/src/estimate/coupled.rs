@@ -519,24 +519,23 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let Some((first, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else {
             return Ok(self);
         };
-        // Waves are likelier than the disturbance before the plant has changed, too.
-        if first >= optimum.cost {
+        let needed = search::ADMITTED * (problem.structure.axes().len() + 2) as f64;
+        let is_likelier = |cost: f64| 2.0 * (optimum.cost - cost) > needed;
+        // Waves that matter are likelier before the plant has changed, too.
+        if !is_likelier(first) {
             return Ok(self);
         }
         // A descent that does not settle finds no waves.
         let Ok(found) = problem.descent(start, Tolerance::COARSE) else { return Ok(self) };
         let is_narrow = found.point.noise.swell.is_some_and(|swell| swell.is_narrow());
-        let needed = search::ADMITTED * (problem.structure.axes().len() + 2) as f64;
-        let is_likelier = 2.0 * (optimum.cost - found.cost) > needed;
-        if !is_narrow || !is_likelier {
+        if !is_narrow || !is_likelier(found.cost) {
             return Ok(self);
         }
         let iterations = optimum.iterations + found.iterations;
-        let before = self.whiteness()?;
         let without = std::mem::replace(&mut self.optimum, Optimum { iterations, ..found });
-        let after = self.whiteness()?;
+        let left = self.whiteness()?;
         let explains = |dof: &Dof| {
-            before(*dof) > COLOURED && after(*dof) - 1.0 < LEFT_PART * (before(*dof) - 1.0)
+            white(*dof) > COLOURED && left(*dof) - 1.0 < LEFT_PART * (white(*dof) - 1.0)
         };
         if !self.problem.structure.axes().iter().any(explains) {
             self.optimum = without;
