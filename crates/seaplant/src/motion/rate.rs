@@ -16,6 +16,8 @@ struct Forces {
     /// Indices of effects, and their coefficients.
     effects: Vec<(usize, f64)>,
     structure: Structure,
+    /// True if the momentum of one axis may act on another; that of one axis alone does not act on itself.
+    is_coupled: bool,
 }
 
 impl Forces {
@@ -28,6 +30,7 @@ impl Forces {
             constant: Vector6::zeros(),
             effects: Vec::new(),
             structure: plant.structure().clone(),
+            is_coupled: plant.axes().len() > 1,
         };
         forces.set(plant.structure().terms(), plant.coefficients());
         forces
@@ -40,6 +43,7 @@ impl Forces {
         self.weight_excess += load.weight_n;
         self.lever += load.lever;
         self.constant -= load.wrench;
+        self.is_coupled = true;
     }
 
     /// Sets the coefficients of the same terms; the second call allocates nothing.
@@ -68,7 +72,10 @@ impl Forces {
         down_body: &Vector3<f64>,
         signals: &[f64],
     ) -> Vector6<f64> {
-        let mut n = kirchhoff(&(self.mass * velocity), velocity) + self.constant;
+        let mut n = self.constant;
+        if self.is_coupled {
+            n += kirchhoff(&(self.mass * velocity), velocity);
+        }
         for (on, product, value) in &self.products {
             n[on.index()] += value * product.value(velocity);
         }
@@ -104,7 +111,10 @@ impl Forces {
 
     /// Returns ∂n/∂ν, shape (6, 6).
     fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
-        let mut slope = kirchhoff_slope(&self.mass, velocity);
+        let mut slope = match self.is_coupled {
+            true => kirchhoff_slope(&self.mass, velocity),
+            false => Matrix6::zeros(),
+        };
         for (on, product, value) in &self.products {
             let mut row = [0.0; 6];
             product.add_slope(velocity, *value, &mut row);

@@ -23,6 +23,7 @@ mod noise;
 mod state;
 
 use std::f64::consts::TAU;
+use std::ops::Deref;
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3, Vector6};
 
@@ -84,11 +85,41 @@ impl Slope {
     }
 }
 
-/// A Kalman gain, stored for passes at fixed gains.
+/// A Kalman gain and the variance of its innovation.
 #[derive(Clone, Copy)]
-pub(super) struct Gain<const N: usize, const M: usize> {
-    state: State<N, M>,
+struct Gain<const N: usize, const M: usize, const K: usize> {
+    state: State<N, M, K>,
     variance: f64,
+}
+
+/// Kalman gains of all measurements of a pass, stored for passes at fixed gains.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Gains {
+    /// Numbers by measurement: the gain of each state, and the variance of the innovation.
+    stride: usize,
+    numbers: Vec<f64>,
+}
+
+impl Gains {
+    fn with_capacity<const N: usize, const M: usize>(states: usize, measurements: usize) -> Self {
+        let stride = M + N + states + 1;
+        Self { stride, numbers: Vec::with_capacity(stride * measurements) }
+    }
+
+    fn push<const N: usize, const M: usize, const K: usize>(&mut self, gain: &Gain<N, M, K>) {
+        let state = &gain.state;
+        self.numbers.extend_from_slice(state.motion.as_slice());
+        self.numbers.extend_from_slice(state.disturbance.as_slice());
+        self.numbers.extend_from_slice(&state.navigation[..state.count]);
+        self.numbers.push(gain.variance);
+    }
+
+    /// Returns the gain of each state and the variance of the innovation, by measurement.
+    fn each(&self) -> impl Iterator<Item = (&[f64], f64)> {
+        // Without measurements there is no stride.
+        let each = self.numbers.chunks_exact(self.stride.max(1));
+        each.filter_map(|numbers| numbers.split_last()).map(|(variance, gain)| (gain, *variance))
+    }
 }
 
 /// An innovation, for whiteness and outliers.
@@ -132,34 +163,88 @@ pub(super) struct Pass<'a, const N: usize, const M: usize> {
     pub(super) noise: &'a Noise<N, M>,
 }
 
+/// Calls a method of a pass with room for as many navigation states as it has: matrices of the largest size
+/// would be copied where hardly any is in use.
+macro_rules! with_room {
+    ($pass:expr, $method:ident($($argument:expr),*)) => {
+        match $pass.states() {
+            ..=4 => Sweep::<'_, N, M, 4> { pass: $pass }.$method($($argument),*),
+            5..=12 => Sweep::<'_, N, M, 12> { pass: $pass }.$method($($argument),*),
+            _ => Sweep::<'_, N, M, MOST_NAVIGATION> { pass: $pass }.$method($($argument),*),
+        }
+    };
+}
+
 impl<const N: usize, const M: usize> Pass<'_, N, M> {
+    /// Returns the number of navigation states in use.
+    fn states(&self) -> usize {
+        self.schedule.layout.count + if self.noise.swell.is_some() { 2 * N } else { 0 }
+    }
+
     /// Computes the negative log-likelihood, its gradient by coefficients, actuator and current,
     /// and the gains.
-    pub(super) fn by_plant(&self) -> (Slope, Vec<Gain<N, M>>) {
-        self.sweep(f64::INFINITY, |_| (), None)
+    pub(super) fn by_plant(&self) -> (Slope, Gains) {
+        with_room!(self, sweep(f64::INFINITY, |_| (), None))
     }
 
     /// Computes the same gradient; passes its value so far to `at_mark` after each `spacing_s`
     /// seconds and at the end.
     pub(super) fn by_plant_at(&self, spacing_s: f64, at_mark: impl FnMut(&DVector<f64>)) {
-        self.sweep(spacing_s, at_mark, None);
+        with_room!(self, sweep(spacing_s, at_mark, None));
     }
 
     /// Computes the same gradient, followed by that by changes of the velocity sensor's delay,
     /// `∂e/∂d = ν̇`, of its lag if `lag_s` > 0, where ν̇ is filtered by the lag, and of its lever
     /// arm, `∂e/∂r = −∂(ω × r)/∂r`.
     pub(super) fn by_plant_and_report(&self, lag_s: f64) -> Slope {
-        self.sweep(f64::INFINITY, |_| (), Some(lag_s)).0
+        with_room!(self, sweep(f64::INFINITY, |_| (), Some(lag_s))).0
     }
 
+    /// Computes ½ Σ e²/S at the gains of another pass: the cost whose gradient [`Self::by_plant`]
+    /// returns.
+    pub(super) fn at_gains(&self, gains: &Gains) -> f64 {
+        with_room!(self, at_gains(gains))
+    }
+
+    /// Computes the negative log-likelihood and all innovations.
+    pub(super) fn innovations(&self) -> (f64, Vec<Innovation>) {
+        with_room!(self, innovations())
+    }
+
+    /// Simulates the plant from its start without disturbances and measurements; returns a state for
+    /// each instant of the schedule.
+    pub(super) fn driven_states(&self) -> Vec<DrivenState<N>> {
+        with_room!(self, driven_states())
+    }
+
+    /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
+    pub(super) fn by_noise(&self) -> Slope {
+        with_room!(self, by_noise())
+    }
+}
+
+/// A pass with room for K navigation states.
+struct Sweep<'a, const N: usize, const M: usize, const K: usize> {
+    pass: &'a Pass<'a, N, M>,
+}
+
+impl<'a, const N: usize, const M: usize, const K: usize> Deref for Sweep<'a, N, M, K> {
+    type Target = Pass<'a, N, M>;
+
+    fn deref(&self) -> &Self::Target {
+        self.pass
+    }
+}
+
+impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     fn sweep(
         &self,
         spacing_s: f64,
         mut at_mark: impl FnMut(&DVector<f64>),
         lag_s: Option<f64>,
-    ) -> (Slope, Vec<Gain<N, M>>) {
-        let (coefficients, mut gains) =
-            (self.plant.count(), Vec::with_capacity(self.schedule.samples()));
+    ) -> (Slope, Gains) {
+        let coefficients = self.plant.count();
+        let mut gains = Gains::with_capacity::<N, M>(self.states(), self.schedule.samples());
         let p = coefficients + PUSHED_BY;
         let first = p + 2;
         // Indices of the levers: after delay and lag.
@@ -172,7 +257,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let states = self.states();
-        let mut by = vec![State::<N, M>::zeros(states); count];
+        let mut by = vec![State::<N, M, K>::zeros(states); count];
         let mut row = vec![0.0; count];
         let (mut since_mark_s, mut steps) = (0.0, StepCache::default());
         let still = SVector::zeros();
@@ -217,7 +302,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
                 slope.cost += half_log(e, gain.variance);
                 slope.misfit += 0.5 * e * e / gain.variance;
                 slope.add(e, gain.variance, &row);
-                gains.push(gain);
+                gains.push(&gain);
             }
             for state in self.reset_states(instant) {
                 by.iter_mut().chain([&mut mean]).for_each(|own| own.reset(state));
@@ -234,26 +319,23 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         (finite(slope, &mean), gains)
     }
 
-    /// Computes ½ Σ e²/S at the gains of another pass: the cost whose gradient [`Self::by_plant`]
-    /// returns.
-    pub(super) fn at_gains(&self, gains: &[Gain<N, M>]) -> f64 {
+    fn at_gains(&self, gains: &Gains) -> f64 {
         let (mut mean, mut flow) = (self.initial_mean(), Flow::bare());
-        let (mut cost, mut gains) = (0.0, gains.iter());
+        let (mut cost, mut gains) = (0.0, gains.each());
         for instant in &self.schedule.instants[1..] {
             self.move_mean(instant, &mut mean, &mut flow);
             for (observation, y) in self.measurements(instant) {
-                let Some(gain) = gains.next() else { return f64::INFINITY };
+                let Some((gain, variance)) = gains.next() else { return f64::INFINITY };
                 let e = self.innovation(&observation, y, &mean);
-                mean.add(&gain.state, e);
-                cost += 0.5 * e * e / gain.variance;
+                mean.add_gain(gain, e);
+                cost += 0.5 * e * e / variance;
             }
             self.reset_states(instant).for_each(|state| mean.reset(state));
         }
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    /// Computes the negative log-likelihood and all innovations.
-    pub(super) fn innovations(&self) -> (f64, Vec<Innovation>) {
+    fn innovations(&self) -> (f64, Vec<Innovation>) {
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let (mut flow, mut cost, mut steps) = (Flow::of_state(), 0.0, StepCache::default());
         let mut innovations = Vec::with_capacity(self.schedule.samples());
@@ -282,9 +364,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
     }
 
-    /// Simulates the plant from its start without disturbances and measurements; returns a state for
-    /// each instant of the schedule.
-    pub(super) fn driven_states(&self) -> Vec<DrivenState<N>> {
+    fn driven_states(&self) -> Vec<DrivenState<N>> {
         let (mut mean, mut flow) = (self.initial_mean(), Flow::bare());
         let state = |motion: &SVector<f64, M>, force| DrivenState {
             velocity: SVector::from_fn(|place, _| motion[place]),
@@ -302,8 +382,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         states
     }
 
-    /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
-    pub(super) fn by_noise(&self) -> Slope {
+    fn by_noise(&self) -> Slope {
         let mut slope = Slope::zeros(self.noise.count());
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let mut flow = Flow::of_state();
@@ -352,7 +431,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         finite(slope, &mean)
     }
 
-    fn initial_mean(&self) -> State<N, M> {
+    fn initial_mean(&self) -> State<N, M, K> {
         let instant = &self.schedule.instants[0];
         let [north, east] = self.current;
         let velocity = self.plant.on_axes(&self.schedule.start);
@@ -364,7 +443,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 
     /// Returns a zero covariance.
-    fn zero_covariance(&self) -> Covariance<N, M> {
+    fn zero_covariance(&self) -> Covariance<N, M, K> {
         Covariance::zeros(self.states())
     }
 
@@ -372,11 +451,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     fn reset_states<'a>(
         &self,
         instant: &'a FilterInstant,
-    ) -> impl Iterator<Item = usize> + use<'a, N, M> {
+    ) -> impl Iterator<Item = usize> + use<'a, N, M, K> {
         instant.reset_states.iter().copied()
     }
 
-    fn initial_covariance(&self) -> Covariance<N, M> {
+    fn initial_covariance(&self) -> Covariance<N, M, K> {
         let mut first = Covariance {
             xx: (0..N).map(|place| self.initial_velocity_covariance(place)).sum(),
             ff: SMatrix::from_diagonal(&self.noise.disturbance.map(|x| x * x)),
@@ -484,7 +563,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     fn measurements<'a>(
         &self,
         instant: &'a FilterInstant,
-    ) -> impl Iterator<Item = (Observation, f64)> + use<'a, N, M> {
+    ) -> impl Iterator<Item = (Observation, f64)> + use<'a, N, M, K> {
         let axes = *self.plant.axes();
         let (measured, spread, water) = (instant.measured, instant.spread, instant.water);
         let lever_terms: [_; N] = std::array::from_fn(|place| self.lever_terms(place));
@@ -526,7 +605,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
 
     /// Returns measurement minus prediction. Heading errors are wrapped to ±π: over a gap the
     /// vehicle may have turned further than an unwrapped log can show.
-    fn innovation(&self, observation: &Observation, y: f64, mean: &State<N, M>) -> f64 {
+    fn innovation(&self, observation: &Observation, y: f64, mean: &State<N, M, K>) -> f64 {
         let [north, east] = self.current;
         let e = y
             - (mean.observed_by(observation)
@@ -537,7 +616,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         }
     }
 
-    fn move_mean(&self, instant: &FilterInstant, mean: &mut State<N, M>, flow: &mut Flow<N, M>) {
+    fn move_mean(&self, instant: &FilterInstant, mean: &mut State<N, M, K>, flow: &mut Flow<N, M>) {
         let slices = &self.schedule.slices[instant.slices.clone()];
         let pushes = &self.pushes[instant.slices.clone()];
         let decay = self.noise.decay();
@@ -552,9 +631,9 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     fn predict(
         &self,
         instant: &FilterInstant,
-        mean: &mut State<N, M>,
+        mean: &mut State<N, M, K>,
         flow: &mut Flow<N, M>,
-    ) -> Transition<N, M> {
+    ) -> Transition<N, M, K> {
         let before = mean.motion;
         self.move_mean(instant, mean, flow);
         let ends = Ends { before: &before, after: &mean.motion };
@@ -575,9 +654,9 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         &self,
         observation: &Observation,
         y: f64,
-        mean: &mut State<N, M>,
-        covariance: &mut Covariance<N, M>,
-    ) -> (f64, Gain<N, M>) {
+        mean: &mut State<N, M, K>,
+        covariance: &mut Covariance<N, M, K>,
+    ) -> (f64, Gain<N, M, K>) {
         let e = self.innovation(observation, y, mean);
         let column = covariance.observed_by(observation);
         let variance = column.observed_by(observation) + self.variance(observation);
@@ -603,7 +682,10 @@ fn half_log(e: f64, variance: f64) -> f64 {
     0.5 * (variance.ln() + e * e / variance)
 }
 
-fn finite<const N: usize, const M: usize>(mut slope: Slope, mean: &State<N, M>) -> Slope {
+fn finite<const N: usize, const M: usize, const K: usize>(
+    mut slope: Slope,
+    mean: &State<N, M, K>,
+) -> Slope {
     if !(slope.cost.is_finite() && mean.motion.iter().all(|v| v.is_finite())) {
         slope.cost = f64::INFINITY;
     }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{DMatrix, DVector, Matrix6, SVector};
 
 use super::actuator::Actuator;
-use super::filter::{Gain, Innovation, InstrumentNoise, Layout, Noise, Pass, Slope, Swell};
+use super::filter::{Gains, Innovation, InstrumentNoise, Layout, Noise, Pass, Slope, Swell};
 use super::schedule::{Attitude, PIECES_PART, Schedule, known_together};
 use super::uncertainty::inverse;
 use crate::estimate::descend::Parabola;
@@ -424,7 +424,7 @@ impl Problem {
     pub(super) fn by_plant<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
-    ) -> Option<(Slope, Vec<Vec<Gain<N, M>>>)> {
+    ) -> Option<(Slope, Vec<Gains>)> {
         let plant = self.prepared(&point.free)?;
         let found = self.each(point, &plant, |_, pass| pass.by_plant());
         let (slopes, gains): (Vec<Slope>, Vec<_>) = found.into_iter().unzip();
@@ -598,7 +598,7 @@ impl Problem {
     pub(super) fn at_gains<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
-        gains: &[Vec<Gain<N, M>>],
+        gains: &[Gains],
     ) -> f64 {
         let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
         let costs = self.each(point, &plant, |k, pass| pass.at_gains(&gains[k]));
@@ -729,7 +729,7 @@ impl Problem {
         &self,
         point: &mut Point<N, M>,
         slope: &Slope,
-        gains: &[Vec<Gain<N, M>>],
+        gains: &[Gains],
         damping: &mut f64,
         tolerance: Tolerance,
     ) -> f64 {

@@ -5,18 +5,18 @@ use nalgebra::{SVector, Vector3};
 use super::navigation::{Crossed, InstrumentNoise, MapChange};
 use super::noise::{Impulse, Noise, impulse_by_correlation};
 use super::state::{Covariance, Observation, State, Transition};
-use super::{Pass, add_down_covariance};
+use super::{Sweep, add_down_covariance};
 use crate::motion::{times, times_transposed, with_down};
 use crate::series::ROUNDING_S;
 
-impl<const N: usize, const M: usize> Pass<'_, N, M> {
+impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     /// Computes the process noise covariance of one axis's disturbance over a step of `h` seconds.
-    pub(super) fn axis_process(&self, axis: usize, h: f64) -> Covariance<N, M> {
+    pub(super) fn axis_process(&self, axis: usize, h: f64) -> Covariance<N, M, K> {
         let (sigma, t) = (self.noise.disturbance[axis], self.noise.correlation_s[axis]);
         self.spread(axis, &Impulse::over(h, sigma, t))
     }
 
-    pub(super) fn spread(&self, axis: usize, impulse: &Impulse) -> Covariance<N, M> {
+    pub(super) fn spread(&self, axis: usize, impulse: &Impulse) -> Covariance<N, M, K> {
         let of_velocity = self.plant.inverse().column(axis).into_owned();
         let column: SVector<f64, M> = with_down(&of_velocity, Vector3::zeros);
         let mut added = self.zero_covariance();
@@ -27,7 +27,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 
     /// Computes the process noise covariance of all disturbances over a step.
-    pub(super) fn process(&self, h: f64) -> Covariance<N, M> {
+    pub(super) fn process(&self, h: f64) -> Covariance<N, M, K> {
         let mut sum = self.zero_covariance();
         (0..N).for_each(|axis| sum.add(&self.axis_process(axis, h), 1.0));
         self.add_navigation_process(h, &mut sum);
@@ -35,7 +35,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 
     /// Computes the derivative of a filter step by the k-th logarithm of the noise.
-    pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N, M> {
+    pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N, M, K> {
         let axis = k % N;
         let mut change = Change { process: self.zero_covariance(), fade: None, map: Vec::new() };
         if let Some(of_swell) = k.checked_sub(self.noise.first_of_swell()) {
@@ -75,7 +75,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         change
     }
 
-    pub(super) fn noise_sensitivities(&self) -> Vec<NoiseSensitivity<N, M>> {
+    pub(super) fn noise_sensitivities(&self) -> Vec<NoiseSensitivity<N, M, K>> {
         let none = NoiseSensitivity {
             mean: State::zeros(self.states()),
             covariance: self.zero_covariance(),
@@ -145,13 +145,13 @@ impl<T> StepCache<T> {
 }
 
 /// Process noise covariance of a step, and its derivatives by the noise parameters.
-pub(super) struct Process<const N: usize, const M: usize> {
-    pub(super) whole: Covariance<N, M>,
-    pub(super) changes: Vec<Change<N, M>>,
+pub(super) struct Process<const N: usize, const M: usize, const K: usize> {
+    pub(super) whole: Covariance<N, M, K>,
+    pub(super) changes: Vec<Change<N, M, K>>,
 }
 
-impl<const N: usize, const M: usize> Process<N, M> {
-    pub(super) fn new(pass: &Pass<'_, N, M>, length_s: f64) -> Self {
+impl<const N: usize, const M: usize, const K: usize> Process<N, M, K> {
+    pub(super) fn new(pass: &Sweep<'_, N, M, K>, length_s: f64) -> Self {
         let change = |k| pass.process_change(k, length_s);
         let changes = (0..pass.noise.count()).map(change).collect();
         Self { whole: pass.process(length_s), changes }
@@ -159,8 +159,8 @@ impl<const N: usize, const M: usize> Process<N, M> {
 }
 
 /// Derivative of a filter step by one noise parameter.
-pub(super) struct Change<const N: usize, const M: usize> {
-    pub(super) process: Covariance<N, M>,
+pub(super) struct Change<const N: usize, const M: usize, const K: usize> {
+    pub(super) process: Covariance<N, M, K>,
     pub(super) fade: Option<Fade>,
     /// Changes of the map of navigation states.
     pub(super) map: Vec<MapChange>,
@@ -177,20 +177,20 @@ pub(super) struct Fade {
 
 /// Derivatives of mean and covariance by one noise parameter.
 #[derive(Clone)]
-pub(super) struct NoiseSensitivity<const N: usize, const M: usize> {
-    pub(super) mean: State<N, M>,
-    pub(super) covariance: Covariance<N, M>,
+pub(super) struct NoiseSensitivity<const N: usize, const M: usize, const K: usize> {
+    pub(super) mean: State<N, M, K>,
+    pub(super) covariance: Covariance<N, M, K>,
 }
 
-impl<const N: usize, const M: usize> NoiseSensitivity<N, M> {
+impl<const N: usize, const M: usize, const K: usize> NoiseSensitivity<N, M, K> {
     /// Propagates the derivatives; `covariance` and `mean` are nominal values before the step,
     /// `crossed` the nominal covariance between states before and after it.
     pub(super) fn predict(
         &mut self,
-        step: &Transition<N, M>,
-        (covariance, crossed): (&Covariance<N, M>, Option<&Crossed<N, M>>),
-        mean: &State<N, M>,
-        change: &Change<N, M>,
+        step: &Transition<N, M, K>,
+        (covariance, crossed): (&Covariance<N, M, K>, Option<&Crossed<N, M, K>>),
+        mean: &State<N, M, K>,
+        change: &Change<N, M, K>,
     ) {
         let mut own = crossed.map(|_| (self.covariance, self.covariance.crossed(step)));
         self.covariance.predict_motion(step, &change.process);
@@ -222,8 +222,8 @@ impl<const N: usize, const M: usize> NoiseSensitivity<N, M> {
     fn fade(
         &mut self,
         fade: &Fade,
-        step: &Transition<N, M>,
-        covariance: &Covariance<N, M>,
+        step: &Transition<N, M, K>,
+        covariance: &Covariance<N, M, K>,
     ) -> SVector<f64, M> {
         let axis = fade.axis;
         let push = step.by_disturbance.column(axis) * fade.push;
@@ -254,7 +254,7 @@ impl<const N: usize, const M: usize> NoiseSensitivity<N, M> {
         observation: &Observation,
         (e, s): (f64, f64),
         r_by: f64,
-        column: &State<N, M>,
+        column: &State<N, M, K>,
     ) -> (f64, f64) {
         let column_by = self.covariance.observed_by(observation);
         let s_by = column_by.observed_by(observation) + r_by;
@@ -270,11 +270,11 @@ impl<const N: usize, const M: usize> NoiseSensitivity<N, M> {
     }
 }
 
-impl<const N: usize, const M: usize> Crossed<N, M> {
+impl<const N: usize, const M: usize, const K: usize> Crossed<N, M, K> {
     /// Adds the effect of a changed disturbance decay on the covariance between states before and
     /// after the step; `push` is the change of velocity per unit of disturbance, `covariance` that
     /// before the step.
-    fn fade(&mut self, fade: &Fade, push: &SVector<f64, M>, covariance: &Covariance<N, M>) {
+    fn fade(&mut self, fade: &Fade, push: &SVector<f64, M>, covariance: &Covariance<N, M, K>) {
         let axis = fade.axis;
         let own = covariance.xf.column(axis);
         self.xx += own * push.transpose();

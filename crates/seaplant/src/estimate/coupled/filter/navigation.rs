@@ -18,7 +18,7 @@
 
 use nalgebra::{Matrix3x2, SMatrix, SVector, Vector3, Vector6};
 
-use super::Pass;
+use super::Sweep;
 use super::state::{Covariance, State, Transition, symmetrise};
 use crate::estimate::coupled::schedule::FilterInstant;
 use crate::motion::{apply, times, times_sparse_transposed, times_transposed};
@@ -155,25 +155,25 @@ const FIRST_OF_HEADING: f64 = 0.1;
 /// Linear map of a step of the navigation states:
 /// `oᵢ⁺ = fadeᵢ oᵢ + weight o_from + before x + after x⁺`.
 #[derive(Clone, Debug)]
-pub(super) struct Rows<const M: usize> {
-    fades: [f64; MOST],
-    from: [Option<(usize, f64)>; MOST],
+pub(super) struct Rows<const M: usize, const K: usize> {
+    fades: [f64; K],
+    from: [Option<(usize, f64)>; K],
     /// Matrices for motion before and after the step; `None` where only the current changes.
-    moved: Option<Box<[SMatrix<f64, MOST, M>; 2]>>,
+    moved: Option<Box<[SMatrix<f64, K, M>; 2]>>,
     /// Change of motion over the step by each navigation state before it; `None` without swell.
-    pub(super) pushing: Option<Box<SMatrix<f64, M, MOST>>>,
+    pub(super) pushing: Option<Box<SMatrix<f64, M, K>>>,
 }
 
-impl<const M: usize> Rows<M> {
+impl<const M: usize, const K: usize> Rows<M, K> {
     fn fading(current_fade: f64) -> Self {
-        let mut fades = [1.0; MOST];
+        let mut fades = [1.0; K];
         (fades[0], fades[1]) = (current_fade, current_fade);
-        Self { fades, from: [None; MOST], moved: None, pushing: None }
+        Self { fades, from: [None; K], moved: None, pushing: None }
     }
 
     /// Computes X Aᵀ, where A is the part of the map that acts on navigation states; X has shape
-    /// (R, 12).
-    fn map_transposed<const R: usize>(&self, x: &SMatrix<f64, R, MOST>) -> SMatrix<f64, R, MOST> {
+    /// (R, K).
+    fn map_transposed<const R: usize>(&self, x: &SMatrix<f64, R, K>) -> SMatrix<f64, R, K> {
         let mut product = *x;
         for (i, (&fade, from)) in self.fades.iter().zip(&self.from).enumerate() {
             let column = &mut product.data.0[i];
@@ -221,15 +221,15 @@ impl Kinematics {
 /// Lower limit of cos² of pitch, near which heading is undefined.
 const LEAST_LEVEL: f64 = 1e-3;
 
-impl<const N: usize, const M: usize> Pass<'_, N, M> {
+impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     /// Sets the initial navigation states.
-    pub(super) fn set_initial_navigation(&self, state: &mut State<N, M>) {
+    pub(super) fn set_initial_navigation(&self, state: &mut State<N, M, K>) {
         let (layout, first) = (&self.schedule.layout, &self.schedule.first_navigation);
         state.navigation[..layout.count].copy_from_slice(&first[..layout.count]);
     }
 
     /// Sets the initial covariance of the navigation states.
-    pub(super) fn set_initial_navigation_covariance(&self, covariance: &mut Covariance<N, M>) {
+    pub(super) fn set_initial_navigation_covariance(&self, covariance: &mut Covariance<N, M, K>) {
         let layout = &self.schedule.layout;
         let mut set = |state: usize, variance: f64| covariance.oo[(state, state)] = variance;
         if let Some(north) = layout.position {
@@ -246,13 +246,8 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         }
     }
 
-    /// Returns the number of navigation states in use.
-    pub(super) fn states(&self) -> usize {
-        self.schedule.layout.count + if self.noise.swell.is_some() { 2 * N } else { 0 }
-    }
-
     /// Returns the two states of swell on each axis, by index among the plant's axes.
-    pub(super) fn swell_states(&self) -> impl Iterator<Item = (usize, [usize; 2])> + use<N, M> {
+    pub(super) fn swell_states(&self) -> impl Iterator<Item = (usize, [usize; 2])> + use<N, M, K> {
         let first = self.schedule.layout.count;
         let axes = if self.noise.swell.is_some() { N } else { 0 };
         (0..axes).map(move |axis| (axis, [first + 2 * axis, first + 2 * axis + 1]))
@@ -260,7 +255,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
 
     /// Returns the force on each axis at the beginning of a step of which a part decays like the
     /// disturbance and has the impulse of disturbance and swell, N or N m.
-    pub(super) fn acting(&self, mean: &State<N, M>, h: f64) -> SVector<f64, N> {
+    pub(super) fn acting(&self, mean: &State<N, M, K>, h: f64) -> SVector<f64, N> {
         let mut acting = mean.disturbance;
         for (axis, [state, _]) in self.swell_states() {
             acting[axis] += mean.navigation[state] / self.mean_of_decay(axis, h);
@@ -275,7 +270,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 
     /// Adds the process noise of the current and of an accelerometer's offsets over a step.
-    pub(super) fn add_navigation_process(&self, h: f64, process: &mut Covariance<N, M>) {
+    pub(super) fn add_navigation_process(&self, h: f64, process: &mut Covariance<N, M, K>) {
         let of_water = self.noise.of_water().process(h);
         (0..2).for_each(|k| process.oo[(k, k)] = of_water);
         let instruments = &self.noise.instruments;
@@ -295,7 +290,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         &self,
         number: usize,
         h: f64,
-        process: &mut Covariance<N, M>,
+        process: &mut Covariance<N, M, K>,
     ) -> Vec<MapChange> {
         let Some(swell) = self.noise.swell else { return Vec::new() };
         let mut set = |axis: usize, variance: f64| {
@@ -327,7 +322,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         &self,
         number: usize,
         h: f64,
-        process: &mut Covariance<N, M>,
+        process: &mut Covariance<N, M, K>,
     ) -> Vec<MapChange> {
         let instruments = &self.noise.instruments;
         let (std, rho) = (instruments.numbers[InstrumentNoise::OFFSET], instruments.offset_fade(h));
@@ -354,7 +349,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         instant: &FilterInstant,
         ends: &Ends<'_, N, M>,
         by_disturbance: &SMatrix<f64, M, N>,
-    ) -> Option<Rows<M>> {
+    ) -> Option<Rows<M, K>> {
         let (layout, h) = (&self.schedule.layout, instant.length_s);
         let fade = self.noise.of_water().fade(h);
         if fade == 1.0 && self.states() == 2 {
@@ -365,7 +360,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         if !layout.is_more_than_current() {
             return Some(rows);
         }
-        let mut moved = [SMatrix::<f64, MOST, M>::zeros(); 2];
+        let mut moved = [SMatrix::<f64, K, M>::zeros(); 2];
         let kinematics = self.kinematics(instant, ends);
         for ((moved, end), sign) in moved.iter_mut().zip(&kinematics).zip([-1.0, 1.0]) {
             let mut set = |state: usize, row: SVector<f64, M>| {
@@ -418,10 +413,10 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     }
 
     /// Sets the part of a step's map that swell makes.
-    fn set_swell(&self, h: f64, by_disturbance: &SMatrix<f64, M, N>, rows: &mut Rows<M>) {
+    fn set_swell(&self, h: f64, by_disturbance: &SMatrix<f64, M, N>, rows: &mut Rows<M, K>) {
         let Some(swell) = self.noise.swell else { return };
         let [cos, sin] = swell.turn(h);
-        let mut pushing = SMatrix::<f64, M, MOST>::zeros();
+        let mut pushing = SMatrix::<f64, M, K>::zeros();
         for (axis, [s, other]) in self.swell_states() {
             (rows.fades[s], rows.fades[other]) = (cos, cos);
             (rows.from[s], rows.from[other]) = (Some((other, -sin)), Some((s, sin)));
@@ -436,7 +431,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
         &self,
         instant: &FilterInstant,
         ends: &Ends<'_, N, M>,
-        navigation: &mut [f64; MOST],
+        navigation: &mut [f64; K],
     ) {
         let (layout, h) = (&self.schedule.layout, instant.length_s);
         let fade = self.noise.of_water().fade(h);
@@ -522,11 +517,11 @@ pub(super) struct MapChange {
     pub(super) by: f64,
 }
 
-impl<const N: usize, const M: usize> State<N, M> {
+impl<const N: usize, const M: usize, const K: usize> State<N, M, K> {
     /// Propagates a deviation of the navigation states, after that of motion.
-    pub(super) fn step_navigation(&mut self, before: &SVector<f64, M>, rows: &Rows<M>) {
+    pub(super) fn step_navigation(&mut self, before: &SVector<f64, M>, rows: &Rows<M, K>) {
         let mut after =
-            rows.map_transposed(&SMatrix::<f64, 1, MOST>::from_row_slice(&self.navigation));
+            rows.map_transposed(&SMatrix::<f64, 1, K>::from_row_slice(&self.navigation));
         if let Some(moved) = &rows.moved {
             after += (apply(&moved[0], before) + apply(&moved[1], &self.motion)).transpose();
         }
@@ -540,24 +535,24 @@ impl<const N: usize, const M: usize> State<N, M> {
 }
 
 /// Covariance between states before a step (rows) and after it (columns).
-pub(super) struct Crossed<const N: usize, const M: usize> {
+pub(super) struct Crossed<const N: usize, const M: usize, const K: usize> {
     /// Motion before, motion after: (M, M).
     pub(super) xx: SMatrix<f64, M, M>,
     /// Motion before, disturbance after: (M, N).
     pub(super) xf: SMatrix<f64, M, N>,
     /// Navigation states before (columns), with motion and disturbance after.
-    pub(super) xo: SMatrix<f64, M, MOST>,
-    pub(super) fo: SMatrix<f64, N, MOST>,
+    pub(super) xo: SMatrix<f64, M, K>,
+    pub(super) fo: SMatrix<f64, N, K>,
 }
 
-impl<const N: usize, const M: usize> Covariance<N, M> {
+impl<const N: usize, const M: usize, const K: usize> Covariance<N, M, K> {
     /// Computes [`Self::crossed`] where navigation states change over the step.
-    pub(super) fn crossed_if_needed(&self, step: &Transition<N, M>) -> Option<Crossed<N, M>> {
+    pub(super) fn crossed_if_needed(&self, step: &Transition<N, M, K>) -> Option<Crossed<N, M, K>> {
         step.rows.is_some().then(|| self.crossed(step))
     }
 
     /// Computes the covariance between states before and after a step.
-    pub(super) fn crossed(&self, step: &Transition<N, M>) -> Crossed<N, M> {
+    pub(super) fn crossed(&self, step: &Transition<N, M, K>) -> Crossed<N, M, K> {
         let (a, b) = (&step.by_motion, &step.by_disturbance);
         let mut crossed = Crossed {
             xx: times_transposed(&self.xx, a) + times_transposed(&self.xf, b),
@@ -578,7 +573,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
 
     /// Computes the covariance between navigation states before a step (rows) and after it
     /// (columns).
-    fn with_after(&self, crossed: &Crossed<N, M>, rows: &Rows<M>) -> SMatrix<f64, MOST, MOST> {
+    fn with_after(&self, crossed: &Crossed<N, M, K>, rows: &Rows<M, K>) -> SMatrix<f64, K, K> {
         let mut found = rows.map_transposed(&self.oo);
         if let Some(moved) = &rows.moved {
             found += times_sparse_transposed(&self.xo.transpose(), &moved[0]);
@@ -592,8 +587,8 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     pub(super) fn predict_navigation(
         &mut self,
         before: &Self,
-        crossed: &Crossed<N, M>,
-        (rows, process): (&Rows<M>, &Self),
+        crossed: &Crossed<N, M, K>,
+        (rows, process): (&Rows<M, K>, &Self),
     ) {
         let with_after = before.with_after(crossed, rows);
         self.xo = rows.map_transposed(&crossed.xo);
@@ -621,8 +616,8 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         &mut self,
         changes: &[MapChange],
         nominal: &Self,
-        crossed: &Crossed<N, M>,
-        rows: &Rows<M>,
+        crossed: &Crossed<N, M, K>,
+        rows: &Rows<M, K>,
     ) {
         let with_after = nominal.with_after(crossed, rows);
         for &MapChange { row, from, by } in changes {

@@ -2,24 +2,24 @@
 
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 
-use super::navigation::{Crossed, MOST, Rows};
+use super::navigation::{Crossed, Rows};
 use crate::motion::{apply, subtract_outer, subtract_outers, times, times_transposed};
 
 /// The state, or a deviation of it.
 #[derive(Clone, Copy)]
-pub(super) struct State<const N: usize, const M: usize> {
+pub(super) struct State<const N: usize, const M: usize, const K: usize> {
     /// ν_r, followed by the down vector in body axes where M = N + 3.
     pub(super) motion: SVector<f64, M>,
     pub(super) disturbance: SVector<f64, N>,
     /// Deviation of the current from its mean, north and east, and the other navigation states.
-    pub(super) navigation: [f64; MOST],
+    pub(super) navigation: [f64; K],
     /// Number of navigation states in use.
     pub(super) count: usize,
 }
 
-impl<const N: usize, const M: usize> State<N, M> {
+impl<const N: usize, const M: usize, const K: usize> State<N, M, K> {
     pub(super) fn zeros(count: usize) -> Self {
-        let navigation = [0.0; MOST];
+        let navigation = [0.0; K];
         Self { motion: SVector::zeros(), disturbance: SVector::zeros(), navigation, count }
     }
 
@@ -32,6 +32,18 @@ impl<const N: usize, const M: usize> State<N, M> {
         }
     }
 
+    /// Adds `x` times a gain, the numbers of a state in a row.
+    pub(super) fn add_gain(&mut self, gain: &[f64], x: f64) {
+        let (motion, rest) = gain.split_at(M);
+        let (disturbance, navigation) = rest.split_at(N);
+        let add = |own: &mut [f64], by: &[f64]| {
+            own.iter_mut().zip(by).for_each(|(own, by)| *own += by * x)
+        };
+        add(self.motion.as_mut_slice(), motion);
+        add(self.disturbance.as_mut_slice(), disturbance);
+        add(&mut self.navigation, navigation);
+    }
+
     pub(super) fn scaled(&self, x: f64) -> Self {
         let mut scaled = Self::zeros(self.count);
         scaled.add(self, x);
@@ -42,7 +54,7 @@ impl<const N: usize, const M: usize> State<N, M> {
     pub(super) fn observed_by(&self, observation: &Observation) -> f64 {
         match observation.of {
             Observed::Velocity(place) => {
-                let [north, east, ..] = self.navigation;
+                let (north, east) = (self.navigation[0], self.navigation[1]);
                 observation.along(place, &self.motion)
                     + observation.water.dot(&Vector2::new(north, east))
             }
@@ -52,7 +64,7 @@ impl<const N: usize, const M: usize> State<N, M> {
     }
 
     /// Propagates a deviation of the state; `own` is added to the motion after the step.
-    pub(super) fn step(&mut self, step: &Transition<N, M>, own: &SVector<f64, M>) {
+    pub(super) fn step(&mut self, step: &Transition<N, M, K>, own: &SVector<f64, M>) {
         let before = self.motion;
         self.motion =
             apply(&step.by_motion, &before) + apply(&step.by_disturbance, &self.disturbance) + own;
@@ -104,17 +116,17 @@ pub(super) enum Observed {
 /// Covariance of the state: blocks of motion (x), disturbance (f) and navigation states (o); `xf`
 /// has motion in its rows.
 #[derive(Clone, Copy)]
-pub(super) struct Covariance<const N: usize, const M: usize> {
+pub(super) struct Covariance<const N: usize, const M: usize, const K: usize> {
     pub(super) xx: SMatrix<f64, M, M>,
     pub(super) xf: SMatrix<f64, M, N>,
     pub(super) ff: SMatrix<f64, N, N>,
-    pub(super) xo: SMatrix<f64, M, MOST>,
-    pub(super) fo: SMatrix<f64, N, MOST>,
-    pub(super) oo: SMatrix<f64, MOST, MOST>,
+    pub(super) xo: SMatrix<f64, M, K>,
+    pub(super) fo: SMatrix<f64, N, K>,
+    pub(super) oo: SMatrix<f64, K, K>,
     pub(super) count: usize,
 }
 
-impl<const N: usize, const M: usize> Covariance<N, M> {
+impl<const N: usize, const M: usize, const K: usize> Covariance<N, M, K> {
     pub(super) fn zeros(count: usize) -> Self {
         Self {
             xx: SMatrix::zeros(),
@@ -139,7 +151,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     }
 
     /// Returns the covariance of the state with a measurement's prediction.
-    pub(super) fn observed_by(&self, observation: &Observation) -> State<N, M> {
+    pub(super) fn observed_by(&self, observation: &Observation) -> State<N, M, K> {
         let mut state = State::zeros(self.count);
         match observation.of {
             Observed::Velocity(place) => {
@@ -160,7 +172,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     }
 
     /// Adds `x` times the covariance of the state with an entry of motion.
-    fn add_to(&self, state: &mut State<N, M>, place: usize, x: f64) {
+    fn add_to(&self, state: &mut State<N, M, K>, place: usize, x: f64) {
         state.motion += self.xx.column(place) * x;
         state.disturbance += self.xf.row(place).transpose() * x;
         for k in 0..self.count {
@@ -169,7 +181,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     }
 
     /// Adds `x` times the covariance of the state with a navigation state.
-    fn add_navigation_to(&self, state: &mut State<N, M>, place: usize, x: f64) {
+    fn add_navigation_to(&self, state: &mut State<N, M, K>, place: usize, x: f64) {
         state.motion += self.xo.column(place) * x;
         state.disturbance += self.fo.column(place) * x;
         for k in 0..self.count {
@@ -178,7 +190,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     }
 
     /// Subtracts `a bᵀ`.
-    pub(super) fn subtract(&mut self, a: &State<N, M>, b: &State<N, M>) {
+    pub(super) fn subtract(&mut self, a: &State<N, M, K>, b: &State<N, M, K>) {
         subtract_outer(&mut self.xx, &a.motion, &b.motion);
         subtract_outer(&mut self.xf, &a.motion, &b.disturbance);
         subtract_outer(&mut self.ff, &a.disturbance, &b.disturbance);
@@ -190,7 +202,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     }
 
     /// Subtracts `a bᵀ + b aᵀ`.
-    pub(super) fn subtract_both(&mut self, a: &State<N, M>, b: &State<N, M>) {
+    pub(super) fn subtract_both(&mut self, a: &State<N, M, K>, b: &State<N, M, K>) {
         subtract_outers(&mut self.xx, (&a.motion, &b.motion), (&b.motion, &a.motion));
         subtract_outers(&mut self.xf, (&a.motion, &b.disturbance), (&b.motion, &a.disturbance));
         let (of_a, of_b) = (&a.disturbance, &b.disturbance);
@@ -206,7 +218,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     }
 
     /// Subtracts `x` times a state from its covariance with a navigation state.
-    fn less(&mut self, k: usize, (state, x): (&State<N, M>, f64)) {
+    fn less(&mut self, k: usize, (state, x): (&State<N, M, K>, f64)) {
         let of = |own: &mut [f64], taken: &[f64]| {
             own.iter_mut().zip(taken).for_each(|(own, taken)| *own -= taken * x);
         };
@@ -225,9 +237,9 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
     /// after the step, needed where navigation states change.
     pub(super) fn predict(
         &mut self,
-        step: &Transition<N, M>,
+        step: &Transition<N, M, K>,
         process: &Self,
-        crossed: Option<&Crossed<N, M>>,
+        crossed: Option<&Crossed<N, M, K>>,
     ) {
         let before = crossed.map(|_| *self);
         self.predict_motion(step, process);
@@ -236,7 +248,7 @@ impl<const N: usize, const M: usize> Covariance<N, M> {
         }
     }
 
-    pub(super) fn predict_motion(&mut self, step: &Transition<N, M>, process: &Self) {
+    pub(super) fn predict_motion(&mut self, step: &Transition<N, M, K>, process: &Self) {
         let (a, b, fade) = (&step.by_motion, &step.by_disturbance, &step.fade);
         let mut u = times(a, &self.xx) + times_transposed(b, &self.xf);
         let mut v = times(a, &self.xf) + times(b, &self.ff);
@@ -277,17 +289,17 @@ pub(super) fn symmetrise<const N: usize>(matrix: &mut SMatrix<f64, N, N>) {
 }
 
 /// Transition matrices of a step.
-pub(super) struct Transition<const N: usize, const M: usize> {
+pub(super) struct Transition<const N: usize, const M: usize, const K: usize> {
     pub(super) by_motion: SMatrix<f64, M, M>,
     pub(super) by_disturbance: SMatrix<f64, M, N>,
     pub(super) fade: SVector<f64, N>,
     /// Map of the navigation states; `None` where it is the identity.
-    pub(super) rows: Option<Rows<M>>,
+    pub(super) rows: Option<Rows<M, K>>,
 }
 
-impl<const N: usize, const M: usize> Transition<N, M> {
+impl<const N: usize, const M: usize, const K: usize> Transition<N, M, K> {
     /// Returns the change of motion by navigation states that push, if any.
-    pub(super) fn pushing(&self) -> Option<&SMatrix<f64, M, MOST>> {
+    pub(super) fn pushing(&self) -> Option<&SMatrix<f64, M, K>> {
         self.rows.as_ref()?.pushing.as_deref()
     }
 }
@@ -304,16 +316,16 @@ mod tests {
     fn covariance_stays_positive_definite_for_unstable_motion() {
         let (sin, cos) = 0.4_f64.sin_cos();
         let turn = Matrix2::new(cos, -sin, sin, cos);
-        let step = Transition::<2, 2> {
+        let step = Transition::<2, 2, 4> {
             by_motion: turn * Matrix2::new(1.03, 0.0, 0.0, 0.999) * turn.transpose(),
             by_disturbance: Matrix2::new(0.02, 0.003, 0.003, 0.04),
             fade: Vector2::new(0.99, 0.995),
             rows: None,
         };
-        let mut process = Covariance::<2, 2>::zeros(2);
+        let mut process = Covariance::<2, 2, 4>::zeros(2);
         process.xx = Matrix2::identity() * 1e-8;
         process.ff = Matrix2::identity() * 1e-4;
-        let mut covariance = Covariance::<2, 2>::zeros(2);
+        let mut covariance = Covariance::<2, 2, 4>::zeros(2);
         covariance.xx = Matrix2::identity() * 1e-4;
         covariance.ff = Matrix2::identity();
         for k in 0..5000 {
