@@ -16,8 +16,8 @@ struct Forces {
     /// Indices of effects, and their coefficients.
     effects: Vec<(usize, f64)>,
     structure: Structure,
-    /// True if the momentum of one axis may act on another; that of one axis alone does not act on itself.
-    is_coupled: bool,
+    /// True if there is momentum along several axes: that along one axis does not act on it.
+    turns_momentum: bool,
 }
 
 impl Forces {
@@ -30,7 +30,7 @@ impl Forces {
             constant: Vector6::zeros(),
             effects: Vec::new(),
             structure: plant.structure().clone(),
-            is_coupled: plant.axes().len() > 1,
+            turns_momentum: plant.axes().len() > 1,
         };
         forces.set(plant.structure().terms(), plant.coefficients());
         forces
@@ -43,7 +43,7 @@ impl Forces {
         self.weight_excess += load.weight_n;
         self.lever += load.lever;
         self.constant -= load.wrench;
-        self.is_coupled = true;
+        self.turns_momentum = true;
     }
 
     /// Sets the coefficients of the same terms; the second call allocates nothing.
@@ -73,7 +73,7 @@ impl Forces {
         signals: &[f64],
     ) -> Vector6<f64> {
         let mut n = self.constant;
-        if self.is_coupled {
+        if self.turns_momentum {
             n += kirchhoff(&(self.mass * velocity), velocity);
         }
         for (on, product, value) in &self.products {
@@ -111,7 +111,7 @@ impl Forces {
 
     /// Returns ∂n/∂ν, shape (6, 6).
     fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
-        let mut slope = match self.is_coupled {
+        let mut slope = match self.turns_momentum {
             true => kirchhoff_slope(&self.mass, velocity),
             false => Matrix6::zeros(),
         };
@@ -465,6 +465,16 @@ pub(crate) mod tests {
             };
             let found = (at(1e-6) - at(-1e-6)) / 2e-6;
             assert!((found - column).amax() < DIFFERENCE, "{}", plant.structure().terms()[k]);
+        }
+    }
+
+    #[test]
+    fn momentum_along_one_axis_does_not_act_on_it() {
+        let velocity = Vector6::new(0.7, -0.4, 0.2, 0.3, -0.5, 0.6);
+        for axis in 0..6 {
+            let mass = Matrix6::from_fn(|i, j| if i == axis && j == axis { 20.0 } else { 0.0 });
+            assert_eq!(kirchhoff(&(mass * velocity), &velocity)[axis], 0.0);
+            assert_eq!(kirchhoff_slope(&mass, &velocity)[(axis, axis)], 0.0);
         }
     }
 

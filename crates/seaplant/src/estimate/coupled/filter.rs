@@ -93,7 +93,6 @@ struct Gain<const N: usize, const M: usize, const K: usize> {
 }
 
 /// Kalman gains of all measurements of a pass, stored for passes at fixed gains.
-#[derive(Clone, Debug, Default)]
 pub(super) struct Gains {
     /// Numbers by measurement: the gain of each state, and the variance of the innovation.
     stride: usize,
@@ -116,8 +115,7 @@ impl Gains {
 
     /// Returns the gain of each state and the variance of the innovation, by measurement.
     fn each(&self) -> impl Iterator<Item = (&[f64], f64)> {
-        // Without measurements there is no stride.
-        let each = self.numbers.chunks_exact(self.stride.max(1));
+        let each = self.numbers.chunks_exact(self.stride);
         each.filter_map(|numbers| numbers.split_last()).map(|(variance, gain)| (gain, *variance))
     }
 }
@@ -163,8 +161,9 @@ pub(super) struct Pass<'a, const N: usize, const M: usize> {
     pub(super) noise: &'a Noise<N, M>,
 }
 
-/// Calls a method of a pass with room for as many navigation states as it has: matrices of the largest size
-/// would be copied where hardly any is in use.
+/// Calls a method of a pass with room for its navigation states, as matrices of the largest size would be
+/// copied where hardly any state is in use: 4 for the current with a position, or with depth and heading; 12
+/// for all instruments without waves, or for waves on five axes.
 macro_rules! with_room {
     ($pass:expr, $method:ident($($argument:expr),*)) => {
         match $pass.states() {
@@ -690,4 +689,39 @@ fn finite<const N: usize, const M: usize, const K: usize>(
         slope.cost = f64::INFINITY;
     }
     slope
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{over, planar, record};
+    use super::*;
+
+    /// All that passes compute of a record, with room for K navigation states.
+    fn with_room_for<const K: usize>(pass: &Pass<'_, 3, 3>) -> Vec<f64> {
+        let sweep = Sweep::<3, 3, K> { pass };
+        let (by_plant, gains) = sweep.sweep(f64::INFINITY, |_| (), Some(0.2));
+        let by_noise = sweep.by_noise();
+        let (cost, innovations) = sweep.innovations();
+        let mut all = vec![cost, sweep.at_gains(&gains)];
+        all.extend(innovations.iter().flat_map(|own| [own.error, own.variance]));
+        for slope in [by_plant, by_noise] {
+            all.extend(slope.gradient.iter().chain(slope.information.iter()));
+        }
+        all
+    }
+
+    #[test]
+    fn room_for_more_navigation_states_changes_no_digit() {
+        let plant = planar();
+        let record = record(&plant, "a", 1, 20, 0.005);
+        over(&record, &plant, |pass| {
+            // The current, and waves on three axes.
+            assert_eq!(pass.states(), 8);
+            assert_eq!(with_room_for::<12>(&pass), with_room_for::<MOST_NAVIGATION>(&pass));
+            let calm = Noise { swell: None, ..*pass.noise };
+            let pass = Pass { noise: &calm, ..pass };
+            assert_eq!(pass.states(), 2);
+            assert_eq!(with_room_for::<4>(&pass), with_room_for::<MOST_NAVIGATION>(&pass));
+        });
+    }
 }

@@ -21,7 +21,7 @@ const DIFFERENCE: f64 = 2e-3;
 
 const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
-fn planar() -> Plant {
+pub(super) fn planar() -> Plant {
     let structure = Structure::of(&PLANAR, Symmetry::PortStarboard).expect("three axes");
     let structure = structure.with("sway: r".parse().expect("a term")).expect("fits");
     let mass = [20.0, 21.0, 0.8, 0.6];
@@ -92,7 +92,13 @@ fn of_thrusters(mut record: CoupledRecord) -> CoupledRecord {
 }
 
 /// A vehicle driven freely in a current, as its sensors see it.
-fn record(plant: &Plant, trial: &str, seed: u64, seconds: usize, noise: f64) -> CoupledRecord {
+pub(super) fn record(
+    plant: &Plant,
+    trial: &str,
+    seed: u64,
+    seconds: usize,
+    noise: f64,
+) -> CoupledRecord {
     record_behind(plant, trial, seed, (seconds, noise), (Actuator::default(), false))
 }
 
@@ -269,7 +275,11 @@ fn the_levers_slope_is_that_of_the_cost() {
 }
 
 /// What is asked of a pass over a record.
-fn over<T>(record: &CoupledRecord, plant: &Plant, work: impl FnOnce(Pass<'_, 3, 3>) -> T) -> T {
+pub(super) fn over<T>(
+    record: &CoupledRecord,
+    plant: &Plant,
+    work: impl FnOnce(Pass<'_, 3, 3>) -> T,
+) -> T {
     let (prepared, noise) = (Prepared::<3>::new(plant).expect("three axes"), noise());
     let schedules = Schedule::whole(&[record], plant.structure(), Attitude::Known);
     let schedule = &schedules[0];
