@@ -255,10 +255,14 @@ fn fit_as(
         let records = if acting.is_empty() { records } else { &acting };
         let fitted = match search {
             true => {
+                let before = fitted.optimum.cost;
                 let fitted = fitted.with_gains_that_show(records)?.with_load_that_shows()?;
                 let found = fitted.with_speeds_as_they_are(records)?.searched(records)?;
                 // What a coupling explains an actuator need not.
-                let found = found.with_actuator_that_shows()?.with_drift_that_shows()?;
+                let found = match found.optimum.cost == before {
+                    true => found,
+                    false => found.with_actuator_that_shows()?.with_drift_that_shows()?,
+                };
                 found.with_speeds_as_they_are(records)?
             }
             false => fitted,
@@ -410,18 +414,28 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         limited.fits[Actuator::SLEW] = true;
         limited.fits[Actuator::LAG] = true;
         limited.fits[Actuator::LAG_RATIO] = false;
+        let pieces = limited.in_pieces();
+        let part = pieces.as_ref().unwrap_or(&limited);
         let start = |slew_s: &f64| {
             // Half a slew time is the mean lateness of a change from full speed to none.
             let lag_s = (actuator.lag_s - 0.5 * slew_s).max(FIRST_LAG_BESIDE_SLEW_S);
             let actuator = Actuator { slew_s: *slew_s, lag_s, log_lag_ratio: 0.0, ..actuator };
             let mut point = optimum.point.clone();
             point.actuator = actuator;
-            (limited.cost(&point), point)
+            (part.cost(&point), point)
         };
         let starts = FIRST_SLEWS_S.iter().map(start);
         let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
         // A descent that does not settle finds no slew time.
-        let Ok(found) = limited.descent_at_noise(start, Tolerance::COARSE) else { return Ok(self) };
+        let Ok(nearer) = part.descent_at_noise(start, Tolerance::COARSE) else { return Ok(self) };
+        if nearer.cost >= part.cost(&optimum.point) {
+            return Ok(self);
+        }
+        let found = match pieces.is_some() {
+            true => limited.descent_at_noise(nearer.point, Tolerance::COARSE),
+            false => Ok(nearer),
+        };
+        let Ok(found) = found else { return Ok(self) };
         self.or_if_likelier(limited, found, search::ADMITTED)
     }
 

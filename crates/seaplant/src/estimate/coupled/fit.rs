@@ -165,6 +165,9 @@ const KNOWN: f64 = 1e18;
 /// Maximum number of iterations of a fit.
 const MOST_STEPS: usize = 60;
 
+/// Maximum number of steps of the noise between two of the plant.
+const MOST_NOISE_STEPS: usize = 8;
+
 /// Convergence tolerance of a fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
@@ -178,7 +181,7 @@ pub(super) struct Tolerance {
 
 impl Tolerance {
     /// Steps of every coefficient are below 3 % of its standard deviation.
-    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 2e-2, is_coarse: false };
+    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 0.2, is_coarse: false };
     /// Steps of every coefficient are below half of its standard deviation: sufficient for a search
     /// of missing terms and as a start for a finer fit.
     pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5, is_coarse: true };
@@ -201,8 +204,13 @@ const SAMPLES_PER_TERM: usize = 50;
 /// Maximum step of a logarithm of the noise.
 const GREATEST_LOG_STEP: f64 = 1.0;
 
-/// Maximum downward step of the logarithm of a disturbance.
+/// Information on the logarithm of a disturbance below which it is absent: it changes no likelihood.
+const ABSENT: f64 = 1e-4;
+
+/// Maximum downward step of the logarithm of a disturbance, …
 const GREATEST_FALL: f64 = 3.0;
+/// … and maximum upward step.
+const GREATEST_RISE: f64 = 6.0;
 
 /// Limits of the disturbance's correlation time, s: a shorter one is indistinguishable from
 /// measurement noise, a longer one from a constant.
@@ -697,14 +705,15 @@ impl Problem {
         let mut damping = DAMPING;
         let mut of_noise = NoiseDescent::new(point.noise.count());
         let mut noise_is_settled = noise == WithNoise::Kept;
+        let mut gain = f64::INFINITY;
         for iterations in 0..MOST_STEPS {
             if !noise_is_settled {
-                noise_is_settled = self.step_noise(&mut point, tolerance, &mut of_noise);
+                noise_is_settled = self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
             }
             let (slope, gains) = self
                 .by_plant(&point)
                 .ok_or_else(|| refuse("its simulation diverges from the start; leave out terms, or use trials with more motion"))?;
-            let gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
+            gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
             if gain > KEPT_BELOW {
                 of_noise.forget();
             }
@@ -716,7 +725,7 @@ impl Problem {
                 return Ok(Optimum { point, cost, information, noise_information, iterations });
             }
             noise_is_settled = noise == WithNoise::Kept
-                || is_last && self.step_noise(&mut point, tolerance, &mut of_noise);
+                || is_last && self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
         }
         Err(refuse(
             "the fit did not converge; leave out terms, or use trials with more variation of speed and turning",
@@ -791,16 +800,36 @@ impl Problem {
         (jacobian.transpose() * &slope.gradient, hessian)
     }
 
-    /// Makes one step of the noise; returns true if the noise has converged.
+    /// Makes steps of the noise while each gains more than the last step of the plant promised;
+    /// returns true if the noise has converged.
+    fn settle_noise<const N: usize, const M: usize>(
+        &self,
+        point: &mut Point<N, M>,
+        tolerance: Tolerance,
+        descent: &mut NoiseDescent,
+        promised: f64,
+    ) -> bool {
+        if self.is_free {
+            return self.step_misfit(point, tolerance);
+        }
+        for _ in 0..MOST_NOISE_STEPS {
+            match self.step_noise(point, tolerance, descent) {
+                None => return true,
+                Some(gained) if gained <= promised => return false,
+                Some(_) => {}
+            }
+        }
+        false
+    }
+
+    /// Makes one step of the noise; returns its gain in log-likelihood, or `None` if the noise has
+    /// converged.
     fn step_noise<const N: usize, const M: usize>(
         &self,
         point: &mut Point<N, M>,
         tolerance: Tolerance,
         descent: &mut NoiseDescent,
-    ) -> bool {
-        if self.is_free {
-            return self.step_misfit(point, tolerance);
-        }
+    ) -> Option<f64> {
         // For a coarse fit, pieces of the trials determine the noise well enough. With position or
         // acceleration sensors its gradient takes so long that they have to do at the optimum as
         // well.
@@ -808,13 +837,18 @@ impl Problem {
         let pieces = if is_enough { self.in_pieces() } else { None };
         let data = pieces.as_ref().unwrap_or(self);
         let needed = tolerance.noise * if pieces.is_some() { PIECES_PART } else { 1.0 };
-        let Some(slope) = data.by_noise(point) else { return true };
+        let slope = data.by_noise(point)?;
         let logarithms = point.noise.logarithms();
         let limits = self.noise_limits(&point.noise);
         let hessian = descent.hessian(&logarithms, &slope);
         let (gradient, damping) = (&slope.gradient, &mut descent.damping);
+        // A disturbance that is absent and need not grow has no correlation time either.
+        let is_absent = |axis: usize| {
+            slope.information[(axis, axis)] < ABSENT && slope.gradient[axis] >= 0.0
+        };
         let parabola = Parabola::new((gradient, &hessian), (&logarithms, &limits), |k| {
-            k.checked_sub(2 * N).is_some_and(|place| self.is_unmeasured(place))
+            let of_velocity = k.checked_sub(2 * N);
+            of_velocity.map_or_else(|| is_absent(k % N), |place| self.is_unmeasured(place))
         });
         while *damping < MOST_DAMPING {
             let Some(step) = parabola.step(*damping) else {
@@ -822,14 +856,20 @@ impl Problem {
                 continue;
             };
             if 0.5 * parabola.promise(&step) < needed {
-                return true;
+                return None;
             }
             // Each component is limited separately, so that one that diverges does not slow the
             // others.
+            let is_first = *damping <= NOISE_DAMPING;
             let reached = step.iter().enumerate().map(|(k, x)| {
-                // An absent disturbance has to decrease by orders of magnitude.
-                let down = if k < N { GREATEST_FALL } else { GREATEST_LOG_STEP };
-                x.clamp(-down, GREATEST_LOG_STEP)
+                let x = if point.noise.is_std(k) { as_step_of_variance(*x) } else { *x };
+                // A disturbance that was or is absent has to change by orders of magnitude.
+                let [down, up] = match k < N {
+                    true if is_first => [GREATEST_FALL, GREATEST_RISE],
+                    true => [GREATEST_FALL, GREATEST_LOG_STEP],
+                    false => [GREATEST_LOG_STEP; 2],
+                };
+                x.clamp(-down, up)
             });
             let step = DVector::from_iterator(step.len(), reached);
             let moved = clamped(&logarithms + step, &limits);
@@ -839,12 +879,12 @@ impl Problem {
                 *point = moved;
                 *damping = (*damping / DAMPING_FACTOR).max(NOISE_DAMPING);
                 // An absent disturbance decreases without limit and gains nothing.
-                return gained < needed;
+                return (gained >= needed).then_some(gained);
             }
             *damping *= DAMPING_FACTOR;
         }
         *damping = NOISE_DAMPING;
-        true
+        None
     }
 
     /// Returns true if no trial has a measured velocity of the axis at an index.
@@ -918,6 +958,14 @@ impl<const N: usize, const M: usize> Point<N, M> {
         currents.copy_from_slice(&numbers.as_slice()[q..]);
         moved
     }
+}
+
+/// Converts a step x of ln σ to the one that changes σ² by as much as x promises, `σ² (1 + 2x)`: the
+/// likelihood is closer to a parabola in variances than in their logarithms.
+fn as_step_of_variance(x: f64) -> f64 {
+    // No variance falls below a tenth.
+    let part = 1.0 + 2.0 * x;
+    if part > 0.1 { 0.5 * part.ln() } else { x.min(0.5 * 0.1_f64.ln()) }
 }
 
 /// Clamps numbers to their limits, which a step may exceed by rounding.
@@ -999,3 +1047,21 @@ pub(super) fn first_noise<const N: usize, const M: usize>(
 
 /// Initial correlation time of disturbances, s.
 const FIRST_CORRELATION_S: f64 = 3.0;
+
+#[cfg(test)]
+mod tests {
+    use super::as_step_of_variance;
+
+    /// White noise of r times the variance that is assumed has a slope of 1 − r by ln σ and a Fisher
+    /// information of 2, by number of samples.
+    #[test]
+    fn a_wrong_variance_of_white_noise_takes_one_step() {
+        for ratio in [0.11_f64, 0.5, 1.0, 4.0, 1e9] {
+            let found = (2.0 * as_step_of_variance(0.5 * (ratio - 1.0))).exp();
+            assert!((found / ratio - 1.0).abs() < 1e-9, "{found}, not {ratio}");
+        }
+        let steps = [-9.0, -1.2, -0.5, -0.46, -0.44, 0.0, 3.0];
+        let reached = steps.map(as_step_of_variance);
+        assert!(reached.is_sorted() && reached.iter().all(|x| x.is_finite()), "{reached:?}");
+    }
+}

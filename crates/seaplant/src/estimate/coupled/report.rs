@@ -5,11 +5,14 @@ use nalgebra::{DMatrix, DVector};
 
 use super::fit::{Optimum, Point, Problem, ReportSlope, Tolerance};
 use super::uncertainty::{Asked, put_behind};
-use super::{Fitted, search};
+use super::{COLOURED, Fitted, search};
 use crate::{CoupledRecord, Dof, Error, Timed, VelocityReport};
 
 /// Maximum number of steps of delay, lag and lever arm: after the first they are small.
 const MOST_STEPS: usize = 6;
+
+/// Delays at which a fit begins where innovations are coloured, s.
+const DISTANT_DELAYS_S: [f64; 3] = [0.12, 0.25, 0.5];
 
 /// Minimum delay or lag, s: less is within the sampling error.
 const LEAST_S: f64 = 0.003;
@@ -68,9 +71,14 @@ impl<const N: usize> Fitted<N, N> {
         if *is_free || !may_be_late {
             return Ok((self, Vec::new()));
         }
-        let bar = search::ADMITTED * self.colour_of_translations()?;
+        let colour = self.colour_of_translations()?;
+        let bar = search::ADMITTED * colour;
+        let distant = match has_rates && colour > COLOURED {
+            true => self.with_distant_delay(records, bar),
+            false => None,
+        };
         let found = match has_rates {
-            true => self.with_delay(records, bar).map(|delayed| {
+            true => self.with_delay(records, bar, distant).map(|delayed| {
                 let is_late = delayed.reported.std[0].is_some();
                 let with_lag = is_late.then(|| self.with_lag(records, &delayed, bar)).flatten();
                 with_lag.unwrap_or(delayed)
@@ -84,10 +92,45 @@ impl<const N: usize> Fitted<N, N> {
         Ok((self, found.records))
     }
 
+    /// Fits with the likeliest of several delays of the translations, if its gain over none in twice
+    /// the log-likelihood of pieces of the trials exceeds the bar: a plant that was fitted without a
+    /// delay may have made up for it, so that no small step leads there.
+    fn with_distant_delay(&self, records: &[&CoupledRecord], bar: f64) -> Option<Corrected<N>> {
+        let fitted = |problem: &Problem| {
+            let pieces = problem.in_pieces()?;
+            let optimum = pieces.descent(self.optimum.point.clone(), Tolerance::COARSE).ok()?;
+            let cost = by_sample(&pieces, &optimum.point, 0.0).ok()?;
+            Some((cost, pieces.samples() as f64, optimum.point))
+        };
+        let (without, samples, _) = fitted(&self.problem)?;
+        let with = |delay_s: f64| {
+            let how = VelocityReport { delay_s, ..VelocityReport::default() };
+            let records: Vec<CoupledRecord> =
+                records.iter().map(|record| record.with_translations_before(&how)).collect();
+            let (cost, _, point) = fitted(&self.problem.of(&records.iter().collect::<Vec<_>>()))?;
+            Some((cost, how, point))
+        };
+        let all = DISTANT_DELAYS_S.into_iter().filter_map(with);
+        let (cost, how, point) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        if 2.0 * samples * (without - cost) < bar {
+            return None;
+        }
+        let mut found =
+            self.fit_corrected(records, Reported { how, ..Reported::default() }, point)?;
+        let by = found.problem.slope_by_report(&found.optimum.point, 0.0)?;
+        let (_, covariance) = by.delay_and_lag_step([false; 3]);
+        found.reported.std[0] = Some(covariance[(0, 0)].sqrt());
+        Some(found)
+    }
+
     /// Fits with a delay or lever arm of the translations, if its gain in twice the log-likelihood
     /// exceeds the bar.
-    fn with_delay(&self, records: &[&CoupledRecord], bar: f64) -> Option<Corrected<N>> {
-        let mut found: Option<Corrected<N>> = None;
+    fn with_delay(
+        &self,
+        records: &[&CoupledRecord],
+        bar: f64,
+        mut found: Option<Corrected<N>>,
+    ) -> Option<Corrected<N>> {
         for _ in 0..MOST_STEPS {
             let (problem, point, mut now) = match &found {
                 Some(found) => (&found.problem, &found.optimum.point, found.reported),

@@ -171,6 +171,22 @@ impl<const N: usize, const M: usize> Noise<N, M> {
         self.first_of_swell() + if self.swell.is_some() { N + 2 } else { 0 }
     }
 
+    /// Returns true if a parameter is a standard deviation; others are times, a frequency or a ratio.
+    pub(in crate::estimate::coupled) fn is_std(&self, k: usize) -> bool {
+        if let Some(of_swell) = k.checked_sub(self.first_of_swell()) {
+            return of_swell < N;
+        }
+        if let Some(of_drift) = k.checked_sub(self.first_of_drift()) {
+            return of_drift == 0;
+        }
+        match k.checked_sub(Self::INSTRUMENTS) {
+            Some(place) => {
+                self.instruments.needed().nth(place) != Some(InstrumentNoise::OFFSET_CORRELATION)
+            }
+            None => !(N..2 * N).contains(&k),
+        }
+    }
+
     /// Returns the logarithms of the parameters: 3 N of the axes, one of attitude if it is a state,
     /// those of the active sensors, two of the current if it varies, and N + 2 of swell.
     pub(in crate::estimate::coupled) fn logarithms(&self) -> DVector<f64> {
