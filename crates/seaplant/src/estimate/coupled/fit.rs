@@ -165,6 +165,10 @@ const KNOWN: f64 = 1e18;
 /// Maximum number of iterations of a fit.
 const MOST_STEPS: usize = 60;
 
+/// Number of iterations after which noise that is fitted to pieces of the trials is kept: where these
+/// differ from the rest, it would change to and fro with the plant.
+const MOST_PARTIAL_STEPS: usize = 8;
+
 /// Maximum number of steps of the noise between two of the plant.
 const MOST_NOISE_STEPS: usize = 8;
 
@@ -707,6 +711,8 @@ impl Problem {
         let mut noise_is_settled = noise == WithNoise::Kept;
         let mut gain = f64::INFINITY;
         for iterations in 0..MOST_STEPS {
+            noise_is_settled |=
+                iterations >= MOST_PARTIAL_STEPS && self.has_partial_noise(tolerance);
             if !noise_is_settled {
                 noise_is_settled = self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
             }
@@ -800,6 +806,14 @@ impl Problem {
         (jacobian.transpose() * &slope.gradient, hessian)
     }
 
+    /// Returns true if the noise is fitted to pieces of the trials, which determine it well enough for a
+    /// coarse fit. With position or acceleration sensors its gradient takes so long that they have to do
+    /// at the optimum as well.
+    fn has_partial_noise(&self, tolerance: Tolerance) -> bool {
+        let is_enough = tolerance.is_coarse || self.instruments.count() > 0;
+        is_enough && self.pieces.is_some()
+    }
+
     /// Makes steps of the noise while each gains more than the last step of the plant promised;
     /// returns true if the noise has converged.
     fn settle_noise<const N: usize, const M: usize>(
@@ -830,11 +844,7 @@ impl Problem {
         tolerance: Tolerance,
         descent: &mut NoiseDescent,
     ) -> Option<f64> {
-        // For a coarse fit, pieces of the trials determine the noise well enough. With position or
-        // acceleration sensors its gradient takes so long that they have to do at the optimum as
-        // well.
-        let is_enough = tolerance.is_coarse || self.instruments.count() > 0;
-        let pieces = if is_enough { self.in_pieces() } else { None };
+        let pieces = if self.has_partial_noise(tolerance) { self.in_pieces() } else { None };
         let data = pieces.as_ref().unwrap_or(self);
         let needed = tolerance.noise * if pieces.is_some() { PIECES_PART } else { 1.0 };
         let slope = data.by_noise(point)?;
@@ -843,9 +853,8 @@ impl Problem {
         let hessian = descent.hessian(&logarithms, &slope);
         let (gradient, damping) = (&slope.gradient, &mut descent.damping);
         // A disturbance that is absent and need not grow has no correlation time either.
-        let is_absent = |axis: usize| {
-            slope.information[(axis, axis)] < ABSENT && slope.gradient[axis] >= 0.0
-        };
+        let is_absent =
+            |axis: usize| slope.information[(axis, axis)] < ABSENT && slope.gradient[axis] >= 0.0;
         let parabola = Parabola::new((gradient, &hessian), (&logarithms, &limits), |k| {
             let of_velocity = k.checked_sub(2 * N);
             of_velocity.map_or_else(|| is_absent(k % N), |place| self.is_unmeasured(place))
