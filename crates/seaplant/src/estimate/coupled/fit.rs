@@ -165,10 +165,6 @@ const KNOWN: f64 = 1e18;
 /// Maximum number of iterations of a fit.
 const MOST_STEPS: usize = 60;
 
-/// Number of iterations after which noise that is fitted to pieces of the trials is kept: where these
-/// differ from the rest, it would change to and fro with the plant.
-const MOST_PARTIAL_STEPS: usize = 8;
-
 /// Maximum number of steps of the noise between two of the plant.
 const MOST_NOISE_STEPS: usize = 8;
 
@@ -708,17 +704,18 @@ impl Problem {
         let mut point = start;
         let mut damping = DAMPING;
         let mut of_noise = NoiseDescent::new(point.noise.count());
-        let mut noise_is_settled = noise == WithNoise::Kept;
-        let mut gain = f64::INFINITY;
+        let mut is_kept = noise == WithNoise::Kept;
+        let mut noise_is_settled = is_kept;
+        let (mut gain, mut before) = (f64::INFINITY, [f64::INFINITY; 2]);
         for iterations in 0..MOST_STEPS {
-            noise_is_settled |=
-                iterations >= MOST_PARTIAL_STEPS && self.has_partial_noise(tolerance);
             if !noise_is_settled {
                 noise_is_settled = self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
             }
             let (slope, gains) = self
                 .by_plant(&point)
                 .ok_or_else(|| refuse("its simulation diverges from the start; leave out terms, or use trials with more motion"))?;
+            is_kept |= self.has_partial_noise(tolerance) && returns(before, slope.cost);
+            before = [before[1], slope.cost];
             gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
             if gain > KEPT_BELOW {
                 of_noise.forget();
@@ -730,8 +727,8 @@ impl Problem {
                 let noise_information = of_noise.information;
                 return Ok(Optimum { point, cost, information, noise_information, iterations });
             }
-            noise_is_settled = noise == WithNoise::Kept
-                || is_last && self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
+            noise_is_settled =
+                is_kept || is_last && self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
         }
         Err(refuse(
             "the fit did not converge; leave out terms, or use trials with more variation of speed and turning",
@@ -975,6 +972,12 @@ fn as_step_of_variance(x: f64) -> f64 {
     // No variance falls below a tenth.
     let part = 1.0 + 2.0 * x;
     if part > 0.1 { 0.5 * part.ln() } else { x.min(0.5 * 0.1_f64.ln()) }
+}
+
+/// Returns true if a cost is that before the last, which was another: noise that is fitted to pieces of the
+/// trials and a plant that is fitted to all of them go to and fro where pieces differ from the rest.
+fn returns([before, last]: [f64; 2], cost: f64) -> bool {
+    (cost - before).abs() < 1.0 && (cost - last).abs() > 10.0
 }
 
 /// Clamps numbers to their limits, which a step may exceed by rounding.
