@@ -28,7 +28,11 @@ struct Doubt {
 pub(crate) fn of_campaign(results: &Results) -> Doubts {
     let mut found: Vec<(String, &Caveat)> = Vec::new();
     for (dof, plant) in &results.plants {
-        found.extend(plant.caveats.iter().map(|caveat| (words::capitalised(dof.name()), caveat)));
+        // A plant of several axes has doubts of its own about the same axis.
+        let has_another = results.coupled.values().any(|plant| plant.axes.contains(dof));
+        let name = words::capitalised(dof.name());
+        let place = if has_another { format!("{name} by itself") } else { name };
+        found.extend(plant.caveats.iter().map(|caveat| (place.clone(), caveat)));
     }
     for plant in results.coupled.values() {
         let place = words::capitalised(&super::several_axes_section::axes(plant));
@@ -69,4 +73,33 @@ pub(crate) fn collected(found: Vec<(String, &Caveat)>) -> Doubts {
         list.push(doubt);
     }
     doubts
+}
+
+#[cfg(test)]
+mod tests {
+    use seaplant::{CaveatCode, Dof};
+
+    use super::*;
+    use crate::fixture;
+
+    #[test]
+    fn doubts_of_an_axis_by_itself_are_told_from_those_of_a_plant_that_has_it() {
+        let mut results = fixture::identification().results;
+        results.coupled.clear();
+        let caveat = Caveat::warning(CaveatCode::CoupledAxes, "turning moves surge");
+        for plant in results.plants.values_mut() {
+            plant.caveats = vec![caveat.clone()];
+        }
+        let places = |results: &Results| {
+            let all = of_campaign(results).main.into_iter();
+            all.filter(|doubt| doubt.message == "Turning moves surge")
+                .map(|doubt| doubt.places)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(places(&results), ["Surge"]);
+        let mut plant = fixture::plant_of_several_axes();
+        plant.axes = vec![Dof::Surge, Dof::Yaw];
+        results.coupled.insert("surge-yaw".to_owned(), plant);
+        assert_eq!(places(&results), ["Surge by itself"]);
+    }
 }
