@@ -977,7 +977,8 @@ fn as_step_of_variance(x: f64) -> f64 {
 /// Returns true if a cost is that before the last, which was another: noise that is fitted to pieces of the
 /// trials and a plant that is fitted to all of them go to and fro where pieces differ from the rest.
 fn returns([before, last]: [f64; 2], cost: f64) -> bool {
-    (cost - before).abs() < 1.0 && (cost - last).abs() > 10.0
+    let step = (cost - last).abs();
+    step > 10.0 && (cost - before).abs() < 0.05 * step
 }
 
 /// Clamps numbers to their limits, which a step may exceed by rounding.
