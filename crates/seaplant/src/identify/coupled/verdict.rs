@@ -55,7 +55,8 @@ pub(super) fn verdicts(
     let whole = judged(plant, evidence, of_axes, &own);
     let untested = plant.hold_out.as_ref().map(untested).unwrap_or_default();
     let doubtful = |reason| Verdict::new(Trust::Doubtful, reason, whole.codes.clone());
-    let is_of_all = whole.trust == Trust::DoNotUse || is_too_early(fit);
+    let is_of_all =
+        whole.trust == Trust::DoNotUse || is_too_early(fit) || is_scale_refuted(&plant.caveats);
     let of = |&dof: &Dof| {
         let score = plant.hold_out.as_ref().and_then(|held| held.by_axis.get(&dof));
         let verdict = match own.get(&dof).cloned() {
@@ -88,6 +89,9 @@ fn judged(
     let Some(score) = &plant.hold_out else {
         return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
     };
+    if is_scale_refuted(&plant.caveats) {
+        return of(Trust::Doubtful, REFUTED_SCALE.to_owned());
+    }
     let is_of_axis = |caveat: &Caveat| of_axes.iter().any(|(_, own)| own == caveat);
     let is_unknown =
         |caveat: &&Caveat| caveat.code == CaveatCode::NotDetermined && !is_of_axis(caveat);
@@ -174,6 +178,18 @@ fn untested(score: &CoupledScore) -> Vec<Dof> {
     let axes: Vec<Dof> = axes.map(|(dof, _)| *dof).collect();
     if 2 * axes.len() >= score.by_axis.len() { axes } else { Vec::new() }
 }
+
+/// Whether both the stated mass and the stated restoring forces speak against the scale of thrust. Either may
+/// be wrong by itself, as with water in the hull or a centre of gravity that was guessed.
+fn is_scale_refuted(caveats: &[Caveat]) -> bool {
+    let warns = |code: CaveatCode| {
+        caveats.iter().any(|own| own.code == code && own.severity == Severity::Warning)
+    };
+    warns(CaveatCode::ThrustScale) && warns(CaveatCode::RestoringContradicts)
+}
+
+/// Why no axis may be trusted then.
+const REFUTED_SCALE: &str = "the stated mass and the stated weight and buoyancy both say that thrust has another scale, and with it all masses and drags";
 
 /// Why no axis may be trusted where thrust is logged so slowly or so late.
 const TOO_EARLY: &str =
@@ -274,6 +290,16 @@ mod tests {
         let part = |value, std| Estimate::new(value, std, 1e4).into();
         let (mass, drag) = (part(mass, 0.01), part(0.0, drag_std));
         Some(AxisChange { mass, drag, whiteness: 1.0, surprise: 1.0 })
+    }
+
+    #[test]
+    fn two_statements_of_the_vehicle_file_refute_the_scale_of_thrust() {
+        let mass = Caveat::warning(CaveatCode::ThrustScale, "masses are 3 times the stated mass");
+        let note = Caveat::note(CaveatCode::ThrustScale, "thrust is not known better than 2 %");
+        let lever = Caveat::warning(CaveatCode::RestoringContradicts, "`lever.z` is 14, not 7");
+        assert!(is_scale_refuted(&[mass.clone(), lever.clone()]));
+        assert!(!is_scale_refuted(&[mass]), "water in the hull");
+        assert!(!is_scale_refuted(&[note, lever]), "a centre of gravity that was guessed");
     }
 
     #[test]
