@@ -162,7 +162,10 @@ fn plant(
     let of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
-    let scale = known::scale(&fit, &records.fit, vehicle).map(|caveat| match scale::scale(&fit) {
+    let by_mass = known::scale(&fit, &records.fit, vehicle);
+    let scale_is_refuted =
+        by_mass.as_ref().is_some_and(|(way, _)| doubts::restoring_says(&fit, vehicle, *way));
+    let scale = by_mass.map(|(_, caveat)| match scale::scale(&fit) {
         None => caveat,
         Some((by_forces, _)) => Caveat {
             message: format!(
@@ -178,8 +181,8 @@ fn plant(
     plant.caveats.splice(0..0, below.into_iter().chain(disputed).chain(scale).chain(worse));
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
-    let evidence =
-        verdict::Evidence { fit: &fit, of_trials: of_trials.as_ref(), numbers: &numbers };
+    let of_trials = of_trials.as_ref();
+    let evidence = verdict::Evidence { fit: &fit, of_trials, numbers: &numbers, scale_is_refuted };
     (plant.verdict, plant.verdicts) = verdict::verdicts(&plant, &evidence, &of_axes);
     Ok((structure.name(), plant, online))
 }

@@ -173,7 +173,8 @@ const MOST_NOISE_STEPS: usize = 8;
 pub(super) struct Tolerance {
     /// The iteration stops when the expected gain in log-likelihood of a step is below this.
     plant: f64,
-    /// The same for a step of the noise, whose parameters matter less.
+    /// The same for a step of the noise, whose parameters matter less. At the true value of some twenty of
+    /// them the log-likelihood is some ten below its maximum.
     pub(super) noise: f64,
     /// True where the noise may be fitted to pieces of the trials.
     is_coarse: bool,
@@ -714,7 +715,7 @@ impl Problem {
             let (slope, gains) = self
                 .by_plant(&point)
                 .ok_or_else(|| refuse("its simulation diverges from the start; leave out terms, or use trials with more motion"))?;
-            is_kept |= self.has_partial_noise(tolerance) && returns(before, slope.cost);
+            is_kept |= self.has_partial_noise(tolerance) && alternate(before, slope.cost);
             before = [before[1], slope.cost];
             gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
             if gain > KEPT_BELOW {
@@ -974,12 +975,18 @@ fn as_step_of_variance(x: f64) -> f64 {
     if part > 0.1 { 0.5 * part.ln() } else { x.min(0.5 * 0.1_f64.ln()) }
 }
 
-/// Returns true if a cost is that before the last, which was another: noise that is fitted to pieces of the
-/// trials and a plant that is fitted to all of them go to and fro where pieces differ from the rest.
-fn returns([before, last]: [f64; 2], cost: f64) -> bool {
-    let step = (cost - last).abs();
-    step > 10.0 && (cost - before).abs() < 0.05 * step
+/// Returns true if costs alternate between two values: the last is nearly that before the one before it.
+/// Noise that is fitted to pieces of the trials and a plant that is fitted to all of them do so where pieces
+/// differ from the rest.
+fn alternate([before, last]: [f64; 2], cost: f64) -> bool {
+    let swing = (cost - last).abs();
+    swing > LEAST_SWING && (cost - before).abs() < CLOSED_PART * swing
 }
+
+/// Least swing of a cost: a coarse fit that converges changes it by less than one.
+const LEAST_SWING: f64 = 10.0;
+/// Part of a swing by which costs may differ that count as the same.
+const CLOSED_PART: f64 = 0.05;
 
 /// Clamps numbers to their limits, which a step may exceed by rounding.
 fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
@@ -1063,7 +1070,18 @@ const FIRST_CORRELATION_S: f64 = 3.0;
 
 #[cfg(test)]
 mod tests {
-    use super::as_step_of_variance;
+    use super::{alternate, as_step_of_variance};
+
+    #[test]
+    fn costs_that_alternate_are_told_from_those_that_fall() {
+        // As noise of pieces and a plant of all trials did with kicks in some pieces.
+        assert!(alternate([-389_469.9, -376_993.7], -389_470.0));
+        assert!(!alternate([f64::INFINITY; 2], -100.0));
+        assert!(!alternate([f64::INFINITY, -100.0], -200.0));
+        assert!(!alternate([-100.0, -200.0], -250.0), "falling");
+        assert!(!alternate([-200.0, -100.0], -150.0), "half of the way back");
+        assert!(!alternate([-200.0, -199.0], -200.0), "converged");
+    }
 
     /// White noise of r times the variance that is assumed has a slope of 1 − r by ln σ and a Fisher
     /// information of 2, by number of samples.

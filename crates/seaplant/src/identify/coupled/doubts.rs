@@ -7,6 +7,7 @@ use crate::judge::{LEAST_R2, NOT_WHITE, PREDICTS};
 use crate::plant::{Basis, EffectForce};
 use crate::results::{AxisChange, AxisScore, CoupledPlant, CoupledScore, ToldBy};
 use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Method, Vehicle};
+use std::cmp::Ordering;
 
 /// Two coefficients that are correlated by more cannot be told apart.
 const COLLINEAR: f64 = 0.98;
@@ -331,18 +332,7 @@ fn not_dissipative(fit: &CoupledFit, records: &[&CoupledRecord]) -> Option<Cavea
 /// Weight and buoyancy as stated must be those that the motion shows. Where both that and the righting
 /// lever are as many times too large, thrust is.
 fn restoring(fit: &CoupledFit, vehicle: &Vehicle) -> Option<Caveat> {
-    let (body, buoyancy) = (vehicle.rigid_body?, vehicle.buoyancy?);
-    let (excess, lever) = buoyancy.restoring(&body);
-    let sure = fit.of_sure_thrust();
-    let of = |(term, stated): (Basis, f64)| {
-        let (value, std) = (fit.plant.coefficient(&term)?, fit.std(&term)?);
-        let is_off =
-            (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
-        let times = (value / stated, sure.std(&term)? / stated.abs());
-        Some(Restored { term, stated, estimated: (value, std), times, is_off })
-    };
-    let known = [(Basis::WeightExcess, excess), (Basis::Lever(2), lever.z)];
-    let known: Vec<Restored> = known.into_iter().filter_map(of).collect();
+    let known = restored(fit, vehicle);
     if let Some(caveat) = thrust_by_weight(&known) {
         return Some(caveat);
     }
@@ -357,6 +347,29 @@ fn restoring(fit: &CoupledFit, vehicle: &Vehicle) -> Option<Caveat> {
     Some(Caveat::warning(CaveatCode::RestoringContradicts, message))
 }
 
+/// Returns true if weight and buoyancy as stated say that thrust is clearly too large (`Greater`) or too small.
+pub(super) fn restoring_says(fit: &CoupledFit, vehicle: &Vehicle, way: Ordering) -> bool {
+    restored(fit, vehicle).iter().any(|own| own.says(way))
+}
+
+/// Returns weight minus buoyancy and the righting lever, where both the vehicle file and the plant have them.
+fn restored(fit: &CoupledFit, vehicle: &Vehicle) -> Vec<Restored> {
+    let Some((body, buoyancy)) = vehicle.rigid_body.zip(vehicle.buoyancy) else {
+        return Vec::new();
+    };
+    let (excess, lever) = buoyancy.restoring(&body);
+    let sure = fit.of_sure_thrust();
+    let of = |(term, stated): (Basis, f64)| {
+        let (value, std) = (fit.plant.coefficient(&term)?, fit.std(&term)?);
+        let is_off =
+            (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
+        let times = (value / stated, sure.std(&term)? / stated.abs());
+        Some(Restored { term, stated, estimated: (value, std), times, is_off })
+    };
+    let known = [(Basis::WeightExcess, excess), (Basis::Lever(2), lever.z)];
+    known.into_iter().filter_map(of).collect()
+}
+
 /// A moment or force of weight and buoyancy, as stated and as the motion shows it.
 struct Restored {
     term: Basis,
@@ -366,6 +379,19 @@ struct Restored {
     /// known for sure.
     times: (f64, f64),
     is_off: bool,
+}
+
+impl Restored {
+    /// Returns true if it says that thrust is clearly too large (`Greater`) or too small.
+    fn says(&self, way: Ordering) -> bool {
+        let (times, _) = self.times;
+        let is_far = match way {
+            Ordering::Greater => times > MOST_OFF,
+            Ordering::Less => times > 0.0 && times < 1.0 / MOST_OFF,
+            Ordering::Equal => false,
+        };
+        self.is_off && is_far
+    }
 }
 
 /// That thrust is off by a factor, which weight and lever show alike.
@@ -562,6 +588,13 @@ mod tests {
         assert_eq!(severity(2.0, 1.0), None);
         assert_eq!(severity(2.0, 3.0), None);
         assert_eq!(severity(-2.0, -2.0), None);
+        let ways = [Ordering::Less, Ordering::Equal, Ordering::Greater];
+        let says = |times: f64| ways.map(|way| of(Basis::Lever(2), times).says(way));
+        assert_eq!(says(2.0), [false, false, true]);
+        assert_eq!(says(0.5), [true, false, false]);
+        for unclear in [1.0, 1.2, -2.0] {
+            assert_eq!(says(unclear), [false; 3], "{unclear}");
+        }
     }
 
     /// Two small changes of the same sign leave the scale as open as a large one.

@@ -1,5 +1,6 @@
 //! Whether the mass and drag of each axis are known, and possible.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use super::doubts::is_pushed;
@@ -70,7 +71,8 @@ pub(super) fn below_rigid_body(
 }
 
 /// That the masses of surge, sway and heave are together those of no body of the stated mass, or of
-/// one that holds water: what shows thrust of another scale.
+/// one that holds water, and that they are too large (`Greater`) or too small: what shows thrust of
+/// another scale.
 ///
 /// ```text
 /// Σ m / m_i = 2   (m_i with the added mass of an ellipsoid, of any axes, that floats)
@@ -84,7 +86,7 @@ pub(super) fn scale(
     fit: &CoupledFit,
     records: &[&CoupledRecord],
     vehicle: &Vehicle,
-) -> Option<Caveat> {
+) -> Option<(Ordering, Caveat)> {
     let stated = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
     let mass = stated.or(vehicle.dry_mass_kg)?;
     let along = [Dof::Surge, Dof::Sway, Dof::Heave];
@@ -94,13 +96,19 @@ pub(super) fn scale(
     along.iter().all(is_known).then(|| of_body(mass, masses))?
 }
 
-fn of_body(mass: f64, masses: [f64; 3]) -> Option<Caveat> {
+fn of_body(mass: f64, masses: [f64; 3]) -> Option<(Ordering, Caveat)> {
     let times = masses.map(|of_axis| spoken(of_axis / mass)).join(", ");
     let sum: f64 = masses.iter().map(|of_axis| mass / of_axis).sum();
-    let why = if sum < LEAST_SUM {
-        "much more than a body moves that holds no water: thrust is too large (its curve, its unit), or water in the hull or frame moves with it; a known weight that is hung on it tells the scale"
+    let (way, why) = if sum < LEAST_SUM {
+        (
+            Ordering::Greater,
+            "much more than a body moves that holds no water: thrust is too large (its curve, its unit), or water in the hull or frame moves with it; a known weight that is hung on it tells the scale",
+        )
     } else if sum > MOST_SUM {
-        "less than any body moves: thrust is too small (its curve, its unit), or the stated mass too large"
+        (
+            Ordering::Less,
+            "less than any body moves: thrust is too small (its curve, its unit), or the stated mass too large",
+        )
     } else {
         return None;
     };
@@ -108,7 +116,7 @@ fn of_body(mass: f64, masses: [f64; 3]) -> Option<Caveat> {
         "the masses of surge, sway and heave are {times} times the stated mass, {why} (the sum of their inverses is {}; 2 of an ellipsoid, 1.6 to 1.9 of published vehicles)",
         spoken(sum)
     );
-    Some(Caveat::warning(CaveatCode::ThrustScale, message))
+    Some((way, Caveat::warning(CaveatCode::ThrustScale, message)))
 }
 
 /// Between these lies the sum of the inverses of what masses are times a vehicle's own. Of published
@@ -279,9 +287,13 @@ mod tests {
         ];
         for (mass, masses) in bodies {
             assert_eq!(of_body(mass, masses), None);
-            let heavy = of_body(mass, masses.map(|x| 2.0 * x)).expect("twice the thrust");
+            let heavy = of_body(mass, masses.map(|x| 2.0 * x));
+            let (way, heavy) = heavy.expect("twice the thrust");
+            assert_eq!(way, Ordering::Greater);
             assert!(heavy.message.contains("too large"), "{}", heavy.message);
-            let light = of_body(mass, masses.map(|x| 0.6 * x)).expect("less than any body");
+            let light = of_body(mass, masses.map(|x| 0.6 * x));
+            let (way, light) = light.expect("less than any body");
+            assert_eq!(way, Ordering::Less);
             assert!(light.message.contains("too small"), "{}", light.message);
         }
     }

@@ -15,6 +15,9 @@ pub(super) struct Evidence<'a> {
     /// Held-out trials one by one, if there are any.
     pub(super) of_trials: Option<&'a Confirmed<'a>>,
     pub(super) numbers: &'a [(Dof, Number)],
+    /// True if both the stated mass and the stated weight or lever say that thrust is too large, or too
+    /// small. Either may be wrong by itself, as with water in the hull or a guessed centre of gravity.
+    pub(super) scale_is_refuted: bool,
 }
 
 impl Evidence<'_> {
@@ -56,7 +59,7 @@ pub(super) fn verdicts(
     let untested = plant.hold_out.as_ref().map(untested).unwrap_or_default();
     let doubtful = |reason| Verdict::new(Trust::Doubtful, reason, whole.codes.clone());
     let is_of_all =
-        whole.trust == Trust::DoNotUse || is_too_early(fit) || is_scale_refuted(&plant.caveats);
+        whole.trust == Trust::DoNotUse || is_too_early(fit) || evidence.scale_is_refuted;
     let of = |&dof: &Dof| {
         let score = plant.hold_out.as_ref().and_then(|held| held.by_axis.get(&dof));
         let verdict = match own.get(&dof).cloned() {
@@ -89,7 +92,7 @@ fn judged(
     let Some(score) = &plant.hold_out else {
         return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
     };
-    if is_scale_refuted(&plant.caveats) {
+    if evidence.scale_is_refuted {
         return of(Trust::Doubtful, REFUTED_SCALE.to_owned());
     }
     let is_of_axis = |caveat: &Caveat| of_axes.iter().any(|(_, own)| own == caveat);
@@ -179,16 +182,7 @@ fn untested(score: &CoupledScore) -> Vec<Dof> {
     if 2 * axes.len() >= score.by_axis.len() { axes } else { Vec::new() }
 }
 
-/// Whether both the stated mass and the stated restoring forces speak against the scale of thrust. Either may
-/// be wrong by itself, as with water in the hull or a centre of gravity that was guessed.
-fn is_scale_refuted(caveats: &[Caveat]) -> bool {
-    let warns = |code: CaveatCode| {
-        caveats.iter().any(|own| own.code == code && own.severity == Severity::Warning)
-    };
-    warns(CaveatCode::ThrustScale) && warns(CaveatCode::RestoringContradicts)
-}
-
-/// Why no axis may be trusted then.
+/// Why no axis may be trusted where [`Evidence::scale_is_refuted`].
 const REFUTED_SCALE: &str = "the stated mass and the stated weight and buoyancy both say that thrust has another scale, and with it all masses and drags";
 
 /// Why no axis may be trusted where thrust is logged so slowly or so late.
@@ -290,16 +284,6 @@ mod tests {
         let part = |value, std| Estimate::new(value, std, 1e4).into();
         let (mass, drag) = (part(mass, 0.01), part(0.0, drag_std));
         Some(AxisChange { mass, drag, whiteness: 1.0, surprise: 1.0 })
-    }
-
-    #[test]
-    fn two_statements_of_the_vehicle_file_refute_the_scale_of_thrust() {
-        let mass = Caveat::warning(CaveatCode::ThrustScale, "masses are 3 times the stated mass");
-        let note = Caveat::note(CaveatCode::ThrustScale, "thrust is not known better than 2 %");
-        let lever = Caveat::warning(CaveatCode::RestoringContradicts, "`lever.z` is 14, not 7");
-        assert!(is_scale_refuted(&[mass.clone(), lever.clone()]));
-        assert!(!is_scale_refuted(&[mass]), "water in the hull");
-        assert!(!is_scale_refuted(&[note, lever]), "a centre of gravity that was guessed");
     }
 
     #[test]

@@ -80,6 +80,26 @@ fn a_velocity_behind_a_filter_is_found_beside_thrust_alone() {
     check_within(&fit, &truth);
 }
 
+/// A plant that is fitted without the delay makes up for it: no small step leads to it.
+#[test]
+fn a_velocity_that_is_late_beside_rates_is_found() {
+    const LATE_S: f64 = 0.4;
+    let truth = planar();
+    let records = [("a", 5), ("b", 6)].map(|(name, seed)| {
+        let mut late = record(&truth, name, seed, 150, 0.005);
+        let translations = late.velocity.iter_mut().take(2).flatten();
+        translations.for_each(|velocity| *velocity = velocity.shifted(LATE_S));
+        late.window_s.0 += LATE_S;
+        late
+    });
+    let records: Vec<&CoupledRecord> = records.iter().collect();
+    let fit = fit_coupled(truth.structure(), &records, None, false).expect("an optimum");
+    let std = fit.report_std[0].expect("is shown");
+    assert!((fit.report.delay_s - LATE_S).abs() < 4.0 * std.max(0.005), "{:?} ± {std}", fit.report);
+    assert_eq!(fit.report.lag_s, 0.0);
+    check_within(&fit, &truth);
+}
+
 /// Standard deviation of the waves' force on surge and sway, N, and their mean period, s.
 const WAVES: (f64, f64) = (4.0, 6.0);
 
