@@ -9,6 +9,7 @@ mod beside;
 mod gravity;
 mod ground;
 mod gyro;
+mod gyro_bias;
 mod tilt;
 mod track;
 mod turns;
@@ -158,9 +159,10 @@ struct Navigation {
 
 impl Navigation {
     fn new(trial: &str, mut recording: Recording, sensors: &Sensors) -> Result<Self, Error> {
-        let caveats = gyro::remove_dead(trial, &mut recording);
+        let mut caveats = gyro::remove_dead(trial, &mut recording);
         let accelerometer = Accelerometer::take(&mut recording);
         let attitude = AttitudeRecord::take(&mut recording, sensors);
+        caveats.extend(gyro_bias::subtract_biases(trial, &mut recording, &attitude));
         let rates = rates(&recording, &attitude)?;
         let heading_cuts = attitude.cuts.clone();
         let mut nav = Navigated { caveats, rates, heading_cuts, ..Navigated::default() };

@@ -489,13 +489,14 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             point.noise.drift = Some(drift);
             point
         };
-        let Some(slope) = problem.by_noise(&with(Drift::TRIED)) else { return Ok(self) };
+        let tried = with(Drift::TRIED);
+        let slope = problem.by_noise(&tried).zip(problem.noise_information(&tried));
+        let Some(((_, gradient), information)) = slope else { return Ok(self) };
         let s = optimum.point.noise.first_of_drift();
-        let rest = inverse(&slope.information.view((0, 0), (s, s)).into_owned());
-        let cross = slope.information.view((0, s), (s, 1)).into_owned();
-        let left = slope.information[(s, s)] - cross.dot(&(&rest * &cross));
-        let gradient = slope.gradient[s];
-        if gradient >= 0.0 || gradient.powi(2) < search::ADMITTED * left {
+        let rest = inverse(&information.view((0, 0), (s, s)).into_owned());
+        let cross = information.view((0, s), (s, 1)).into_owned();
+        let left = information[(s, s)] - cross.dot(&(&rest * &cross));
+        if gradient[s] >= 0.0 || gradient[s].powi(2) < search::ADMITTED * left {
             return Ok(self);
         }
         let found = problem.descent(with(Drift::FIRST), Tolerance::COARSE);

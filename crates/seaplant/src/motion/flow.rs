@@ -126,11 +126,11 @@ pub(crate) fn advance<const N: usize, const M: usize>(
 ) {
     flow.start(motion);
     let mut left = SVector::<f64, N>::repeat(1.0);
-    for (slice, push) in slices.iter().zip(pushes) {
+    for (index, (slice, push)) in slices.iter().zip(pushes).enumerate() {
         let half = decay.rate.map(|rate| (-0.5 * rate * slice.length_s).exp());
         let middle = left.component_mul(&half);
         let remaining = [left, middle, middle.component_mul(&half)];
-        step(plant, (slice, push), disturbance, &remaining, flow);
+        step(plant, (slice, push), (disturbance, &remaining), index == 0, flow);
         left = remaining[2];
     }
 }
@@ -140,12 +140,13 @@ const STAGES: [(f64, usize); 4] = [(0.0, 0), (0.5, 1), (0.5, 1), (1.0, 2)];
 /// Weight of each stage.
 const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
-/// Integrates one slice; `remaining` is the fraction of the disturbance left at its three instants.
+/// Integrates one slice; `remaining` is the fraction of the disturbance left at its three instants,
+/// and `is_first` is true where no derivative but that by the motion has begun.
 fn step<const N: usize, const M: usize>(
     plant: &Prepared<N>,
     (slice, push): (&Slice, &HeldForce),
-    disturbance: &SVector<f64, N>,
-    remaining: &[SVector<f64, N>; 3],
+    (disturbance, remaining): (&SVector<f64, N>, &[SVector<f64, N>; 3]),
+    is_first: bool,
     flow: &mut Flow<N, M>,
 ) {
     let plant = plant.under(slice.load);
@@ -186,11 +187,18 @@ fn step<const N: usize, const M: usize>(
                 *source = apply(plant.inverse(), &plant.on_axes(by));
             }
         }
-        for column in of_motion {
-            *column = apply(&transition, column);
-        }
-        for (column, source) in driven.iter_mut().zip(&flow.sources) {
-            *column = apply(&transition, column) + apply(&share, source);
+        let driven = driven.iter_mut().zip(&flow.sources);
+        if is_first {
+            of_motion
+                .iter_mut()
+                .enumerate()
+                .for_each(|(j, own)| *own = transition.column(j).into());
+            driven.for_each(|(column, source)| *column = apply(&share, source));
+        } else {
+            of_motion.iter_mut().for_each(|column| *column = apply(&transition, column));
+            driven.for_each(|(column, source)| {
+                *column = apply(&transition, column) + apply(&share, source);
+            });
         }
     }
     for (rate, weight) in rates.iter().zip(WEIGHTS) {

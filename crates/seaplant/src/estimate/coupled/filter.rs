@@ -20,6 +20,7 @@
 mod follower;
 mod navigation;
 mod noise;
+mod reverse;
 mod state;
 
 use std::f64::consts::TAU;
@@ -54,34 +55,53 @@ impl Slope {
             information: DMatrix::zeros(count, count),
         }
     }
+}
 
-    /// Adds an innovation e of variance s with derivatives `by`; fills the upper triangle only.
-    fn add(&mut self, e: f64, s: f64, by: &[f64]) {
-        let columns = self.information.as_mut_slice().chunks_exact_mut(by.len());
-        for ((i, &x), column) in by.iter().enumerate().zip(columns) {
-            self.gradient[i] += e * x / s;
-            let weighted = x / s;
-            for (entry, &y) in column.iter_mut().zip(&by[..=i]) {
-                *entry += weighted * y;
-            }
+/// A sum of Fisher information, to which derivatives of innovations are added four at a time.
+struct InformationSum {
+    /// Its upper triangle.
+    sum: DMatrix<f64>,
+    /// Derivatives, divided by standard deviations, that are not in the sum yet.
+    rows: Vec<f64>,
+}
+
+impl InformationSum {
+    const AT_ONCE: usize = 4;
+
+    fn zeros(count: usize) -> Self {
+        let rows = Vec::with_capacity(Self::AT_ONCE * count);
+        Self { sum: DMatrix::zeros(count, count), rows }
+    }
+
+    /// Adds an innovation of variance s with derivatives `by`.
+    fn add(&mut self, s: f64, by: impl ExactSizeIterator<Item = f64>) {
+        let (count, root) = (by.len(), s.sqrt());
+        self.rows.extend(by.map(|x| x / root));
+        if self.rows.len() == Self::AT_ONCE * count {
+            self.add_rows();
         }
     }
 
-    /// Copies the upper triangle of the information to the lower one.
-    fn mirror(&mut self) {
-        for i in 0..self.gradient.len() {
-            for j in 0..i {
-                self.information[(i, j)] = self.information[(j, i)];
+    fn add_rows(&mut self) {
+        let count = self.sum.nrows();
+        self.rows.resize(Self::AT_ONCE * count, 0.0);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| &self.rows[k * count..][..count]);
+        for (i, column) in self.sum.as_mut_slice().chunks_exact_mut(count).enumerate() {
+            let [of_a, of_b, of_c, of_d] = [a[i], b[i], c[i], d[i]];
+            let rows = a.iter().zip(b).zip(c.iter().zip(d));
+            for (entry, ((a, b), (c, d))) in column[..=i].iter_mut().zip(rows) {
+                *entry += (of_a * a + of_b * b) + (of_c * c + of_d * d);
             }
         }
+        self.rows.clear();
     }
 
-    pub(super) fn plus(mut self, other: &Self) -> Self {
-        self.cost += other.cost;
-        self.misfit += other.misfit;
-        self.gradient += &other.gradient;
-        self.information += &other.information;
-        self
+    fn finished(mut self) -> DMatrix<f64> {
+        if !self.rows.is_empty() {
+            self.add_rows();
+        }
+        self.sum.fill_lower_triangle_with_upper_triangle();
+        self.sum
     }
 }
 
@@ -163,7 +183,8 @@ pub(super) struct Pass<'a, const N: usize, const M: usize> {
 
 /// Calls a method of a pass with room for its navigation states, as matrices of the largest size would be
 /// copied where hardly any state is in use: 4 for the current with a position, or with depth and heading; 12
-/// for all instruments without waves, or for waves on five axes.
+/// for all instruments without waves, or for waves on five axes. Each size costs time to compile; methods
+/// that have no such matrices, or are called rarely, do without.
 macro_rules! with_room {
     ($pass:expr, $method:ident($($argument:expr),*)) => {
         match $pass.states() {
@@ -202,7 +223,7 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     /// Computes ½ Σ e²/S at the gains of another pass: the cost whose gradient [`Self::by_plant`]
     /// returns.
     pub(super) fn at_gains(&self, gains: &Gains) -> f64 {
-        with_room!(self, at_gains(gains))
+        Sweep::<'_, N, M, MOST_NAVIGATION> { pass: self }.at_gains(gains)
     }
 
     /// Computes the negative log-likelihood and all innovations.
@@ -213,12 +234,20 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
     /// Simulates the plant from its start without disturbances and measurements; returns a state for
     /// each instant of the schedule.
     pub(super) fn driven_states(&self) -> Vec<DrivenState<N>> {
-        with_room!(self, driven_states())
+        Sweep::<'_, N, M, MOST_NAVIGATION> { pass: self }.driven_states()
     }
 
     /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
-    pub(super) fn by_noise(&self) -> Slope {
-        with_room!(self, by_noise())
+    pub(super) fn noise_gradient(&self) -> (f64, DVector<f64>) {
+        with_room!(self, noise_gradient())
+    }
+
+    /// Computes the Fisher information of the logarithms of the noise.
+    pub(super) fn noise_information(&self) -> DMatrix<f64> {
+        match self.states() {
+            ..=4 => Sweep::<'_, N, M, 4> { pass: self }.noise_information(),
+            _ => Sweep::<'_, N, M, MOST_NAVIGATION> { pass: self }.noise_information(),
+        }
     }
 }
 
@@ -252,7 +281,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             after..after + 3
         });
         let count = levers.end;
-        let mut slope = Slope::zeros(count);
+        let (mut slope, mut information) = (Slope::zeros(count), InformationSum::zeros(count));
         let mut flow = Flow::of_plant(coefficients);
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let states = self.states();
@@ -300,7 +329,9 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 row.iter().zip(&mut by).for_each(|(x, state)| state.add(&gain.state, *x));
                 slope.cost += half_log(e, gain.variance);
                 slope.misfit += 0.5 * e * e / gain.variance;
-                slope.add(e, gain.variance, &row);
+                let weighted = e / gain.variance;
+                slope.gradient.iter_mut().zip(&row).for_each(|(sum, x)| *sum += weighted * x);
+                information.add(gain.variance, row.iter().copied());
                 gains.push(&gain);
             }
             for state in self.reset_states(instant) {
@@ -314,7 +345,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             }
         }
         at_mark(&slope.gradient);
-        slope.mirror();
+        slope.information = information.finished();
         (finite(slope, &mean), gains)
     }
 
@@ -381,41 +412,42 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         states
     }
 
-    fn by_noise(&self) -> Slope {
-        let mut slope = Slope::zeros(self.noise.count());
+    fn noise_information(&self) -> DMatrix<f64> {
+        let count = self.noise.count();
+        let mut information = InformationSum::zeros(count);
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let mut flow = Flow::of_state();
         let mut sensitivities = self.noise_sensitivities();
-        let mut row = vec![0.0; self.noise.count()];
-        let mut variances = row.clone();
         let mut steps = StepCache::default();
+        let mut measured = Vec::new();
         for instant in &self.schedule.instants[1..] {
-            let before = mean;
+            let (before, covariance_before) = (mean, covariance);
             let transition = self.predict(instant, &mut mean, &mut flow);
             let process = steps.get(instant.length_s, |h| Process::new(self, h));
             let crossed = covariance.crossed_if_needed(&transition);
-            for (sensitivity, change) in sensitivities.iter_mut().zip(&process.changes) {
-                sensitivity.predict(&transition, (&covariance, crossed.as_ref()), &before, change);
-            }
             covariance.predict(&transition, &process.whole, crossed.as_ref());
+            measured.clear();
             for (observation, y) in self.measurements(instant) {
-                let r = self.variance(&observation);
+                let (e, gain) = self.correct(&observation, y, &mut mean, &mut covariance);
                 let own = self.noise.place_of(&observation.of);
-                let column = covariance.observed_by(&observation);
-                let s = column.observed_by(&observation) + r;
-                let e = self.innovation(&observation, y, &mean);
-                for (k, sensitivity) in sensitivities.iter_mut().enumerate() {
-                    let r_by = if k == own { 2.0 * r } else { 0.0 };
-                    let (e_by, s_by) = sensitivity.correct(&observation, (e, s), r_by, &column);
-                    row[k] = e_by;
-                    variances[k] = s_by / s;
-                    slope.gradient[k] += 0.5 * s_by / s * (1.0 - e * e / s);
+                let column = gain.state.scaled(gain.variance);
+                measured.push((observation, (e, gain.variance), own, column));
+            }
+            let mut rows = vec![[0.0; 2]; measured.len() * count];
+            let of_numbers = sensitivities.iter_mut().zip(&process.changes).enumerate();
+            for (k, (sensitivity, change)) in of_numbers {
+                let nominal = (&covariance_before, crossed.as_ref());
+                sensitivity.predict(&transition, nominal, &before, change);
+                for (row, (observation, (e, s), own, column)) in measured.iter().enumerate() {
+                    let noise = if k == *own { 2.0 * self.variance(observation) } else { 0.0 };
+                    let (e_by, s_by) = sensitivity.correct(observation, (*e, *s), noise, column);
+                    rows[row * count + k] = [e_by, s_by / s];
                 }
+            }
+            for (row, (_, (_, s), ..)) in rows.chunks_exact(count).zip(&measured) {
                 // The Fisher information of a variance is ½ S_i S_j / S².
-                slope.add(0.0, 2.0, &variances);
-                slope.add(e, s, &row);
-                slope.cost += half_log(e, s);
-                self.correct(&observation, y, &mut mean, &mut covariance);
+                information.add(2.0, row.iter().map(|[_, by]| *by));
+                information.add(*s, row.iter().map(|[by, _]| *by));
             }
             for state in self.reset_states(instant) {
                 mean.reset(state);
@@ -426,8 +458,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 }
             }
         }
-        slope.mirror();
-        finite(slope, &mean)
+        information.finished()
     }
 
     fn initial_mean(&self) -> State<N, M, K> {
@@ -700,13 +731,12 @@ mod tests {
     fn with_room_for<const K: usize>(pass: &Pass<'_, 3, 3>) -> Vec<f64> {
         let sweep = Sweep::<3, 3, K> { pass };
         let (by_plant, gains) = sweep.sweep(f64::INFINITY, |_| (), Some(0.2));
-        let by_noise = sweep.by_noise();
+        let (_, by_noise) = sweep.noise_gradient();
         let (cost, innovations) = sweep.innovations();
         let mut all = vec![cost, sweep.at_gains(&gains)];
         all.extend(innovations.iter().flat_map(|own| [own.error, own.variance]));
-        for slope in [by_plant, by_noise] {
-            all.extend(slope.gradient.iter().chain(slope.information.iter()));
-        }
+        all.extend(by_plant.gradient.iter().chain(by_plant.information.iter()));
+        all.extend(by_noise.iter().chain(sweep.noise_information().iter()));
         all
     }
 

@@ -243,18 +243,20 @@ const KEPT_BELOW: f64 = 1.0;
 /// Descent of the noise: what its steps have shown carries over to the next.
 struct NoiseDescent {
     damping: f64,
-    /// Fisher information at the last point.
-    information: DMatrix<f64>,
+    /// Logarithms of the noise, and their Fisher information there.
+    known: Option<(DVector<f64>, DMatrix<f64>)>,
     /// Logarithms of the noise at the last point, and the gradient there.
     last: Option<(DVector<f64>, DVector<f64>)>,
     /// Steps, and the change of the gradient over each; the latest is last.
     steps: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
+/// Change of any logarithm of the noise that leaves its information as it is.
+const SAME_INFORMATION: f64 = 0.3;
+
 impl NoiseDescent {
-    fn new(count: usize) -> Self {
-        let information = DMatrix::zeros(count, count);
-        Self { damping: NOISE_DAMPING, information, last: None, steps: Vec::new() }
+    const fn new() -> Self {
+        Self { damping: NOISE_DAMPING, known: None, last: None, steps: Vec::new() }
     }
 
     /// Forgets past steps, as the likelihood is another one with another plant.
@@ -262,21 +264,33 @@ impl NoiseDescent {
         (self.last, self.steps) = Default::default();
     }
 
+    /// Returns the Fisher information at a point, if it was computed near it.
+    fn information_at(&self, logarithms: &DVector<f64>) -> Option<DMatrix<f64>> {
+        let (known, information) = self.known.as_ref()?;
+        let is_near =
+            known.len() == logarithms.len() && (known - logarithms).amax() <= SAME_INFORMATION;
+        is_near.then(|| information.clone())
+    }
+
     /// Estimates the Hessian at a point: its Fisher information, which is the Hessian only where the
     /// model is true, with the update of Broyden, Fletcher, Goldfarb and Shanno for each step so far.
     ///
     /// # Source
     /// [NocedalWright2006, eq. 6.19].
-    fn hessian(&mut self, at: &DVector<f64>, slope: &Slope) -> DMatrix<f64> {
-        if let Some((before, gradient)) = &self.last {
-            let (step, change) = (at - before, &slope.gradient - gradient);
+    fn hessian(
+        &mut self,
+        at: &DVector<f64>,
+        gradient: &DVector<f64>,
+        information: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        if let Some((before, gradient_before)) = &self.last {
+            let (step, change) = (at - before, gradient - gradient_before);
             if step.dot(&change) > 0.0 {
                 self.steps.push((step, change));
             }
         }
-        self.last = Some((at.clone(), slope.gradient.clone()));
-        self.information.copy_from(&slope.information);
-        let mut hessian = slope.information.clone();
+        self.last = Some((at.clone(), gradient.clone()));
+        let mut hessian = information.clone();
         for (step, change) in &self.steps {
             let expected = &hessian * step;
             let curvature = step.dot(&expected);
@@ -630,15 +644,30 @@ impl Problem {
         Ok(self.each(point, &plant, |_, pass| pass.innovations().1))
     }
 
-    /// Computes gradient and information by the logarithms of the noise.
+    /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
     pub(super) fn by_noise<const N: usize, const M: usize>(
         &self,
         point: &Point<N, M>,
-    ) -> Option<Slope> {
+    ) -> Option<(f64, DVector<f64>)> {
         let plant = self.prepared(&point.free)?;
-        let slopes = self.each(point, &plant, |_, pass| pass.by_noise());
-        let sum = slopes.iter().fold(Slope::zeros(point.noise.count()), Slope::plus);
-        sum.cost.is_finite().then_some(sum)
+        let parts = self.each(point, &plant, |_, pass| pass.noise_gradient());
+        let (costs, gradients): (Vec<f64>, Vec<DVector<f64>>) = parts.into_iter().unzip();
+        let cost: f64 = costs.iter().sum();
+        cost.is_finite().then(|| (cost, gradients.iter().sum()))
+    }
+
+    /// Computes the Fisher information of the logarithms of the noise: that of pieces of the trials, by
+    /// their number of samples, as it takes far longer than the gradient.
+    pub(super) fn noise_information<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+    ) -> Option<DMatrix<f64>> {
+        let pieces = self.in_pieces();
+        let data = pieces.as_ref().unwrap_or(self);
+        let plant = data.prepared(&point.free)?;
+        let parts = data.each(point, &plant, |_, pass| pass.noise_information());
+        let part = self.samples() as f64 / data.samples() as f64;
+        Some(parts.iter().sum::<DMatrix<f64>>() * part)
     }
 
     /// Returns true if output error is the fallback when this fit does not converge, so that
@@ -704,7 +733,7 @@ impl Problem {
         let tolerance = if self.is_free { tolerance.for_output_error() } else { tolerance };
         let mut point = start;
         let mut damping = DAMPING;
-        let mut of_noise = NoiseDescent::new(point.noise.count());
+        let mut of_noise = NoiseDescent::new();
         let mut is_kept = noise == WithNoise::Kept;
         let mut noise_is_settled = is_kept;
         let (mut gain, mut before) = (f64::INFINITY, [f64::INFINITY; 2]);
@@ -725,7 +754,7 @@ impl Problem {
             if is_last && noise_is_settled {
                 let Slope { cost, information, .. } = slope;
                 let iterations = iterations + 1;
-                let noise_information = of_noise.information;
+                let noise_information = self.information_of_all_noise(&point, of_noise, tolerance);
                 return Ok(Optimum { point, cost, information, noise_information, iterations });
             }
             noise_is_settled =
@@ -834,6 +863,21 @@ impl Problem {
         false
     }
 
+    /// Returns the Fisher information of the noise that a descent knows, for all samples; zero where the
+    /// noise was kept.
+    fn information_of_all_noise<const N: usize, const M: usize>(
+        &self,
+        point: &Point<N, M>,
+        descent: NoiseDescent,
+        tolerance: Tolerance,
+    ) -> DMatrix<f64> {
+        let count = point.noise.count();
+        let Some((_, information)) = descent.known else { return DMatrix::zeros(count, count) };
+        let pieces = if self.has_partial_noise(tolerance) { self.in_pieces() } else { None };
+        let part = pieces.map_or(1.0, |pieces| pieces.samples() as f64 / self.samples() as f64);
+        information / part
+    }
+
     /// Makes one step of the noise; returns its gain in log-likelihood, or `None` if the noise has
     /// converged.
     fn step_noise<const N: usize, const M: usize>(
@@ -845,15 +889,22 @@ impl Problem {
         let pieces = if self.has_partial_noise(tolerance) { self.in_pieces() } else { None };
         let data = pieces.as_ref().unwrap_or(self);
         let needed = tolerance.noise * if pieces.is_some() { PIECES_PART } else { 1.0 };
-        let slope = data.by_noise(point)?;
         let logarithms = point.noise.logarithms();
+        let (cost, gradient) = data.by_noise(point)?;
+        let information = match descent.information_at(&logarithms) {
+            Some(known) => known,
+            None => {
+                let information = data.noise_information(point)?;
+                descent.known = Some((logarithms.clone(), information.clone()));
+                information
+            }
+        };
         let limits = self.noise_limits(&point.noise);
-        let hessian = descent.hessian(&logarithms, &slope);
-        let (gradient, damping) = (&slope.gradient, &mut descent.damping);
+        let hessian = descent.hessian(&logarithms, &gradient, &information);
+        let damping = &mut descent.damping;
         // A disturbance that is absent and need not grow has no correlation time either.
-        let is_absent =
-            |axis: usize| slope.information[(axis, axis)] < ABSENT && slope.gradient[axis] >= 0.0;
-        let parabola = Parabola::new((gradient, &hessian), (&logarithms, &limits), |k| {
+        let is_absent = |axis: usize| information[(axis, axis)] < ABSENT && gradient[axis] >= 0.0;
+        let parabola = Parabola::new((&gradient, &hessian), (&logarithms, &limits), |k| {
             let of_velocity = k.checked_sub(2 * N);
             of_velocity.map_or_else(|| is_absent(k % N), |place| self.is_unmeasured(place))
         });
@@ -881,7 +932,7 @@ impl Problem {
             let step = DVector::from_iterator(step.len(), reached);
             let moved = clamped(&logarithms + step, &limits);
             let moved = Point { noise: point.noise.with_logarithms(&moved), ..point.clone() };
-            let gained = slope.cost + self.prior(point) - data.cost(&moved);
+            let gained = cost + self.prior(point) - data.cost(&moved);
             if gained > 0.0 {
                 *point = moved;
                 *damping = (*damping / DAMPING_FACTOR).max(NOISE_DAMPING);

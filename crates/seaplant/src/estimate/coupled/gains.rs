@@ -9,9 +9,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::filter::Slope;
 use super::fit::Tolerance;
 use super::search;
+use super::start::begun;
 use super::uncertainty::inverse;
 use super::{Actuator, Fitted};
-use crate::plant::{Basis, EffectForce, Plant, Structure};
+use crate::plant::{Basis, EffectForce, Parameterisation, Plant, Structure};
 use crate::{CoupledRecord, Dof, Error, ThrusterFault};
 
 /// Gains are admitted whose gain in likelihood chance makes as rarely: once in 100 000.
@@ -36,6 +37,12 @@ const STILL: f64 = -0.35;
 
 /// … and push the other way if it is as much less as this.
 const TURNED_ROUND: f64 = -1.2;
+
+/// A thruster is tried the other way in all trials if its gain, to the same order, is so much less.
+const PERHAPS_TURNED: f64 = -0.8;
+
+/// Excess gain of a thruster that pushes the other way.
+const TURNED: f64 = -2.0;
 
 /// A gain is known well enough for that if its standard deviation is less.
 const KNOWN: f64 = 0.2;
@@ -133,47 +140,6 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         Ok(worst)
     }
 
-    /// The same with gains of thrusters, if the trials ask for them: first both ways together, then in
-    /// reverse.
-    ///
-    /// Thrust as many times larger on all of them looks like mass and drag as many times larger: unless
-    /// a coefficient is held, one that is like most others keeps the gain of its curve, and
-    /// [`Scaled::of`] then has the mean of all be that of the curves.
-    pub(super) fn with_gains_that_show(
-        mut self,
-        records: &[&CoupledRecord],
-    ) -> Result<Self, Error> {
-        if gains(&self.problem.structure, false).len() < 2 {
-            return Ok(self);
-        }
-        self = self.with_speeds_as_they_are(records)?;
-        for in_reverse in [false, true] {
-            let mut group = gains(&self.problem.structure, in_reverse);
-            let needed = needed(group.len());
-            let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
-            let step = beside.step();
-            if -step.dot(&beside.beyond) < needed {
-                continue;
-            }
-            if !in_reverse && !has_scale(&self.problem.structure) {
-                let middle = median(step.iter().copied().collect());
-                let off = |k: &usize| (step[*k] - middle).abs();
-                let usual = (0..group.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
-                usual.map(|k| group.remove(k));
-            }
-            // A plant that does not settle with them says that they are not told. Far from the
-            // optimum one stands for another.
-            let Ok(wider) = self.with_group(&group, in_reverse) else { continue };
-            // Other faults colour innovations, which exaggerates the score; what counts is what is
-            // left of them.
-            let (worth, greatest) = wider.worth_of(&group, in_reverse)?;
-            if worth > needed * wider.colour_of(&group)? && greatest > LEAST_MINDED {
-                self = wider.with_speeds_as_they_are(records)?;
-            }
-        }
-        Ok(self)
-    }
-
     /// What each thruster gives beside the others, to first order from a plant in which all give what
     /// their curves say; none of a plant with gains, and of motion left to itself.
     pub(super) fn gains_to_first_order(&self) -> Result<BTreeMap<String, GainBeside>, Error> {
@@ -237,6 +203,93 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let white = self.whiteness()?;
         let axes = terms.iter().flat_map(|term| self.problem.structure.axes_of(term));
         Ok(axes.map(|dof: Dof| white(dof)).fold(1.0, f64::max))
+    }
+}
+
+impl<const N: usize> Fitted<N, N> {
+    /// The same with gains of thrusters, if the trials ask for them: first both ways together, then in
+    /// reverse.
+    ///
+    /// Thrust as many times larger on all of them looks like mass and drag as many times larger: unless
+    /// a coefficient is held, one that is like most others keeps the gain of its curve, and
+    /// [`Scaled::of`] then has the mean of all be that of the curves.
+    pub(super) fn with_gains_that_show(
+        mut self,
+        records: &[&CoupledRecord],
+    ) -> Result<Self, Error> {
+        if gains(&self.problem.structure, false).len() < 2 {
+            return Ok(self);
+        }
+        self = self.with_speeds_as_they_are(records)?;
+        for in_reverse in [false, true] {
+            let mut group = gains(&self.problem.structure, in_reverse);
+            let needed = needed(group.len());
+            let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
+            let step = beside.step();
+            if -step.dot(&beside.beyond) < needed {
+                continue;
+            }
+            let lowest = (0..group.len()).min_by(|a, b| step[*a].total_cmp(&step[*b]));
+            let turned = lowest.filter(|k| !in_reverse && step[*k] < PERHAPS_TURNED);
+            let turned = turned.map(|k| group[k]);
+            if !in_reverse && !has_scale(&self.problem.structure) {
+                let middle = median(step.iter().copied().collect());
+                let off = |k: &usize| (step[*k] - middle).abs();
+                let usual = (0..group.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+                usual.map(|k| group.remove(k));
+            }
+            // A plant that does not settle with them says that they are not told. Far from the
+            // optimum one stands for another.
+            let plain = self.with_group(&group, in_reverse).ok();
+            let turned = turned.filter(|term| group.contains(term));
+            let turned = turned.and_then(|term| self.with_turned(&group, &term, records));
+            let likeliest = |a: &Self, b: &Self| a.optimum.cost.total_cmp(&b.optimum.cost);
+            let Some(wider) = plain.into_iter().chain(turned).min_by(likeliest) else { continue };
+            // Other faults colour innovations, which exaggerates the score; what counts is what is
+            // left of them.
+            let (mut worth, greatest) = wider.worth_of(&group, in_reverse)?;
+            if greatest > -STILL {
+                // So far from curves likelihood is no parabola.
+                worth = worth.max(2.0 * (self.optimum.cost - wider.optimum.cost));
+            }
+            if worth > needed * wider.colour_of(&group)? && greatest > LEAST_MINDED {
+                self = wider.with_speeds_as_they_are(records)?;
+            }
+        }
+        Ok(self)
+    }
+
+    /// The optimum with a group of gains, from a plant that was fitted as if the thruster of one of them
+    /// pushed the other way: no small step leads there from one that was fitted as if it did not. None
+    /// if there is no such plant.
+    fn with_turned(
+        &self,
+        group: &[Basis],
+        term: &Basis,
+        records: &[&CoupledRecord],
+    ) -> Option<Self> {
+        let thruster = thruster_of(&self.problem.structure, term)?;
+        let turned = records.iter().map(|record| record.with_gain(&thruster, -1.0));
+        let turned: Vec<CoupledRecord> = turned.collect::<Result<_, Error>>().ok()?;
+        let turned: Vec<&CoupledRecord> = turned.iter().collect();
+        let again = |records: &[&CoupledRecord]| {
+            let mut problem = self.problem.of(records);
+            problem.fits = Actuator::fitted(records, self.problem.structure.axes());
+            problem
+        };
+        let (.., begun) = begun::<N>(again(&turned), &turned).ok()?;
+        let mut base = Fitted::new(again(records), begun.optimum);
+        base = base.with_speeds_as_they_are(records).ok()?;
+        let structure = search::with_all(&base.problem.structure, group).ok()?;
+        let problem = base.problem.with_terms(structure);
+        let mut start = search::widened(&problem, &base.problem, &base.optimum.point);
+        let mut coefficients = problem.physical.coefficients(&start.free);
+        coefficients[problem.structure.index_of(term)?] = TURNED;
+        start.free = problem.physical.free(&coefficients);
+        let optimum = problem.optimum(start, Tolerance::COARSE).ok()?;
+        let (reported, faults) = (self.reported, self.faults.clone());
+        let exchanged = self.exchanged.clone();
+        Some(Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged })
     }
 }
 

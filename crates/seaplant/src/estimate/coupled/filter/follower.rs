@@ -35,11 +35,11 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     }
 
     /// Computes the derivative of a filter step by the k-th logarithm of the noise.
-    pub(super) fn process_change(&self, k: usize, h: f64) -> Change<N, M, K> {
+    pub(super) fn change(&self, k: usize, h: f64) -> Change {
         let axis = k % N;
-        let mut change = Change { process: self.zero_covariance(), fade: None, map: Vec::new() };
+        let mut change = Change::default();
         if let Some(of_swell) = k.checked_sub(self.noise.first_of_swell()) {
-            change.map = self.set_swell_change(of_swell, h, &mut change.process);
+            self.set_swell_change(of_swell, h, &mut change);
             return change;
         }
         if let Some(of_drift) = k.checked_sub(self.noise.first_of_drift()) {
@@ -53,26 +53,40 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                     -2.0 * drift.std_m_s.powi(2) * rho * by
                 }
             };
-            (0..2).for_each(|k| change.process.oo[(k, k)] = by);
+            change.process = vec![(0, by), (1, by)];
             return change;
         }
         if let Some(place) = k.checked_sub(Noise::<N, M>::INSTRUMENTS) {
             if let Some(number) = self.noise.instruments.needed().nth(place) {
-                change.map = self.set_sensor_process_change(number, h, &mut change.process);
+                self.set_sensor_change(number, h, &mut change);
             }
             return change;
         }
+        let (sigma, t) = (self.noise.disturbance[axis], self.noise.correlation_s[axis]);
         match k / N {
-            0 => change.process.add(&self.axis_process(axis, h), 2.0),
+            0 => change.impulse = Some((axis, Impulse::over(h, sigma, t).doubled())),
             1 => {
-                let (sigma, t) = (self.noise.disturbance[axis], self.noise.correlation_s[axis]);
                 let fade_by = self.fade(h)[axis] * h / t;
-                change.process = self.spread(axis, &Impulse::by_correlation(h, sigma, t));
+                change.impulse = Some((axis, Impulse::by_correlation(h, sigma, t)));
                 change.fade = Some(Fade { axis, by: fade_by, push: impulse_by_correlation(h / t) });
             }
             _ => {}
         }
         change
+    }
+
+    /// Returns the change of a step's process noise as a covariance.
+    fn process_change(&self, change: &Change) -> Covariance<N, M, K> {
+        let impulse = change.impulse.as_ref();
+        let mut process = impulse
+            .map_or_else(|| self.zero_covariance(), |(axis, impulse)| self.spread(*axis, impulse));
+        change.process.iter().for_each(|(state, by)| process.oo[(*state, *state)] = *by);
+        process
+    }
+
+    /// Returns the derivatives of a step by all logarithms of the noise.
+    pub(super) fn changes(&self, h: f64) -> Vec<Change> {
+        (0..self.noise.count()).map(|k| self.change(k, h)).collect()
     }
 
     pub(super) fn noise_sensitivities(&self) -> Vec<NoiseSensitivity<N, M, K>> {
@@ -147,20 +161,27 @@ impl<T> StepCache<T> {
 /// Process noise covariance of a step, and its derivatives by the noise parameters.
 pub(super) struct Process<const N: usize, const M: usize, const K: usize> {
     pub(super) whole: Covariance<N, M, K>,
-    pub(super) changes: Vec<Change<N, M, K>>,
+    pub(super) changes: Vec<(Change, Covariance<N, M, K>)>,
 }
 
 impl<const N: usize, const M: usize, const K: usize> Process<N, M, K> {
     pub(super) fn new(pass: &Sweep<'_, N, M, K>, length_s: f64) -> Self {
-        let change = |k| pass.process_change(k, length_s);
-        let changes = (0..pass.noise.count()).map(change).collect();
+        let with_covariance = |change: Change| {
+            let process = pass.process_change(&change);
+            (change, process)
+        };
+        let changes = pass.changes(length_s).into_iter().map(with_covariance).collect();
         Self { whole: pass.process(length_s), changes }
     }
 }
 
 /// Derivative of a filter step by one noise parameter.
-pub(super) struct Change<const N: usize, const M: usize, const K: usize> {
-    pub(super) process: Covariance<N, M, K>,
+#[derive(Default)]
+pub(super) struct Change {
+    /// Change of the process noise of an axis's disturbance.
+    pub(super) impulse: Option<(usize, Impulse)>,
+    /// Change of the process noise of navigation states, by state.
+    pub(super) process: Vec<(usize, f64)>,
     pub(super) fade: Option<Fade>,
     /// Changes of the map of navigation states.
     pub(super) map: Vec<MapChange>,
@@ -190,10 +211,10 @@ impl<const N: usize, const M: usize, const K: usize> NoiseSensitivity<N, M, K> {
         step: &Transition<N, M, K>,
         (covariance, crossed): (&Covariance<N, M, K>, Option<&Crossed<N, M, K>>),
         mean: &State<N, M, K>,
-        change: &Change<N, M, K>,
+        (change, process): &(Change, Covariance<N, M, K>),
     ) {
         let mut own = crossed.map(|_| (self.covariance, self.covariance.crossed(step)));
-        self.covariance.predict_motion(step, &change.process);
+        self.covariance.predict_motion(step, process);
         let mut pushed = SVector::zeros();
         if let Some(fade) = &change.fade {
             pushed = self.fade(fade, step, covariance);
@@ -207,7 +228,7 @@ impl<const N: usize, const M: usize, const K: usize> NoiseSensitivity<N, M, K> {
             self.mean.disturbance[fade.axis] += fade.by * mean.disturbance[fade.axis];
         }
         if let (Some((before, own)), Some(crossed), Some(rows)) = (own, crossed, &step.rows) {
-            self.covariance.predict_navigation(&before, &own, (rows, &change.process));
+            self.covariance.predict_navigation(&before, &own, (rows, process));
             if !change.map.is_empty() {
                 self.covariance.add_map_changes(&change.map, covariance, crossed, rows);
                 for MapChange { row, from, by } in &change.map {

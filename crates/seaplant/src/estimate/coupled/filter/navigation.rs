@@ -19,6 +19,7 @@
 use nalgebra::{Matrix3x2, SMatrix, SVector, Vector3, Vector6};
 
 use super::Sweep;
+use super::follower::Change;
 use super::state::{Covariance, State, Transition, symmetrise};
 use crate::estimate::coupled::schedule::FilterInstant;
 use crate::motion::{apply, times, times_sparse_transposed, times_transposed};
@@ -159,7 +160,7 @@ pub(super) struct Rows<const M: usize, const K: usize> {
     fades: [f64; K],
     from: [Option<(usize, f64)>; K],
     /// Matrices for motion before and after the step; `None` where only the current changes.
-    moved: Option<Box<[SMatrix<f64, K, M>; 2]>>,
+    pub(super) moved: Option<Box<[SMatrix<f64, K, M>; 2]>>,
     /// Change of motion over the step by each navigation state before it; `None` without swell.
     pub(super) pushing: Option<Box<SMatrix<f64, M, K>>>,
 }
@@ -169,6 +170,12 @@ impl<const M: usize, const K: usize> Rows<M, K> {
         let mut fades = [1.0; K];
         (fades[0], fades[1]) = (current_fade, current_fade);
         Self { fades, from: [None; K], moved: None, pushing: None }
+    }
+
+    /// Returns an entry of A, the part of the map that acts on navigation states.
+    pub(super) fn entry(&self, row: usize, column: usize) -> f64 {
+        let fade = if row == column { self.fades[row] } else { 0.0 };
+        fade + self.from[row].map_or(0.0, |(j, weight)| if j == column { weight } else { 0.0 })
     }
 
     /// Computes X Aᵀ, where A is the part of the map that acts on navigation states; X has shape
@@ -284,25 +291,21 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         }
     }
 
-    /// Sets the derivative of a step's process noise by the logarithm of a number of swell; returns
-    /// the derivatives of the map of its states.
-    pub(super) fn set_swell_change(
-        &self,
-        number: usize,
-        h: f64,
-        process: &mut Covariance<N, M, K>,
-    ) -> Vec<MapChange> {
-        let Some(swell) = self.noise.swell else { return Vec::new() };
-        let mut set = |axis: usize, variance: f64| {
-            let of_axis = self.swell_states().filter(|(own, _)| *own == axis);
-            let states = of_axis.flat_map(|(_, states)| states);
-            states.for_each(|state| process.oo[(state, state)] = variance);
+    /// Sets the derivative of a step by the logarithm of a number of swell.
+    pub(super) fn set_swell_change(&self, number: usize, h: f64, change: &mut Change) {
+        let Some(swell) = self.noise.swell else { return };
+        let of_axes = |by: &dyn Fn(usize) -> Option<f64>| -> Vec<(usize, f64)> {
+            let of = |(axis, states): (usize, [usize; 2])| {
+                by(axis).into_iter().flat_map(move |by| states.map(|state| (state, by)))
+            };
+            self.swell_states().flat_map(of).collect()
         };
         let Some(shape) = number.checked_sub(N) else {
-            set(number, 2.0 * swell.process(number, h));
-            return Vec::new();
+            let by = 2.0 * swell.process(number, h);
+            change.process = of_axes(&|axis| (axis == number).then_some(by));
+            return;
         };
-        (0..N).for_each(|axis| set(axis, swell.process_change(axis, h)));
+        change.process = of_axes(&|axis| Some(swell.process_change(axis, h)));
         let [by_cos, by_sin] = swell.turn_changes(h)[shape];
         let of = |(_, [s, other]): (usize, [usize; 2])| {
             let change = |row, from, by| MapChange { row, from, by };
@@ -313,34 +316,27 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 change(other, other, by_cos),
             ]
         };
-        self.swell_states().flat_map(of).collect()
+        change.map = self.swell_states().flat_map(of).collect();
     }
 
-    /// Sets the derivative of a step's process noise by the logarithm of one entry of the sensor
-    /// noise; returns the derivatives of the offsets' decay, if any.
-    pub(super) fn set_sensor_process_change(
-        &self,
-        number: usize,
-        h: f64,
-        process: &mut Covariance<N, M, K>,
-    ) -> Vec<MapChange> {
+    /// Sets the derivative of a step by the logarithm of one entry of the sensor noise.
+    pub(super) fn set_sensor_change(&self, number: usize, h: f64, change: &mut Change) {
         let instruments = &self.noise.instruments;
         let (std, rho) = (instruments.numbers[InstrumentNoise::OFFSET], instruments.offset_fade(h));
-        let offsets = self.schedule.layout.offset;
-        let mut set = |variance: f64| {
-            offsets.into_iter().flatten().for_each(|state| process.oo[(state, state)] = variance);
-        };
+        let offsets = || self.schedule.layout.offset.into_iter().flatten();
+        let all = |by: f64| offsets().map(|state| (state, by)).collect();
         match number {
-            InstrumentNoise::OFFSET => set(2.0 * std.powi(2) * (1.0 - rho.powi(2))),
+            InstrumentNoise::OFFSET => {
+                change.process = all(2.0 * std.powi(2) * (1.0 - rho.powi(2)));
+            }
             InstrumentNoise::OFFSET_CORRELATION => {
                 let by = rho * h / instruments.numbers[InstrumentNoise::OFFSET_CORRELATION];
-                set(-2.0 * std.powi(2) * rho * by);
-                let offsets = offsets.into_iter().flatten();
-                return offsets.map(|state| MapChange { row: state, from: state, by }).collect();
+                change.process = all(-2.0 * std.powi(2) * rho * by);
+                let map = |state| MapChange { row: state, from: state, by };
+                change.map = offsets().map(map).collect();
             }
             _ => {}
         }
-        Vec::new()
     }
 
     /// Returns the linear map of a step of the navigation states; `None` where it is the identity.

@@ -268,6 +268,12 @@ impl Impulse {
         }
     }
 
+    /// Returns twice the process noise: its derivative by ln σ.
+    pub(super) fn doubled(self) -> Self {
+        let Self { variance, with_force, of_force } = self;
+        Self { variance: 2.0 * variance, with_force: 2.0 * with_force, of_force: 2.0 * of_force }
+    }
+
     /// Computes the derivative of [`Self::over`] by ln T.
     pub(super) fn by_correlation(h: f64, sigma: f64, t: f64) -> Self {
         let (x, power) = (h / t, sigma * sigma);
