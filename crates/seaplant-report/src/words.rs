@@ -12,7 +12,6 @@ use crate::visible::visible;
 pub(crate) fn method(method: Method) -> String {
     match method {
         Method::Paper => "the paper’s method".to_owned(),
-        Method::Sriv => "SRIV".to_owned(),
         Method::Ekf => "joint Kalman filter".to_owned(),
         other => other.name().replace('-', " "),
     }

@@ -133,8 +133,6 @@ pub enum CaveatCode {
     NotComparable,
     /// What the model fails to predict is correlated in time.
     ResidualsNotWhite,
-    /// The equation misses by far more than the noise of the instruments makes it.
-    MoreThanNoise,
     /// Thrust scale cannot be seen in motion.
     ThrustScale,
     /// Known forces fix the scale of thrust.

@@ -14,9 +14,7 @@ pub mod online;
 mod output_error;
 mod paper;
 mod records;
-mod sriv;
 pub mod steady;
-mod total_least_squares;
 mod weighted_least_squares;
 
 use std::collections::BTreeMap;
@@ -42,8 +40,6 @@ pub use nomoto::{NomotoFit, NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
 pub use output_error::{Loss, OutputError, OutputErrorBootstrap, OutputErrorIntervals};
 pub use paper::Paper;
 pub use records::Records;
-pub use sriv::Sriv;
-pub use total_least_squares::TotalLeastSquares;
 pub use weighted_least_squares::WeightedLeastSquares;
 
 use crate::signal::LowPass;

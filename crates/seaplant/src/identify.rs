@@ -27,7 +27,7 @@ use crate::estimate::online::{OnlineOptions, fit_online};
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
     DelayedFit, EquationError, EquationErrorStatistics, FilterError, Fit, Method, OutputError,
-    Paper, Records, Sriv, TotalLeastSquares, WeightedLeastSquares, first_delays,
+    Paper, Records, WeightedLeastSquares, first_delays,
 };
 use crate::exchange::{Draws, PlantModel};
 use crate::judge::score_plant;
@@ -357,8 +357,6 @@ impl Work<'_> {
             Method::Paper => options.paper.fit(records),
             Method::EquationError => first.fit(records),
             Method::WeightedLeastSquares => WeightedLeastSquares(first).fit(records),
-            Method::TotalLeastSquares => TotalLeastSquares(first).fit(records),
-            Method::Sriv => Sriv(first).fit(records),
             Method::OutputError => {
                 options.output_error.fit_from(records, &first.fit(records)?.lumped)
             }

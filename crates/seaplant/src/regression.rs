@@ -4,7 +4,6 @@
 mod bootstrap;
 mod residuals;
 mod sums;
-mod total;
 mod triangle;
 
 use nalgebra::linalg::SVD;
@@ -14,7 +13,6 @@ pub(crate) use bootstrap::Resampled;
 pub use bootstrap::{BlockBootstrap, Intervals};
 pub(crate) use residuals::Residuals;
 pub(crate) use sums::Sums;
-pub(crate) use total::{NoiseShape, TotalSolution};
 use triangle::{BLOCK_ROWS, Batch, Block, ONE, Triangle, V_DOT, WIDTH, place, width};
 
 use crate::terms::Term;

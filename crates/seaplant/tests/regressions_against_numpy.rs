@@ -1,15 +1,13 @@
-//! Weighted and total least squares and the block bootstrap against NumPy, which does all
+//! Weighted least squares and the block bootstrap against NumPy, which does all
 //! of it from the definitions: `reference/make_regressions_reference.py`.
 
-use seaplant::estimate::{EquationError, Records, TotalLeastSquares, WeightedLeastSquares};
+use seaplant::estimate::{EquationError, Records, WeightedLeastSquares};
 use seaplant::regression::{BlockBootstrap, Intervals};
-use seaplant::{AxisRecord, CaveatCode, Dof, Error, Fit, Grid, Motion, Terms, Timed};
+use seaplant::{AxisRecord, Dof, Error, Fit, Grid, Motion, Terms, Timed};
 use serde_json::Value;
 
 /// Relative: both filter to 1e-10, and the problem's condition multiplies that.
 const SAME: f64 = 1e-7;
-/// Relative: where a search without derivatives stops.
-const SEARCH: f64 = 1e-6;
 /// Relative: where repeated weighing stops, a ten-thousandth of a standard deviation.
 const WEIGHING: f64 = 1e-4;
 /// Relative: chance in standard deviations over 20000 resamples is 0.5 %, twice.
@@ -67,20 +65,6 @@ fn least_squares_is_numpys() {
     let axes = [axis(&numbers(&reference["velocity"]))];
     let fit = EquationError::default().fit(&axes).expect("exciting");
     assert_agrees(&fit, &reference["least_squares"], SAME);
-}
-
-#[test]
-fn total_least_squares_minimises_its_cost() {
-    let reference = reference();
-    let axes = [axis(&numbers(&reference["velocity"]))];
-    let total = TotalLeastSquares::default();
-    let of = |terms| total.fit(Records::from(&axes).with_terms(terms)).expect("exciting");
-    assert_agrees(&of(Terms::default()), &reference["total"], SEARCH);
-    // The true plant has linear drag: without it more is left than noise, but not much.
-    let with_linear = of(every());
-    assert_agrees(&with_linear, &reference["total_with_linear"], SEARCH);
-    let doubts = |fit: &Fit| fit.caveats.iter().any(|c| c.code == CaveatCode::MoreThanNoise);
-    assert!(!doubts(&with_linear));
 }
 
 #[test]

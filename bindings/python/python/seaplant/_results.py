@@ -203,7 +203,6 @@ CaveatCode: TypeAlias = Literal[
     "taken-from-another",
     "not-comparable",
     "residuals-not-white",
-    "more-than-noise",
     "thrust-scale",
     "thrust-scale-known",
     "preset-geometry",
@@ -265,8 +264,6 @@ Method: TypeAlias = Literal[
     "output-error",
     "filter-error",
     "weighted-least-squares",
-    "total-least-squares",
-    "sriv",
     "adaptive",
     "recursive",
     "ekf",
@@ -1863,8 +1860,8 @@ class RegressionResult(Record):
     """Variance inflation of each fitted term except the bias."""
 
     residual_rms: float
-    """Root mean square of the residuals: of equation errors, m/s² or rad/s², by SRIV m/s or
-    rad/s; of output errors, in the unit of the measurement."""
+    """Root mean square of the residuals: of equation errors, m/s² or rad/s²; of output
+    errors, in the unit of the measurement."""
 
     filters: Filters
     """The filters."""

@@ -58,8 +58,12 @@ fn fits_of_the_same_log_are_no_independent_ones() {
 #[test]
 fn a_method_that_no_two_fits_have_is_refused() {
     let workshop = two_days();
-    let message = workshop.failure(&["compare", "first", "second", "--method", "sriv"]);
-    assert_eq!(message, "no degree of freedom has a plant by sriv in two of the results");
+    let message =
+        workshop.failure(&["compare", "first", "second", "--method", "weighted-least-squares"]);
+    assert_eq!(
+        message,
+        "no degree of freedom has a plant by weighted-least-squares in two of the results"
+    );
 }
 
 #[test]

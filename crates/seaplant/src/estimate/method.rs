@@ -26,10 +26,6 @@ pub enum Method {
     FilterError,
     /// Equation error with each row weighted by its inverse standard deviation.
     WeightedLeastSquares,
-    /// Equation error with noise in the regressors as well.
-    TotalLeastSquares,
-    /// Instrumental variables from the simulated plant.
-    Sriv,
     /// Observer with adaptive coefficients, sample by sample.
     Adaptive,
     /// Recursive least squares, sample by sample.
@@ -40,14 +36,12 @@ pub enum Method {
 
 impl Method {
     /// All methods, the recommended one first.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 8] = [
         Self::FilterError,
         Self::OutputError,
         Self::EquationError,
         Self::Paper,
         Self::WeightedLeastSquares,
-        Self::TotalLeastSquares,
-        Self::Sriv,
         Self::Adaptive,
         Self::Recursive,
         Self::Ekf,
@@ -68,8 +62,6 @@ impl Method {
             Self::OutputError => "output-error",
             Self::FilterError => "filter-error",
             Self::WeightedLeastSquares => "weighted-least-squares",
-            Self::TotalLeastSquares => "total-least-squares",
-            Self::Sriv => "sriv",
             Self::Adaptive => "adaptive",
             Self::Recursive => "recursive",
             Self::Ekf => "ekf",
@@ -93,8 +85,6 @@ impl Method {
             self,
             Self::EquationError
                 | Self::WeightedLeastSquares
-                | Self::TotalLeastSquares
-                | Self::Sriv
                 | Self::OutputError
                 | Self::Adaptive
                 | Self::Recursive

@@ -84,9 +84,9 @@ fn cost_s(method: Method, samples: usize) -> (f64, f64) {
             (least + 90.0 * searched, most + 3200.0 * searched)
         }
         Method::OutputError => micro_s(5.0, 50.0),
-        Method::EquationError | Method::Paper | Method::TotalLeastSquares => micro_s(2.0, 10.0),
+        Method::EquationError | Method::Paper => micro_s(2.0, 10.0),
         Method::WeightedLeastSquares => micro_s(4.0, 20.0),
-        Method::Sriv | Method::Adaptive | Method::Recursive => micro_s(15.0, 60.0),
+        Method::Adaptive | Method::Recursive => micro_s(15.0, 60.0),
         Method::Ekf => micro_s(50.0, 200.0),
     }
 }

@@ -161,7 +161,7 @@ pub struct RegressionResult {
     pub condition: f64,
     /// Variance inflation of each fitted term except the bias.
     pub variance_inflation: BTreeMap<Term, f64>,
-    /// Root mean square of the residuals: of equation errors, m/s² or rad/s², by SRIV m/s or rad/s;
+    /// Root mean square of the residuals: of equation errors, m/s² or rad/s²;
     /// of output errors, in the unit of the measurement.
     pub residual_rms: f64,
     /// The filters.

@@ -1,11 +1,10 @@
-"""Makes regressions.json: total and weighted least squares, and a block bootstrap, by NumPy.
+"""Makes regressions.json: weighted least squares and a block bootstrap, by NumPy.
 
 Run with `python make_regressions_reference.py > regressions.json`; needs numpy and scipy.
 Everything is written out from the definitions, without Seaplant's shortcuts: rows are
-filtered by sosfiltfilt, total least squares minimises its cost by a search, weights and
-autoregression are fitted by normal equations on the rows themselves, and each bootstrap
-record is put together row by row and fitted anew. Thrust is computed alike in Rust, so that
-only velocity and results are stored.
+filtered by sosfiltfilt, weights and autoregression are fitted by normal equations on the rows
+themselves, and each bootstrap record is put together row by row and fitted anew. Thrust is
+computed alike in Rust, so that only velocity and results are stored.
 """
 
 import json
@@ -13,7 +12,6 @@ import sys
 
 import numpy as np
 import scipy
-from scipy.optimize import minimize
 from scipy.signal import butter, sosfiltfilt
 
 SAMPLES = 3000
@@ -55,47 +53,6 @@ def columns(v):
 
 def least_squares(f, y):
     return np.linalg.lstsq(f, y, rcond=None)[0]
-
-
-def gains():
-    """What white noise of one unit makes of filtered v and of its derivative."""
-    impulse = np.zeros(4001)
-    impulse[2000] = 1.0
-    v = smooth(impulse, VELOCITY_HZ)
-    of = lambda x: float(np.sum(smooth(x, TERM_HZ) ** 2))
-    return of(v), of(np.gradient(v, PERIOD_S))
-
-
-def total(f, y, used):
-    """Minimises sum e^2 / (z' C z) by a search from least squares."""
-    f, v = f[:, used], f[:, 2]
-    of_v, of_dot = gains()
-    index = {term: j for j, term in enumerate(used)}
-    c = np.zeros((len(used), len(used)))
-    if 1 in index:
-        c[index[1], index[1]] = np.mean(4 * v**2) * of_v
-    if 2 in index:
-        c[index[2], index[2]] = of_v
-    if 1 in index and 2 in index:
-        c[index[1], index[2]] = c[index[2], index[1]] = np.mean(2 * np.abs(v)) * of_v
-    start = least_squares(f, y)
-
-    def cost(scaled):
-        theta = start * scaled
-        e = y - f @ theta
-        return 1e3 * (e @ e) / (theta @ c @ theta + of_dot)
-
-    found = minimize(cost, np.ones(len(used)), method="BFGS", options={"gtol": 1e-12})
-    found = minimize(
-        cost,
-        found.x,
-        method="Nelder-Mead",
-        options={"xatol": 1e-12, "fatol": 1e-16, "maxiter": 20000, "maxfev": 20000},
-    )
-    theta = start * found.x
-    e = y - f @ theta
-    implied = np.sqrt(e @ e / len(y) / (theta @ c @ theta + of_dot))
-    return theta, float(implied)
 
 
 def weighted(f, y, used):
@@ -161,7 +118,6 @@ def main() -> None:
     v = velocity()
     f, y = columns(v)
     some, every = [0, 1, 3], [0, 1, 2, 3]
-    tls, tls_all = total(f, y, some), total(f, y, every)
     wls, wls_all = weighted(f, y, some), weighted(f, y, every)
     json.dump(
         {
@@ -169,9 +125,6 @@ def main() -> None:
             "scipy": scipy.__version__,
             "velocity": v.tolist(),
             "least_squares": least_squares(f[:, some], y).tolist(),
-            "total": tls[0].tolist(),
-            "total_noise_with_linear": tls_all[1],
-            "total_with_linear": tls_all[0].tolist(),
             "weighted": wls[0].tolist(),
             "weighted_order": wls[1],
             "weighted_with_linear": wls_all[0].tolist(),
