@@ -7,14 +7,14 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Vector3, Vector6};
 use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
 use seaplant::estimate::{
-    Candidate, EquationError, FilterError, OutputError, Records, first_delays, fit_coupled,
+    Candidate, EquationError, FilterError, OutputError, Records, first_delays, fit_plant,
 };
 use seaplant::plant::{Structure, Symmetry};
 use seaplant::regression::{Columns, least_squares};
 use seaplant::signal::LowPass;
-use seaplant::twin::{TwinTrial, WholeTwinSpec, make_whole};
+use seaplant::twin::{TwinTrial, VehicleTwinSpec, make_vehicle};
 use seaplant::{
-    CoupledRecord, Dof, Recording, Role, State, Terms, Timed, Trial, TrialSetup, simulate,
+    Dof, Recording, Role, State, Terms, Timed, Trial, TrialRecord, TrialSetup, simulate,
 };
 use seaplant_bench::{SAMPLE_HZ, SURGE, SurgeSignals};
 use seaplant_campaign::read_plant_file;
@@ -108,8 +108,8 @@ fn filter_error_of_several_axes(c: &mut Criterion) {
     let vehicle = "published:rexrov";
     let table = read_plant_file(Path::new(vehicle)).expect("a table").expect("a plant");
     let model = table.model().expect("possible");
-    let spec = WholeTwinSpec { vehicle: vehicle.into(), duration_s: 450.0, ..Default::default() };
-    let twin = make_whole(&spec, &model).expect("can be made");
+    let spec = VehicleTwinSpec { vehicle: vehicle.into(), duration_s: 450.0, ..Default::default() };
+    let twin = make_vehicle(&spec, &model).expect("can be made");
     let planar = [Dof::Surge, Dof::Sway, Dof::Yaw];
     let mut group = c.benchmark_group("filter error of 2 × 450 s");
     group.sample_size(10);
@@ -123,14 +123,14 @@ fn filter_error_of_several_axes(c: &mut Criterion) {
         };
         let fitted = twin.trials.iter().filter(|log| log.role == Role::Fit);
         let trials: Vec<Trial> = fitted.map(trial).collect();
-        let records: Vec<&CoupledRecord> =
-            trials.iter().map(|trial| trial.coupled(axes).expect("measured")).collect();
+        let records: Vec<&TrialRecord> =
+            trials.iter().map(|trial| trial.record(axes).expect("measured")).collect();
         let structure = Structure::of(axes, Symmetry::PortStarboard).expect("axes");
         let body = twin.vehicle.rigid_body.as_ref();
         let coefficients = structure.terms().len();
         let of = format!("{} axes, {coefficients} coefficients, {gyro_hz} Hz", axes.len());
         group.bench_function(of, |b| {
-            b.iter(|| fit_coupled(&structure, black_box(&records), body, true).expect("settles"));
+            b.iter(|| fit_plant(&structure, black_box(&records), body, true).expect("settles"));
         });
     }
     group.finish();

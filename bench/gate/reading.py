@@ -25,9 +25,9 @@ def read_result(path):
         raise ValueError(f"{path} is of schema {results['schema']}; read_result knows 1 only")
     plants = []
     for axis, plant in results["plants"].items():
-        plants.append(_single(axis, plant) | {"is_recommended": True})
+        plants.append(_of_axis(axis, plant) | {"is_recommended": True})
         for method in results["methods"].get(axis, {}).values():
-            plants.append(_single(axis, method) | {"is_recommended": False})
+            plants.append(_of_axis(axis, method) | {"is_recommended": False})
     for plant in results.get("coupled", {}).values():
         plants.append(_several(plant) | {"is_recommended": True})
     steady = {
@@ -38,7 +38,7 @@ def read_result(path):
     return {"plants": plants, "steady": steady, "failures": failures}
 
 
-def _single(axis, plant):
+def _of_axis(axis, plant):
     linear, quadratic = drag_keys(axis)
     named = {"mass": f"mass.{axis}", "linear_drag": linear, "quadratic_drag": quadratic}
     found = plant["parameters"]

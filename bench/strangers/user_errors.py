@@ -27,7 +27,7 @@ KGF, LBF, KNOT, KM_H, FOOT = 9.80665, 4.4482216, 1.943844, 3.6, 3.28084
 
 # Error: a function of a campaign's texts and a generator, and the words that a message must
 # contain.
-SINGLE, TOGETHER = {}, {}
+ONE_AXIS, TOGETHER = {}, {}
 
 
 def error(table, *said, wrench=False, axes=None):
@@ -91,7 +91,7 @@ def in_mm(entry):
     return re.sub(r"position_m = (\[.*\])", numbers, entry)
 
 
-@error(SINGLE)
+@error(ONE_AXIS)
 def healthy(f, g, axis):
     pass
 
@@ -99,79 +99,79 @@ def healthy(f, g, axis):
 MOTION = r"velocity\.(?:surge|sway|heave)|attitude\.heading"
 
 
-@error(SINGLE, "velocity of", "reversed")
+@error(ONE_AXIS, "velocity of", "reversed")
 def motion_sign(f, g, axis):
     f.channel(MOTION, "negate = true")
 
 
-@error(SINGLE, "thrusters that act in", "reversed")
+@error(ONE_AXIS, "thrusters that act in", "reversed")
 def thrust_sign(f, g, axis):
     f.thruster("A", turned)
     f.thruster("B", turned)
 
 
-@error(SINGLE, "`A`", "reversed", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, "`A`", "reversed", axes=["surge", "sway", "heave"])
 def one_thruster_sign(f, g, axis):
     f.thruster("A", turned)
 
 
-@error(SINGLE, "exchanged", axes=["yaw"])
+@error(ONE_AXIS, "exchanged", axes=["yaw"])
 def thrusters_exchanged(f, g, axis):
     f.exchange("thruster.A.speed", "thruster.B.speed")
 
 
-@error(SINGLE, "depth", "reversed", axes=["heave"])
+@error(ONE_AXIS, "depth", "reversed", axes=["heave"])
 def depth_up(f, g, axis):
     f.channel("depth", "negate = true")
 
 
-@error(SINGLE, "depth", " mm", axes=["heave"])
+@error(ONE_AXIS, "depth", " mm", axes=["heave"])
 def depth_mm(f, g, axis):
     f.channel("depth", "scale = 1000")
 
 
-@error(SINGLE, "kgf", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, "kgf", axes=["surge", "sway", "heave"])
 def thrust_kgf(f, g, axis):
     f.curves(1 / KGF)
 
 
-@error(SINGLE, "lbf", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, "lbf", axes=["surge", "sway", "heave"])
 def thrust_lbf(f, g, axis):
     f.curves(1 / LBF)
 
 
-@error(SINGLE, "rpm", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, "rpm", axes=["surge", "sway", "heave"])
 def curve_of_rpm(f, g, axis):
     f.curves((30 / 3.14159265) ** -2)
 
 
-@error(SINGLE, " kn ", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, " kn ", axes=["surge", "sway", "heave"])
 def speed_knots(f, g, axis):
     f.channel(MOTION, f"scale = {KNOT}")
 
 
-@error(SINGLE, "km/h", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, "km/h", axes=["surge", "sway", "heave"])
 def speed_km_h(f, g, axis):
     f.channel(MOTION, f"scale = {KM_H}")
 
 
-@error(SINGLE, "mm/s", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, "mm/s", axes=["surge", "sway", "heave"])
 def speed_mm(f, g, axis):
     f.channel(MOTION, "scale = 0.001")
 
 
-@error(SINGLE, "cm/s", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, "cm/s", axes=["surge", "sway", "heave"])
 def speed_cm(f, g, axis):
     f.channel(MOTION, "scale = 100")
 
 
-@error(SINGLE, "position_m", " mm", axes=["yaw"])
+@error(ONE_AXIS, "position_m", " mm", axes=["yaw"])
 def places_mm(f, g, axis):
     f.thruster("A", in_mm)
     f.thruster("B", in_mm)
 
 
-@error(SINGLE, "deg", axes=["yaw"])
+@error(ONE_AXIS, "deg", axes=["yaw"])
 def heading_deg(f, g, axis):
     f.channel(MOTION, "scale = 57.29578")
 
@@ -305,10 +305,10 @@ def symmetry(f, g, axis):
     f.campaign = f.campaign.replace('symmetry = "none"\n', "")
 
 
-def one_of_single(out, name, seed):
+def one_of_one(out, name, seed):
     """Writes a vehicle of one axis with an error: without other faults in three of four, else
     with one."""
-    entry, g = SINGLE[name], Random(1000 * seed + len(name))
+    entry, g = ONE_AXIS[name], Random(1000 * seed + len(name))
     axes = entry["axes"] or one_axis.AXES
     faults = ["plain"] if g.random() < 0.75 else ["lag"]
     if name == "healthy":
@@ -380,7 +380,7 @@ def one_of_six(out, name, seed):
 
 def write(out, draws, seed, wanted):
     jobs = []
-    for table, make in ((SINGLE, one_of_single), (TOGETHER, one_of_six)):
+    for table, make in ((ONE_AXIS, one_of_one), (TOGETHER, one_of_six)):
         for name in table:
             if wanted and name not in wanted:
                 continue

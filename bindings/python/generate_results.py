@@ -23,12 +23,12 @@ KINDS = {
     "Validation": "validation",
     "Inspection": "inspection",
     "MonteCarloTable": "monte-carlo",
-    "WholeMonteCarloTable": "whole-monte-carlo",
+    "VehicleMonteCarloTable": "vehicle-monte-carlo",
     "Truth": "truth",
 }
 """The schemas, by the name of the class of their root."""
 
-PLAIN = {"TwinSpec", "WholeTwinSpec"}
+PLAIN = {"TwinSpec", "VehicleTwinSpec"}
 """What stays a dict: Python writes it, too, and knows it by its keys."""
 
 BASES = {"Parameter": "Estimated", "Coefficient": "Estimated"}

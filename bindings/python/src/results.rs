@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use seaplant::estimate::steady::SteadyOptions;
 use seaplant::results::{FittedModel, Identification, Parameter};
-use seaplant::{Agreement, Comparison, Dof, Method, Model, compare_coupled};
+use seaplant::{Agreement, Comparison, Dof, Method, Model, compare_fitted_plant};
 use seaplant_campaign::{Simulation, SourcedTrial, validate};
 use seaplant_report::number::Rounded;
 use seaplant_report::{parse_results, render};
@@ -75,7 +75,7 @@ impl Results {
             Failure::Input(format!("the fit has no plant of several axes `{name}`"))
         })?;
         let trial = Arc::clone(&trial.0);
-        let found = apart(py, move || Ok(compare_coupled(&plant, &trial.trial)?))?;
+        let found = apart(py, move || Ok(compare_fitted_plant(&plant, &trial.trial)?))?;
         let of = |one: &Comparison| {
             let series = [&one.time_s, &one.force, &one.measured, &one.simulated];
             let series = series.map(|series| PyArray1::from_slice(py, series));

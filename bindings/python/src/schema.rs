@@ -4,7 +4,7 @@ use seaplant::results::{AccumulatedPlant, Results};
 use seaplant::twin::Truth;
 use seaplant_campaign::{
     CampaignFile, Inspection, MonteCarloTable, TwinFile, Validation, VehicleFile,
-    WholeMonteCarloTable,
+    VehicleMonteCarloTable,
 };
 
 use crate::convert::{Failure, json};
@@ -24,7 +24,7 @@ pub fn schema(kind: &str) -> PyResult<String> {
         "validation" => schema_for!(Validation),
         "inspection" => schema_for!(Inspection),
         "monte-carlo" => schema_for!(MonteCarloTable),
-        "whole-monte-carlo" => schema_for!(WholeMonteCarloTable),
+        "vehicle-monte-carlo" => schema_for!(VehicleMonteCarloTable),
         "truth" => schema_for!(Truth),
         "vehicle" => schema_for!(VehicleFile),
         "campaign" => schema_for!(CampaignFile),

@@ -31,8 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut campaign = Campaign::open(Path::new(&path))?;
         campaign.options.methods = METHODS.to_vec();
         let found = campaign.identify("online").results;
-        single(&found);
-        coupled(&found);
+        one_axis(&found);
+        several_axes(&found);
         for failure in &found.failures {
             eprintln!("{path}: {} by {}: {}", failure.dof, failure.method, failure.message);
         }
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn single(found: &Results) {
+fn one_axis(found: &Results) {
     for (dof, methods) in &found.methods {
         let Some(batch) = methods.get(&Method::FilterError) else { continue };
         let p = &batch.parameters;
@@ -57,7 +57,7 @@ fn single(found: &Results) {
     }
 }
 
-fn coupled(found: &Results) {
+fn several_axes(found: &Results) {
     for (name, methods) in &found.coupled_online {
         let batch = &found.coupled[name].parameters;
         let batch = batch.iter().map(|(name, x)| (name.clone(), x.value)).collect();

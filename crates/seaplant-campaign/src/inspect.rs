@@ -101,7 +101,7 @@ pub fn inspect(log: &Log) -> Inspection {
         span_s: clocks::span_s(log, file),
     });
     let files = files.collect();
-    let channels = log.channels().iter().filter_map(Seen::whole);
+    let channels = log.channels().iter().filter_map(Seen::complete);
     Inspection { offsets: clocks::offsets(log), ..inspection(files, channels, log.notes()) }
 }
 
@@ -164,7 +164,7 @@ struct Seen<'a> {
 
 impl<'a> Seen<'a> {
     /// Creates one of a complete channel; `None` for a channel without samples.
-    fn whole(channel: &'a Channel) -> Option<Self> {
+    fn complete(channel: &'a Channel) -> Option<Self> {
         Some(Self {
             channel,
             count: Figure::Exact(channel.len() as u64),

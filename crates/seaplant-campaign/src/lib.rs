@@ -48,7 +48,7 @@ pub use inspect::{
 };
 pub use known_file::{KnownEntry, KnownKindEntry};
 pub use monte_carlo::{
-    MonteCarloTable, WholeMonteCarloTable, monte_carlo, monte_carlo_of_several_axes,
+    MonteCarloTable, VehicleMonteCarloTable, monte_carlo, monte_carlo_of_several_axes,
 };
 pub use plant_file::{BuoyancyEntry, PlantEntry, RigidBodyEntry};
 pub use preset::{CurvePreset, VehiclePreset};

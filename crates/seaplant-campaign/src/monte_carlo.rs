@@ -7,10 +7,10 @@ use std::thread;
 
 use schemars::JsonSchema;
 use seaplant::monte_carlo::{
-    Admission, Assurance, CoefficientRow, Row, Sample, WholeSample, admissions, assurance, sample,
-    sample_whole, summarise, summarise_whole,
+    Admission, Assurance, CoefficientRow, Row, Sample, VehicleSample, admissions, assurance,
+    sample, sample_vehicle, summarise, summarise_vehicle,
 };
-use seaplant::twin::{TwinSpec, WholeTwinSpec};
+use seaplant::twin::{TwinSpec, VehicleTwinSpec};
 use seaplant::{Error, IdentifyOptions};
 use serde::{Deserialize, Serialize};
 
@@ -37,13 +37,13 @@ pub struct MonteCarloTable {
 
 /// Table of a study of a complete vehicle, with its specification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct WholeMonteCarloTable {
+pub struct VehicleMonteCarloTable {
     /// Version of Seaplant that made it.
     pub version: String,
     /// Number of twins.
     pub runs: u64,
     /// The twin; that of the first run has its seed.
-    pub spec: WholeTwinSpec,
+    pub spec: VehicleTwinSpec,
     /// Errors and coverage of each coefficient.
     pub coefficients: Vec<CoefficientRow>,
     /// Frequency with which axes were presented without warning although wrong.
@@ -124,26 +124,26 @@ pub fn monte_carlo(
 /// The table does not depend on the number of threads; `go_on` is as for [`monte_carlo`].
 ///
 /// # Errors
-/// As [`sample_whole`], and for a vehicle that cannot be read.
+/// As [`sample_vehicle`], and for a vehicle that cannot be read.
 pub fn monte_carlo_of_several_axes(
-    spec: &WholeTwinSpec,
+    spec: &VehicleTwinSpec,
     runs: u64,
     threads: usize,
     go_on: impl Fn(u64) -> bool + Sync,
-) -> Result<Option<WholeMonteCarloTable>, TwinError> {
+) -> Result<Option<VehicleMonteCarloTable>, TwinError> {
     let model = plant_named(&spec.vehicle)?;
     let of_run = |run| {
-        let spec = WholeTwinSpec { seed: spec.seed.wrapping_add(run), ..spec.clone() };
-        sample_whole(&spec, &model)
+        let spec = VehicleTwinSpec { seed: spec.seed.wrapping_add(run), ..spec.clone() };
+        sample_vehicle(&spec, &model)
     };
     let Some(samples) = study(runs, threads, go_on, of_run)? else { return Ok(None) };
     let judged = samples.iter().flat_map(|sample| sample.judged.iter().map(|(dof, x)| (*dof, *x)));
-    let why = |sample: &WholeSample| Some((sample.seed, sample.found.as_ref().err()?.clone()));
-    Ok(Some(WholeMonteCarloTable {
+    let why = |sample: &VehicleSample| Some((sample.seed, sample.found.as_ref().err()?.clone()));
+    Ok(Some(VehicleMonteCarloTable {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         runs,
         spec: spec.clone(),
-        coefficients: summarise_whole(&samples),
+        coefficients: summarise_vehicle(&samples),
         assurance: assurance(&judged.collect::<Vec<_>>()),
         failures: samples.iter().filter_map(why).collect(),
     }))
@@ -171,11 +171,11 @@ mod tests {
 
     #[test]
     fn a_plant_of_several_axes_makes_the_same_table_on_any_number_of_threads() {
-        let spec = WholeTwinSpec {
+        let spec = VehicleTwinSpec {
             axes: vec![Dof::Surge, Dof::Yaw],
             duration_s: 60.0,
             hold_out_s: 60.0,
-            ..WholeTwinSpec::default()
+            ..VehicleTwinSpec::default()
         };
         let study = |threads| {
             monte_carlo_of_several_axes(&spec, 2, threads, |_| true).expect("can be made")

@@ -6,7 +6,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use seaplant::plant::{Basis, Buoyancy, HullModel, RigidBody, Symmetry};
 use seaplant::results::RigidBodyResult;
-use seaplant::{CoupledPlan, Dof, Vehicle, VehicleEffect, axes_by_name, schema_of_axes};
+use seaplant::{Dof, PlantPlan, Vehicle, VehicleEffect, axes_by_name, schema_of_axes};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
@@ -71,7 +71,7 @@ pub struct BuoyancyEntry {
 
 impl PlantEntry {
     /// Converts a plan to its form in a campaign file.
-    pub(crate) fn from_plan(plan: &CoupledPlan) -> Self {
+    pub(crate) fn from_plan(plan: &PlantPlan) -> Self {
         let terms = plan.terms.iter().map(ToString::to_string).chain(plan.effects.iter().cloned());
         Self {
             axes: plan.axes.clone(),
@@ -98,7 +98,7 @@ impl PlantEntry {
     }
 
     /// Returns the requested plant; messages call the file `path`.
-    pub(crate) fn plan(&self, path: &Path) -> Result<CoupledPlan, Error> {
+    pub(crate) fn plan(&self, path: &Path) -> Result<PlantPlan, Error> {
         let refuse = |key: &str, error: seaplant::Error| Error::value(path, key, error.to_string());
         let (mut terms, mut effects): (Vec<Basis>, Vec<String>) = Default::default();
         for text in &self.terms {
@@ -107,7 +107,7 @@ impl PlantEntry {
                 false => effects.push(text.clone()),
             }
         }
-        let plan = CoupledPlan {
+        let plan = PlantPlan {
             axes: self.axes.clone(),
             symmetry: self.symmetry,
             model: self.model,
@@ -126,7 +126,7 @@ impl PlantEntry {
 /// [`Error::Value`] with what is wrong.
 pub(crate) fn check_plans(
     path: &Path,
-    plans: &[CoupledPlan],
+    plans: &[PlantPlan],
     vehicle: &Vehicle,
 ) -> Result<(), Error> {
     for plan in plans {
@@ -137,12 +137,12 @@ pub(crate) fn check_plans(
 }
 
 /// Returns the axes of each plant of several axes.
-pub(crate) fn axes_of_plans(plans: &[CoupledPlan]) -> Vec<Vec<Dof>> {
+pub(crate) fn axes_of_plans(plans: &[PlantPlan]) -> Vec<Vec<Dof>> {
     plans.iter().map(|plan| plan.axes.clone()).collect()
 }
 
 /// Returns all plants that a campaign requests.
-pub(crate) fn plans(path: &Path, entries: &[PlantEntry]) -> Result<Vec<CoupledPlan>, Error> {
+pub(crate) fn plans(path: &Path, entries: &[PlantEntry]) -> Result<Vec<PlantPlan>, Error> {
     let plans = entries.iter().map(|entry| entry.plan(path)).collect::<Result<Vec<_>, _>>()?;
     let mut axes: Vec<Dof> = plans.iter().flat_map(|plan| plan.axes.clone()).collect();
     axes.sort();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use seaplant::exchange::PlantModel;
-use seaplant::twin::{TwinCampaign, TwinSpec, WholeTwinSpec, make, make_whole};
+use seaplant::twin::{TwinCampaign, TwinSpec, VehicleTwinSpec, make, make_vehicle};
 use serde::{Deserialize, Serialize};
 
 use crate::bounded::text_of;
@@ -20,7 +20,7 @@ pub enum TwinFile {
     /// One axis at a time.
     OneAxis(Box<TwinSpec>),
     /// A plant of several axes.
-    SeveralAxes(Box<WholeTwinSpec>),
+    SeveralAxes(Box<VehicleTwinSpec>),
 }
 
 impl TwinFile {
@@ -33,7 +33,7 @@ impl TwinFile {
         if !table.contains_key("vehicle") {
             return read_toml(path).map(|spec| Self::OneAxis(Box::new(spec)));
         }
-        let mut spec: WholeTwinSpec = read_toml(path)?;
+        let mut spec: VehicleTwinSpec = read_toml(path)?;
         if published_path(&spec.vehicle).is_none() {
             let full = resolve(path, Path::new(&spec.vehicle))?;
             spec.vehicle = full.display().to_string();
@@ -44,11 +44,11 @@ impl TwinFile {
     /// Makes the logs.
     ///
     /// # Errors
-    /// As [`make`] and [`make_whole`], and for a vehicle that cannot be read.
+    /// As [`make`] and [`make_vehicle`], and for a vehicle that cannot be read.
     pub fn make(&self) -> Result<TwinCampaign, TwinError> {
         match self {
             Self::OneAxis(spec) => Ok(make(spec)?),
-            Self::SeveralAxes(spec) => Ok(make_whole(spec, &plant_named(&spec.vehicle)?)?),
+            Self::SeveralAxes(spec) => Ok(make_vehicle(spec, &plant_named(&spec.vehicle)?)?),
         }
     }
 }

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use seaplant::exchange::PlantModel;
 use seaplant::results::{
-    AxisScore, CoupledPlant, CoupledScore, PlantResult, Results, Score, TrialResult, TrialScore,
+    AxisScore, FittedPlant, PlantResult, PlantScore, Results, Score, TrialResult, TrialScore,
 };
 use seaplant::{
-    Comparison, Dof, Error, LumpedParameters, Method, Model, Role, Trial, Vehicle, compare_coupled,
-    evaluate, score_coupled, score_plant, score_table,
+    Comparison, Dof, Error, LumpedParameters, Method, Model, Role, Trial, Vehicle,
+    compare_fitted_plant, evaluate, score_fitted_plant, score_plant, score_table,
 };
 use serde::Serialize;
 
@@ -64,9 +64,9 @@ impl Simulation {
     /// simulation for each of its axes, which move together.
     ///
     /// # Errors
-    /// As [`compare_coupled`]; [`Error::Plant`] if the simulation runs away.
-    pub fn of_several_axes(plant: &CoupledPlant, trial: &Trial) -> Result<Vec<Self>, Error> {
-        let all = compare_coupled(plant, trial)?;
+    /// As [`compare_fitted_plant`]; [`Error::Plant`] if the simulation runs away.
+    pub fn of_several_axes(plant: &FittedPlant, trial: &Trial) -> Result<Vec<Self>, Error> {
+        let all = compare_fitted_plant(plant, trial)?;
         if all.len() < plant.axes.len() {
             let axes: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
             let reason = format!("its simulation of `{}` diverges", trial.name());
@@ -131,7 +131,7 @@ pub fn validate<'a>(
 /// them.
 fn together(
     results: &Results,
-    plant: &CoupledPlant,
+    plant: &FittedPlant,
     trials: &[SourcedTrial],
 ) -> Result<Vec<Validation>, Error> {
     let read = read_for(&plant.axes, trials);
@@ -139,7 +139,7 @@ fn together(
         return Ok(Vec::new());
     }
     let scored: Vec<&Trial> = read.iter().map(|of| &of.trial).collect();
-    let score = score_coupled(plant, &scored)?;
+    let score = score_fitted_plant(plant, &scored)?;
     let fitted = fitted_files(results, |_| true);
     let is_known =
         |of: &&&SourcedTrial| of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()));
@@ -150,13 +150,13 @@ fn together(
 /// Returns the trials that were read for a plant of several axes and are not steady runs.
 fn read_for<'a>(axes: &[Dof], trials: &'a [SourcedTrial]) -> Vec<&'a SourcedTrial> {
     let is_read =
-        |of: &&SourcedTrial| of.trial.role() != Role::Steady && of.trial.coupled(axes).is_ok();
+        |of: &&SourcedTrial| of.trial.role() != Role::Steady && of.trial.record(axes).is_ok();
     trials.iter().filter(is_read).collect()
 }
 
 /// Returns the scores of axes that were simulated together, one by one.
 fn by_axis(
-    score: &CoupledScore,
+    score: &PlantScore,
     axes: &[Dof],
     method: Option<Method>,
     fitted_to: &[String],
@@ -204,7 +204,7 @@ pub fn validate_table(
     let mut validations = Vec::new();
     for &dof in axes {
         let scored = moving(dof, trials);
-        let Some(axis) = model.single_axis(dof).filter(|_| !scored.is_empty()) else { continue };
+        let Some(axis) = model.one_axis(dof).filter(|_| !scored.is_empty()) else { continue };
         let thrust = model.thrust_along_over(vehicle, dof)?;
         let lumped = axis.to_lumped();
         let lumped = LumpedParameters { alpha: thrust * lumped.alpha, ..lumped };

@@ -3,36 +3,36 @@
 
 use std::path::Path;
 
-use seaplant::estimate::{CoupledFit, fit_coupled};
+use seaplant::estimate::{PlantFit, fit_plant};
 use seaplant::plant::{Structure, Symmetry};
-use seaplant::twin::{Disturbance, TwinCampaign, WholeTwinSpec, make_whole};
-use seaplant::{CoupledRecord, Dof, Role, Timed, Trial};
+use seaplant::twin::{Disturbance, TwinCampaign, VehicleTwinSpec, make_vehicle};
+use seaplant::{Dof, Role, Timed, Trial, TrialRecord};
 use seaplant_campaign::read_plant_file;
 
 /// Bound on normalised errors: normal errors exceed it in one case of several hundred.
 const DEVIATIONS: f64 = 3.0;
 
 /// Makes trials of RexROV to fit a plant to, with its truth.
-fn rexrov(spec: WholeTwinSpec) -> (TwinCampaign, Vec<CoupledRecord>) {
+fn rexrov(spec: VehicleTwinSpec) -> (TwinCampaign, Vec<TrialRecord>) {
     let vehicle = "published:rexrov";
     let table = read_plant_file(Path::new(vehicle)).expect("a table").expect("a plant");
-    let spec = WholeTwinSpec { vehicle: vehicle.into(), duration_s: 150.0, ..spec };
-    let twin = make_whole(&spec, &table.model().expect("possible")).expect("can be made");
+    let spec = VehicleTwinSpec { vehicle: vehicle.into(), duration_s: 150.0, ..spec };
+    let twin = make_vehicle(&spec, &table.model().expect("possible")).expect("can be made");
     let fitted = twin.trials.iter().filter(|log| log.role == Role::Fit);
     let trials: Vec<Trial> = fitted.map(|log| log.trial(&twin).expect("complete")).collect();
-    let measured = |trial: &Trial| trial.coupled(&Dof::ALL).expect("measured").clone();
+    let measured = |trial: &Trial| trial.record(&Dof::ALL).expect("measured").clone();
     let records = trials.iter().map(measured).collect();
     (twin, records)
 }
 
-fn fitted(twin: &TwinCampaign, records: &[CoupledRecord]) -> CoupledFit {
+fn fitted(twin: &TwinCampaign, records: &[TrialRecord]) -> PlantFit {
     let structure = Structure::of(&Dof::ALL, Symmetry::PortStarboard).expect("six axes");
-    let records: Vec<&CoupledRecord> = records.iter().collect();
+    let records: Vec<&TrialRecord> = records.iter().collect();
     let body = twin.vehicle.rigid_body.as_ref();
-    fit_coupled(&structure, &records, body, false).expect("an optimum")
+    fit_plant(&structure, &records, body, false).expect("an optimum")
 }
 
-fn assert_near(twin: &TwinCampaign, fit: &CoupledFit, names: &[&str]) {
+fn assert_near(twin: &TwinCampaign, fit: &PlantFit, names: &[&str]) {
     let truth = &twin.truth.vehicle.as_ref().expect("a whole vehicle").coefficients;
     for name in names {
         let k = fit.plant.structure().names().iter().position(|own| own == name);
@@ -48,7 +48,7 @@ fn assert_near(twin: &TwinCampaign, fit: &CoupledFit, names: &[&str]) {
 #[test]
 fn an_autopilots_response_is_not_attributed_to_inertia() {
     let disturbances = Disturbance::parse_list("tether").expect("known");
-    let mut spec = WholeTwinSpec { disturbances, ..WholeTwinSpec::default() };
+    let mut spec = VehicleTwinSpec { disturbances, ..VehicleTwinSpec::default() };
     spec.strength.tether_correlation_s = 3.0;
     let (twin, records) = rexrov(spec);
     let fit = fitted(&twin, &records);
@@ -62,7 +62,7 @@ fn an_autopilots_response_is_not_attributed_to_inertia() {
 #[test]
 fn an_autopilots_commands_between_samples_are_not_attributed_to_drag() {
     const KEPT: usize = 2;
-    let (twin, mut records) = rexrov(WholeTwinSpec::default());
+    let (twin, mut records) = rexrov(VehicleTwinSpec::default());
     let thinned = |series: &Timed| {
         let kept = |of: &[f64]| of.iter().copied().step_by(KEPT).collect::<Vec<f64>>();
         Timed::new("thrust", kept(series.time_s()), kept(series.values())).expect("valid")

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seaplant::Dof;
-use seaplant::results::{CoupledPlant, Results};
+use seaplant::results::{FittedPlant, Results};
 use seaplant_campaign::Campaign;
 
 /// Targets: within this fraction of the truth, or within the 95 % interval.
@@ -25,7 +25,7 @@ fn identified() -> Results {
     campaign.identify("seaplant identify").results
 }
 
-fn plant_of(results: &Results) -> &CoupledPlant {
+fn plant_of(results: &Results) -> &FittedPlant {
     assert!(results.failures.is_empty(), "{:?}", results.failures);
     &results.coupled["surge-sway-yaw"]
 }

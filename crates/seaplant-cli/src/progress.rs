@@ -43,7 +43,7 @@ pub fn fitted(output: Output, campaign: &Campaign, command: &str) -> Identificat
         return campaign.identify(command);
     }
     let stages = campaign.stages();
-    let expected = left::whole(&stages);
+    let expected = left::total(&stages);
     if expected.1 > WORTH_SAYING_S {
         // If standard error is closed there is nothing else to do.
         let _ = writeln!(anstream::stderr(), "{}", announced(&stages, expected));

@@ -209,9 +209,9 @@ pub fn write_file(
     let cannot = || format!("cannot write {}; it was not changed", path.display());
     let is_special = fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir());
     if is_special {
-        return write_whole(path, |out| out.write_all(bytes)).map(drop);
+        return create_with(path, |out| out.write_all(bytes)).map(drop);
     }
-    check_single(path, permit, is_ours).with_context(cannot)?;
+    check_replaceable(path, permit, is_ours).with_context(cannot)?;
     let folder = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
@@ -223,7 +223,7 @@ pub fn write_file(
         // In a folder of its own, a file gets the default permissions of this place.
         let staging = TemporaryFolder::in_folder(folder, &[])?;
         let new = staging.path().join("new");
-        write_whole(&new, |out| out.write_all(bytes))?.sync_all()?;
+        create_with(&new, |out| out.write_all(bytes))?.sync_all()?;
         fs::rename(new, path)?;
         sync_folder(folder);
         Ok(())
@@ -232,7 +232,7 @@ pub fn write_file(
 }
 
 /// Checks that one file may be overwritten, before it is made at some cost.
-pub fn check_single(
+pub fn check_replaceable(
     path: &Path,
     permit: Permit<'_>,
     is_ours: impl Fn(&[u8]) -> bool,
@@ -258,7 +258,7 @@ fn first_bytes(path: &Path) -> Vec<u8> {
     bytes
 }
 
-fn write_whole(
+fn create_with(
     path: &Path,
     content: impl FnOnce(&mut fs::File) -> io::Result<()>,
 ) -> Result<fs::File> {

@@ -110,7 +110,7 @@ fn beliefs(spec: &TwinSpec) -> Result<Beliefs, Box<dyn Error>> {
     let table = read_plant_file(FilePath::new("published:rexrov"))?.ok_or("no such table")?;
     let table = table.model()?;
     let other = |dof: Dof| {
-        let single = table.single_axis(dof).ok_or("not in the table")?;
+        let single = table.one_axis(dof).ok_or("not in the table")?;
         Ok((dof, plant(dof, &PhysicalParameters { bias_force: 0.0, ..single })?))
     };
     let other: Result<BTreeMap<Dof, Plant>, Box<dyn Error>> = DOFS.into_iter().map(other).collect();

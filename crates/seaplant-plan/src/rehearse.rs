@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use seaplant::plant::{Basis, Plant, Symmetry};
 use seaplant::quantity::Axis;
 use seaplant::twin::{NoiseLevel, TrueNuisances, TrueVehicle, Truth, TwinCampaign, TwinTrial};
-use seaplant::{CoupledPlan, Dof, Quantity, Role, Sensor, Sensors, Vehicle};
+use seaplant::{Dof, PlantPlan, Quantity, Role, Sensor, Sensors, Vehicle};
 
 use crate::Error;
 use crate::drive::{Pilot, Sea, drive};
@@ -141,7 +141,7 @@ fn believed_vehicle(vehicle: &Vehicle, prior: &Prior, plan: &Plan) -> Vehicle {
 }
 
 /// Returns the plant that the plan was made for.
-fn plan_of(believed: &Plant) -> CoupledPlan {
+fn plan_of(believed: &Plant) -> PlantPlan {
     let structure = believed.structure();
     let couples = |symmetry: Symmetry| {
         structure.terms().iter().all(|term| match term {
@@ -150,7 +150,7 @@ fn plan_of(believed: &Plant) -> CoupledPlan {
         })
     };
     let symmetric = couples(Symmetry::PortStarboard);
-    CoupledPlan {
+    PlantPlan {
         axes: believed.axes().to_vec(),
         symmetry: if symmetric { Symmetry::PortStarboard } else { Symmetry::None },
         model: None,

@@ -7,7 +7,7 @@ use seaplant::estimate::{
     Actuator, ExpectedActuator, ExpectedNoises, Information, information, information_before,
 };
 use seaplant::plant::Plant;
-use seaplant::{CoupledRecord, Role, TrialSetup, Vehicle, parallel};
+use seaplant::{Role, TrialRecord, TrialSetup, Vehicle, parallel};
 
 use crate::Error;
 use crate::battery::Battery;
@@ -222,12 +222,12 @@ impl Bench<'_> {
     }
 
     /// Returns the record of a run without noise.
-    fn record(&self, manoeuvre: &Manoeuvre, driven: &Driven) -> Result<CoupledRecord, Error> {
+    fn record(&self, manoeuvre: &Manoeuvre, driven: &Driven) -> Result<TrialRecord, Error> {
         let depth_m = self.limits.start_depth_m;
         let recording = self.logging.recording(self.rig, driven, self.plants[0].axes(), depth_m)?;
         let (name, known) = (manoeuvre.name.clone(), manoeuvre.known(WEIGHED_S));
         let setup = TrialSetup { name, role: Role::Fit, known, ..TrialSetup::default() };
-        Ok(CoupledRecord::new(&setup, &recording, self.vehicle, self.plants[0].axes())?)
+        Ok(TrialRecord::new(&setup, &recording, self.vehicle, self.plants[0].axes())?)
     }
 }
 

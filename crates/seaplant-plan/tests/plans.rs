@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
-use seaplant::estimate::CoupledFit;
-use seaplant::estimate::{ExpectedNoise, ExpectedNoises, PRECISION, fit_coupled, information};
+use seaplant::estimate::PlantFit;
+use seaplant::estimate::{ExpectedNoise, ExpectedNoises, PRECISION, fit_plant, information};
 use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::Plant;
 use seaplant::twin::TwinCampaign;
-use seaplant::{CoupledRecord, Dof, Role, Timed, TrialSetup, Vehicle};
+use seaplant::{Dof, Role, Timed, TrialRecord, TrialSetup, Vehicle};
 use seaplant_plan::{
     Battery, ControllerGoal, Criterion, Error, Goal, HungWeight, Limits, Mission, Plan, Prior,
     Rehearsal, Request, Width, chart_svg, commands_csv, deck_page, plan, rehearse, words,
@@ -48,21 +48,21 @@ fn planned(request: &Request) -> Result<Plan, Error> {
     plan(&prior, &vehicle, request)
 }
 
-fn records(campaign: &TwinCampaign, axes: &[Dof]) -> Vec<CoupledRecord> {
+fn records(campaign: &TwinCampaign, axes: &[Dof]) -> Vec<TrialRecord> {
     let fitted = campaign.trials.iter().filter(|trial| trial.role == Role::Fit);
     let record = |trial: &seaplant::twin::TwinTrial| {
         let (name, known) = (trial.name.clone(), trial.known.clone());
         let setup = TrialSetup { name, known, ..TrialSetup::default() };
-        CoupledRecord::new(&setup, &trial.recording, &campaign.vehicle, axes).expect("a record")
+        TrialRecord::new(&setup, &trial.recording, &campaign.vehicle, axes).expect("a record")
     };
     fitted.map(record).collect()
 }
 
-fn fit_of(campaign: &TwinCampaign, axes: &[Dof]) -> CoupledFit {
+fn fit_of(campaign: &TwinCampaign, axes: &[Dof]) -> PlantFit {
     let records = records(campaign, axes);
-    let all: Vec<&CoupledRecord> = records.iter().collect();
+    let all: Vec<&TrialRecord> = records.iter().collect();
     let structure = campaign.coupled[0].structure(&campaign.vehicle, |_| false).expect("terms");
-    fit_coupled(&structure, &all, None, false).expect("settles")
+    fit_plant(&structure, &all, None, false).expect("settles")
 }
 
 /// Returns the predicted standard deviations by coefficient.

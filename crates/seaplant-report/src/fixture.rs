@@ -249,7 +249,7 @@ pub(crate) struct Found {
 }
 
 /// Returns a plant of two axes, one with damping at its limit.
-pub(crate) fn plant_of_several_axes() -> CoupledPlant {
+pub(crate) fn plant_of_several_axes() -> FittedPlant {
     let coefficient = |value: f64, std: f64, unit: &str, on: &[Dof]| Coefficient {
         value,
         std,
@@ -277,9 +277,9 @@ pub(crate) fn plant_of_several_axes() -> CoupledPlant {
             samples: 900,
         };
         let by_axis = BTreeMap::from([(Dof::Sway, axis), (Dof::Yaw, axis)]);
-        CoupledScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
+        PlantScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
     };
-    CoupledPlant {
+    FittedPlant {
         verdict: Verdict::new(Trust::Doubtful, HOSTILE, vec![CaveatCode::NotDetermined]),
         verdicts: BTreeMap::from([
             (

@@ -1,6 +1,6 @@
 //! Tests for differences between fits of the same vehicle.
 
-mod coupled;
+mod plants;
 mod thrusters;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use self::coupled::{Coupled, coefficients, stated};
+use self::plants::{ComparedPlant, coefficients, stated};
 use self::thrusters::histories;
 pub use self::thrusters::{
     DiveThrusters, ThrusterCause, ThrusterChange, ThrusterHistory, follow_thrusters,
@@ -129,18 +129,18 @@ const LEVEL: f64 = 0.05;
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differences {
-    let together: Vec<Option<Coupled<'_>>> =
-        compared.iter().map(|one| Coupled::new(*one, method)).collect();
+    let together: Vec<Option<ComparedPlant<'_>>> =
+        compared.iter().map(|one| ComparedPlant::new(*one, method)).collect();
     let mut dofs = BTreeMap::new();
     for dof in Dof::ALL {
-        let coupled = |k: usize| together[k].as_ref().filter(|plant| plant.has(dof));
-        let is_coupled = (0..compared.len()).filter_map(coupled).count() > 1;
+        let several = |k: usize| together[k].as_ref().filter(|plant| plant.has(dof));
+        let has_several = (0..compared.len()).filter_map(several).count() > 1;
         let plant_of = |(k, one): (usize, &Compared<'_>)| {
-            let single = || SingleAxis::new(*one, dof, method);
-            let coupled = || SingleAxis::of_coupled(coupled(k)?, dof);
-            if is_coupled { coupled().or_else(single) } else { single().or_else(coupled) }
+            let alone = || ComparedAxis::new(*one, dof, method);
+            let several = || ComparedAxis::of_plant(several(k)?, dof);
+            if has_several { several().or_else(alone) } else { alone().or_else(several) }
         };
-        let plants: Vec<Option<SingleAxis>> = compared.iter().enumerate().map(plant_of).collect();
+        let plants: Vec<Option<ComparedAxis>> = compared.iter().enumerate().map(plant_of).collect();
         if plants.iter().flatten().count() > 1 {
             dofs.insert(dof, dof_difference(&plants));
         }
@@ -156,14 +156,14 @@ pub fn differences(compared: &[Compared<'_>], method: Option<Method>) -> Differe
 const NAMES: [&str; 4] = ["mass", "quadratic_drag", "linear_drag", "bias_force"];
 
 /// The plant of one degree of freedom.
-struct SingleAxis {
+struct ComparedAxis {
     method: Option<Method>,
     parameters: [Option<Stated>; 4],
     /// Correlations; absent from a table without errors.
     correlation: Option<[[f64; 4]; 4]>,
 }
 
-impl SingleAxis {
+impl ComparedAxis {
     fn new(compared: Compared<'_>, dof: Dof, method: Option<Method>) -> Option<Self> {
         match compared {
             Compared::Fit(fit) => Some(Self::of_fit(plant(fit, dof, method)?)),
@@ -172,7 +172,7 @@ impl SingleAxis {
     }
 
     /// Creates the plant of one axis of a plant of several.
-    fn of_coupled(plant: &Coupled<'_>, dof: Dof) -> Option<Self> {
+    fn of_plant(plant: &ComparedPlant<'_>, dof: Dof) -> Option<Self> {
         Some(Self { method: plant.method(dof), ..Self::of_model(&plant.model, dof)? })
     }
 
@@ -229,19 +229,19 @@ fn plant(fit: &Results, dof: Dof, method: Option<Method>) -> Option<&PlantResult
     }
 }
 
-fn dof_difference(plants: &[Option<SingleAxis>]) -> DofDifference {
+fn dof_difference(plants: &[Option<ComparedAxis>]) -> DofDifference {
     let mut parameters = BTreeMap::new();
     for (k, name) in NAMES.into_iter().enumerate() {
         let estimates: Vec<Option<Stated>> =
             plants.iter().map(|plant| plant.as_ref()?.parameters[k].clone()).collect();
         if estimates.iter().any(Option::is_some) {
-            let known: Vec<Gaussian> = estimates.iter().flatten().filter_map(single).collect();
+            let known: Vec<Gaussian> = estimates.iter().flatten().filter_map(gaussian).collect();
             let test = homogeneity(&known);
             parameters.insert(name.to_owned(), ParameterDifference { estimates, test });
         }
     }
     let methods = plants.iter().map(|plant| plant.as_ref()?.method).collect();
-    let known: Vec<&SingleAxis> = plants.iter().flatten().collect();
+    let known: Vec<&ComparedAxis> = plants.iter().flatten().collect();
     DofDifference { methods, test: jointly(&known), parameters }
 }
 
@@ -252,7 +252,7 @@ struct Gaussian {
 }
 
 /// Returns a parameter with its variance; `None` if that is not positive and finite.
-fn single(parameter: &Stated) -> Option<Gaussian> {
+fn gaussian(parameter: &Stated) -> Option<Gaussian> {
     let variance = parameter.std?.powi(2);
     (variance.is_finite() && variance > 0.0).then(|| Gaussian {
         mean: DVector::from_element(1, parameter.value),
@@ -261,8 +261,8 @@ fn single(parameter: &Stated) -> Option<Gaussian> {
 }
 
 /// Tests all parameters that every plant with standard deviations has.
-fn jointly(plants: &[&SingleAxis]) -> Option<DifferenceTest> {
-    let plants: Vec<(&SingleAxis, &[[f64; 4]; 4])> =
+fn jointly(plants: &[&ComparedAxis]) -> Option<DifferenceTest> {
+    let plants: Vec<(&ComparedAxis, &[[f64; 4]; 4])> =
         plants.iter().filter_map(|plant| Some((*plant, plant.correlation.as_ref()?))).collect();
     let everywhere = |k: &usize| plants.iter().all(|(plant, _)| plant.parameters[*k].is_some());
     let shared: Vec<usize> = (0..NAMES.len()).filter(everywhere).collect();
@@ -399,7 +399,7 @@ mod tests {
     use super::*;
 
     fn estimate(value: f64, std: f64) -> Gaussian {
-        single(&stated(value, Some(std))).expect("a variance")
+        gaussian(&stated(value, Some(std))).expect("a variance")
     }
 
     fn stated(value: f64, std: Option<f64>) -> Stated {
@@ -442,8 +442,8 @@ mod tests {
     #[test]
     fn nothing_is_tested_without_two_uncertainties() {
         assert_eq!(homogeneity(&[estimate(1.0, 1.0)]), None);
-        assert!(single(&stated(1.0, Some(0.0))).is_none());
-        assert!(single(&stated(1.0, None)).is_none());
+        assert!(gaussian(&stated(1.0, Some(0.0))).is_none());
+        assert!(gaussian(&stated(1.0, None)).is_none());
     }
 
     #[test]

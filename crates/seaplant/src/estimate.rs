@@ -1,6 +1,5 @@
 //! The estimators: trials in, a fitted plant out.
 
-mod coupled;
 mod descend;
 mod equation_error;
 mod filter_error;
@@ -13,6 +12,7 @@ mod nomoto;
 pub mod online;
 mod output_error;
 mod paper;
+mod plant_fit;
 mod records;
 pub mod steady;
 mod weighted_least_squares;
@@ -24,12 +24,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-pub use coupled::{
-    Actuator, AxisNoise, CoupledFit, CoupledPlan, CurrentDrift, ExpectedActuator, ExpectedNoise,
-    ExpectedNoises, GainBeside, Information, ScaleClaim, SwellForce, Tried, fit_coupled,
-    fit_coupled_freely, information, information_before,
-};
-pub(crate) use coupled::{INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power, fit_alone};
 pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};
 pub use filter_error::{Candidate, Decision, FilterError, SteadyTest, first_delays};
 pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, drive_over, first_look};
@@ -39,6 +33,14 @@ pub(crate) use model::simulated_speed;
 pub use nomoto::{NomotoFit, NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
 pub use output_error::{Loss, OutputError, OutputErrorBootstrap, OutputErrorIntervals};
 pub use paper::Paper;
+pub use plant_fit::{
+    Actuator, AxisNoise, CurrentDrift, ExpectedActuator, ExpectedNoise, ExpectedNoises, GainBeside,
+    Information, PlantFit, PlantPlan, ScaleClaim, SwellForce, Tried, fit_plant, fit_plant_freely,
+    information, information_before,
+};
+pub(crate) use plant_fit::{
+    INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power, fit_alone,
+};
 pub use records::Records;
 pub use weighted_least_squares::WeightedLeastSquares;
 

@@ -1,10 +1,10 @@
 //! The whole identification: trials in, every plant with its doubts out.
 
 mod convert;
-mod coupled;
 mod figures;
 mod mistaken;
 mod nomoto;
+mod plants;
 mod stages;
 mod unsteady;
 mod verdict;
@@ -12,8 +12,8 @@ mod verdict;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-pub use coupled::{compare_coupled, score_coupled, score_table};
 pub use mistaken::likely_mistakes;
+pub use plants::{compare_fitted_plant, score_fitted_plant, score_table};
 pub use stages::{Stage, stages};
 
 use convert::{accumulated, empty_results, steady_result};
@@ -32,12 +32,12 @@ use crate::estimate::{
 use crate::exchange::{Draws, PlantModel};
 use crate::judge::score_plant;
 use crate::results::{
-    AccumulatedPlant, Consequence, CoupledPlant, Failure, Identification, Results, SteadyResult,
+    AccumulatedPlant, Consequence, Failure, FittedPlant, Identification, Results, SteadyResult,
     SubsetResult, two_digits,
 };
 use crate::trial::ThrustError;
 use crate::{
-    AxisRecord, Caveat, CaveatCode, CoupledPlan, Dof, Error, LumpedParameters, Model, Role, Terms,
+    AxisRecord, Caveat, CaveatCode, Dof, Error, LumpedParameters, Model, PlantPlan, Role, Terms,
     Trial, Vehicle, VelocitySource, parallel,
 };
 
@@ -71,7 +71,7 @@ pub struct IdentifyOptions {
     /// What counts as steady.
     pub steady: SteadyOptions,
     /// Plants of several axes, beside those of each by itself.
-    pub coupled: Vec<CoupledPlan>,
+    pub coupled: Vec<PlantPlan>,
 }
 
 impl Default for IdentifyOptions {
@@ -151,7 +151,7 @@ pub fn identify_watched(
     reverse_elsewhere(&mut found.results.plants, &mut found.results.steady);
     implausible(&mut found.results.plants, vehicle);
     judge(&mut found.results);
-    coupled::identify(vehicle, trials, options, &mut found.results, &mut |axes| {
+    plants::identify(vehicle, trials, options, &mut found.results, &mut |axes| {
         begins(axes, Method::FilterError);
     });
     nomoto::identify(vehicle, trials, options, &mut found.results);
@@ -166,9 +166,9 @@ pub fn identify_watched(
 
 /// Returns true if known forces determine the scale of thrust of all plants.
 fn is_scale_told(results: &Results) -> bool {
-    let is_told = |plant: &CoupledPlant| {
+    let is_told = |plant: &FittedPlant| {
         let scale = plant.nuisances.get("thrust_scale");
-        scale.is_some_and(|x| 0.5 * (x.high95 - x.low95) <= coupled::WIDEST_SCALE * x.value)
+        scale.is_some_and(|x| 0.5 * (x.high95 - x.low95) <= plants::WIDEST_SCALE * x.value)
     };
     results.plants.is_empty()
         && !results.coupled.is_empty()

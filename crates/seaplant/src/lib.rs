@@ -59,7 +59,7 @@
 //!
 //! One method by itself takes the records of an axis, as [`Trial::axis`] cuts them:
 //! [`FilterError::default().fit(&records)`](estimate::FilterError::fit); a plant of several axes is
-//! fitted by [`estimate::fit_coupled`].
+//! fitted by [`estimate::fit_plant`].
 
 mod axes;
 mod bollard;
@@ -111,14 +111,14 @@ pub use compare::{
 };
 pub use dof::{Dof, Units};
 pub use error::Error;
-pub use estimate::CoupledPlan;
+pub use estimate::PlantPlan;
 pub use estimate::fit::{Estimate, Fit};
 pub use estimate::method::Method;
 pub use estimate::model::Model;
 pub use evaluate::{Agreement, Comparison, PositionComparison, ScoredMotion, evaluate};
 pub use identify::{
-    IdentifyOptions, Stage, accumulated_plant, compare_coupled, identify, identify_watched,
-    likely_mistakes, score_coupled, score_table, stages, steady_drag,
+    IdentifyOptions, Stage, accumulated_plant, compare_fitted_plant, identify, identify_watched,
+    likely_mistakes, score_fitted_plant, score_table, stages, steady_drag,
 };
 pub use judge::{box_pierce, score_plant};
 pub use navigation::{Beside, MeanAcceleration, Motion, Navigated, Recording, navigate};
@@ -132,8 +132,8 @@ pub use statistics::robust_covariance;
 pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable};
 pub use trial::{
-    AxisRecord, CoupledRecord, CoupledThruster, GAINED_S, Role, ThrusterFault, ThrusterTrack,
-    Trial, TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
+    AxisRecord, GAINED_S, PlacedThruster, Role, ThrusterFault, ThrusterTrack, Trial, TrialRecord,
+    TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
 };
 pub use vehicle::{
     Fin, PropellerCurve, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle,

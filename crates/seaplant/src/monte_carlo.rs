@@ -1,8 +1,10 @@
 //! Monte Carlo evaluation of methods on twins: errors, coverage and verdicts over many seeds.
 
-mod whole;
+mod vehicle;
 
-pub use whole::{CoefficientRow, FoundCoefficient, WholeSample, sample_whole, summarise_whole};
+pub use vehicle::{
+    CoefficientRow, FoundCoefficient, VehicleSample, sample_vehicle, summarise_vehicle,
+};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -4,8 +4,8 @@
 
 mod campaign;
 mod consequence;
-mod coupled;
 mod drag;
+mod fitted_plant;
 mod model;
 mod online;
 mod plan_outcome;
@@ -33,7 +33,7 @@ pub use campaign::{
 pub(crate) use consequence::two_digits;
 pub use consequence::{Consequence, Driven};
 pub use drag::DragCurve;
-pub use online::CoupledOnline;
+pub use online::PlantOnline;
 pub use plan_outcome::{AxisOutcome, DrivenStretch, GoalOutcome, ManoeuvreOutcome, PlanOutcome};
 pub use plant::{
     AccumulatedPlant, Parameter, Parameters, PlantResult, RegressionResult, SteadyTestResult,
@@ -46,10 +46,10 @@ pub use steady::{PairResult, SegmentResult, SteadyResult};
 pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
-pub(crate) use coupled::is_gain;
-pub use coupled::{
-    AxisChange, AxisScore, Coefficient, Correlation, CoupledPlant, CoupledScore, Identifiability,
-    MatrixResult, PrimeCoefficient, PrimeSystem, TermDecision, ThrusterEstimate, ThrusterGain,
+pub(crate) use fitted_plant::is_gain;
+pub use fitted_plant::{
+    AxisChange, AxisScore, Coefficient, Correlation, FittedPlant, Identifiability, MatrixResult,
+    PlantScore, PrimeCoefficient, PrimeSystem, TermDecision, ThrusterEstimate, ThrusterGain,
     ToldBy, plant_of_result,
 };
 
@@ -82,13 +82,13 @@ pub struct Results {
     pub plants: BTreeMap<Dof, PlantResult>,
     /// Plants of several axes, by their axes: `surge-sway-yaw`.
     #[serde(default)]
-    pub coupled: BTreeMap<String, CoupledPlant>,
+    pub coupled: BTreeMap<String, FittedPlant>,
     /// Nomoto's models of steering, if a plant has yaw among its axes and a rudder is logged.
     #[serde(default)]
     pub steering: Vec<NomotoResult>,
     /// Plants of several axes by recursive methods.
     #[serde(default)]
-    pub coupled_online: BTreeMap<String, BTreeMap<Method, CoupledOnline>>,
+    pub coupled_online: BTreeMap<String, BTreeMap<Method, PlantOnline>>,
     /// Every method's plant of each degree of freedom.
     pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,
     /// The plants of the recommended method for every subset of terms.

@@ -2,7 +2,6 @@
 
 mod agreement;
 mod axis;
-mod coupled;
 mod force;
 mod gained;
 mod logged;
@@ -13,6 +12,7 @@ mod report;
 mod signals;
 mod slopes;
 mod start;
+mod trial_record;
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
-pub use coupled::{CoupledRecord, CoupledThruster, ThrusterFault};
+pub use trial_record::{PlacedThruster, ThrusterFault, TrialRecord};
 
 use crate::motion::KnownForce;
 pub(crate) use crate::navigation::Beside;
@@ -110,7 +110,7 @@ pub struct Trial {
     rates_hz: BTreeMap<Quantity, f64>,
     saturated: Vec<Saturation>,
     caveats: Vec<Caveat>,
-    coupled: Vec<Result<CoupledRecord, Error>>,
+    coupled: Vec<Result<TrialRecord, Error>>,
     logged: Option<Logged>,
 }
 
@@ -140,8 +140,8 @@ impl Trial {
         caveats.extend(coarse_thrust(&setup.name, &recording));
         mask(&mut recording, &mut caveats);
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
-        let coupled_of = |axes: &Vec<Dof>| CoupledRecord::new(&setup, &recording, vehicle, axes);
-        let coupled: Vec<_> = setup.coupled.iter().map(coupled_of).collect();
+        let record_of = |axes: &Vec<Dof>| TrialRecord::new(&setup, &recording, vehicle, axes);
+        let coupled: Vec<_> = setup.coupled.iter().map(record_of).collect();
         let logged = Logged::new(&setup, &recording, vehicle);
         let (of_thrust, recording) =
             recording.into_iter().partition(|(quantity, _)| quantity.is_of_thrust());
@@ -238,9 +238,9 @@ impl Trial {
     /// Returns the record for a plant of several axes.
     ///
     /// # Errors
-    /// As [`CoupledRecord::new`], if the log is insufficient; [`Error::Plant`] if the setup does
+    /// As [`TrialRecord::new`], if the log is insufficient; [`Error::Plant`] if the setup does
     /// not name such a plant.
-    pub fn coupled(&self, axes: &[Dof]) -> Result<&CoupledRecord, Error> {
+    pub fn record(&self, axes: &[Dof]) -> Result<&TrialRecord, Error> {
         let found = self.setup.coupled.iter().position(|known| known == axes);
         let Some(found) = found.and_then(|at| self.coupled.get(at)) else {
             let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
@@ -293,7 +293,7 @@ impl Trial {
 fn check_records(
     setup: &TrialSetup,
     records: &BTreeMap<Dof, Result<Records, Error>>,
-    coupled: &[Result<CoupledRecord, Error>],
+    coupled: &[Result<TrialRecord, Error>],
 ) -> Result<(), Error> {
     let is_of_log =
         |error: &Error| matches!(error, Error::TooShort { .. } | Error::NoOverlap { .. });

@@ -1,7 +1,7 @@
 //! The digital twin: simulated logs of a vehicle with known true values.
 //!
 //! In [`make`] one degree of freedom moves at a time, driven by a pair of thrusters; in
-//! [`make_whole`] a plant of several axes moves in all of them. Instruments have noise,
+//! [`make_vehicle`] a plant of several axes moves in all of them. Instruments have noise,
 //! quantisation and lever arms. Disturbances of the vehicle and errors of its analyst are enabled
 //! by name.
 
@@ -13,32 +13,32 @@ mod instruments;
 mod motion;
 mod propellers;
 mod random;
+mod several_axes;
 mod spec;
 mod strength;
 mod truth;
 mod validate;
 mod vehicle;
 mod water;
-mod whole;
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 pub use closed_loop::{ClosedLoop, Measured, close_loop};
 pub use disturbance::Disturbance;
+pub use several_axes::{Driving, TwinWeight, VehicleTwinSpec, make_vehicle};
 pub use spec::{
     Excitation, NoiseLevel, SteadyRuns, TwinAccelerometer, TwinPlant, TwinSpec, TwinThrusters,
 };
 pub use strength::DisturbanceStrength;
 pub use truth::{TrueNuisances, TrueParameters, TrueSteady, TrueVehicle, Truth};
-pub use whole::{Driving, TwinWeight, WholeTwinSpec, make_whole};
 
 use crate::motion::KnownForce;
 use crate::navigation::Recording;
 use crate::random::normal;
-use crate::{CoupledPlan, Dof, Error, PhysicalParameters, Role, Trial, TrialSetup, Vehicle};
+use crate::{Dof, Error, PhysicalParameters, PlantPlan, Role, Trial, TrialSetup, Vehicle};
 use command::Pilot;
-use instruments::{Observer, Single, record};
+use instruments::{Observer, OneAxisPath, record};
 use motion::{TrialMotion, simulate_trial};
 use random::Streams;
 use vehicle::InstrumentNoise;
@@ -63,7 +63,7 @@ pub struct TwinCampaign {
     /// For each degree of freedom one trial to fit and one to hold out; then steady runs.
     pub trials: Vec<TwinTrial>,
     /// The plants of several axes to be fitted.
-    pub coupled: Vec<CoupledPlan>,
+    pub coupled: Vec<PlantPlan>,
     /// The true values.
     pub truth: Truth,
     /// Propeller speed, rad/s, and thrust, N, of one thruster on a test bench.
@@ -224,7 +224,7 @@ impl Plan {
         self.check_submerged(spec, &moved)?;
         let (vehicle, noise) = (spec.true_vehicle()?, InstrumentNoise::from_level(spec.noise));
         let observer = Observer { spec, vehicle: &vehicle, streams: &streams, noise };
-        let path = Single { dof: self.dof, moved: &moved, water: &water };
+        let path = OneAxisPath { dof: self.dof, moved: &moved, water: &water };
         let recording = record(&observer, &path)?;
         let current = water.current.iter().sum::<f64>() / self.ticks() as f64;
         let Self { name, role, dof, .. } = self;

@@ -11,10 +11,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use seaplant::plant::Symmetry;
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::CoupledPlant;
+use seaplant::results::FittedPlant;
 use seaplant::{
-    CoupledPlan, Dof, IdentifyOptions, Quantity, Recording, Role, Timed, Trial, TrialSetup,
-    Vehicle, identify,
+    Dof, IdentifyOptions, PlantPlan, Quantity, Recording, Role, Timed, Trial, TrialSetup, Vehicle,
+    identify,
 };
 
 /// Steps of the integration, and of the log, s.
@@ -108,7 +108,7 @@ fn identified(
     duration_s: f64,
     most: [f64; 6],
     rate: Rate<'_>,
-) -> CoupledPlant {
+) -> FittedPlant {
     let trial = |name: &str, role, seed| {
         let (name, coupled) = (name.to_owned(), vec![axes.to_vec()]);
         let setup = TrialSetup { name, role, coupled, ..TrialSetup::default() };
@@ -116,7 +116,7 @@ fn identified(
         Trial::new(setup, &recording, &Vehicle::default()).expect("complete")
     };
     let trials = [trial("a", Role::Fit, 1), trial("b", Role::HoldOut, 2)];
-    let plan = CoupledPlan {
+    let plan = PlantPlan {
         axes: axes.to_vec(),
         symmetry,
         model: None,
@@ -193,7 +193,7 @@ fn a_body_moved_by_its_momentum_gives_its_full_tensor_back() {
 }
 
 /// Mass that couples two axes goes by the one name or the other.
-fn found_name(found: &CoupledPlant, on: Dof, of: Dof) -> String {
+fn found_name(found: &FittedPlant, on: Dof, of: Dof) -> String {
     let name = format!("mass.{on}-{of}");
     if found.parameters.contains_key(&name) { name } else { format!("mass.{of}-{on}") }
 }

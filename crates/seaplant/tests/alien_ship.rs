@@ -15,9 +15,9 @@ use rand_distr::{Distribution, Normal};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{HullModel, Plant, RudderFlow, Signal, Symmetry, WakeByDrift};
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::{CoupledPlant, Results, ToldBy};
+use seaplant::results::{FittedPlant, Results, ToldBy};
 use seaplant::{
-    Caveat, CaveatCode, CoupledPlan, Dof, Fin, IdentifyOptions, PropellerCurve, QuadraticThrust,
+    Caveat, CaveatCode, Dof, Fin, IdentifyOptions, PlantPlan, PropellerCurve, QuadraticThrust,
     Quantity, Recording, Role, Severity, Surface, ThrustCurve, Thruster, ThrusterInput, Timed,
     Trial, TrialSetup, Vehicle, identify, plant_of_result,
 };
@@ -328,8 +328,8 @@ fn vehicle(drifts: bool) -> Vehicle {
     }
 }
 
-fn plan(search: bool) -> CoupledPlan {
-    CoupledPlan {
+fn plan(search: bool) -> PlantPlan {
+    PlantPlan {
         axes: vec![Dof::Surge, Dof::Sway, Dof::Yaw],
         symmetry: Symmetry::PortStarboard,
         model: Some(HullModel::Mmg),
@@ -340,7 +340,7 @@ fn plan(search: bool) -> CoupledPlan {
     }
 }
 
-fn identified(ship: Ship, vehicle: &Vehicle, plan: CoupledPlan) -> Results {
+fn identified(ship: Ship, vehicle: &Vehicle, plan: PlantPlan) -> Results {
     identified_from(ship, vehicle, plan, |_| true)
 }
 
@@ -348,7 +348,7 @@ fn identified(ship: Ship, vehicle: &Vehicle, plan: CoupledPlan) -> Results {
 fn identified_from(
     ship: Ship,
     vehicle: &Vehicle,
-    plan: CoupledPlan,
+    plan: PlantPlan,
     is_taken: impl Fn(&str) -> bool,
 ) -> Results {
     let of = |(k, (name, role, run)): (usize, (&str, Role, Run))| {
@@ -400,7 +400,7 @@ const CIRCLE_PART: f64 = 0.03;
 const PART: f64 = 0.05;
 const DEVIATIONS: f64 = 3.0;
 
-fn check_circles(ship: Ship, found: &CoupledPlant) {
+fn check_circles(ship: Ship, found: &FittedPlant) {
     let plant = plant_of_result(found).expect("a plant");
     for degrees in [35.0, -35.0] {
         let run = Run { rudder: circle(degrees), shaft: steady(REVOLUTIONS), length_s: 120.0 };
@@ -414,7 +414,7 @@ fn check_circles(ship: Ship, found: &CoupledPlant) {
     }
 }
 
-fn plant_of(results: &Results) -> &CoupledPlant {
+fn plant_of(results: &Results) -> &FittedPlant {
     assert!(results.failures.is_empty(), "{:?}", results.failures);
     &results.coupled["surge-sway-yaw"]
 }
@@ -425,7 +425,7 @@ fn the_hull_of_a_published_ship_comes_back_from_free_runs() {
     let vehicle = vehicle(true);
     // Its added mass is what only forced motion or charts tell: in a turn it looks like Y_r.
     let hold = BTreeMap::from([("mass.sway".to_owned(), Ship::masses()[1])]);
-    let results = identified(ship, &vehicle, CoupledPlan { hold, ..plan(false) });
+    let results = identified(ship, &vehicle, PlantPlan { hold, ..plan(false) });
     let found = plant_of(&results);
     let truth = Ship::truth();
     let fitted = found.parameters.iter().filter(|(_, x)| x.told_by != ToldBy::Stated);
@@ -452,7 +452,7 @@ fn the_hull_of_a_published_ship_comes_back_from_free_runs() {
 }
 
 /// Published numbers without dimension are in their intervals.
-fn check_prime(found: &CoupledPlant) {
+fn check_prime(found: &FittedPlant) {
     let system = found.nondimensional.as_ref().expect("a length");
     assert_eq!((system.length_m, system.depth_m), (LENGTH, DRAUGHT));
     let published = [
@@ -481,7 +481,7 @@ fn turning_circles_come_out_where_nothing_of_rudder_and_propeller_is_known() {
     let vehicle = Vehicle { propellers, fins: vec![rudder], ..known };
     let [surge, sway, ..] = Ship::masses();
     let hold = BTreeMap::from([("mass.surge".to_owned(), surge), ("mass.sway".to_owned(), sway)]);
-    let results = identified(ship, &vehicle, CoupledPlan { hold, ..plan(true) });
+    let results = identified(ship, &vehicle, PlantPlan { hold, ..plan(true) });
     let found = plant_of(&results);
     // Its yaw inertia is not that of the ship, and the plant says that it need not be.
     let codes: Vec<CaveatCode> = found.caveats.iter().map(|caveat| caveat.code).collect();

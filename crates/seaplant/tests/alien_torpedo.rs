@@ -16,9 +16,9 @@ use rand_distr::{Distribution, Normal};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{Signal, Symmetry};
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::{CoupledPlant, ToldBy};
+use seaplant::results::{FittedPlant, ToldBy};
 use seaplant::{
-    CoupledPlan, Dof, Fin, IdentifyOptions, QuadraticThrust, Quantity, Recording, Role, Surface,
+    Dof, Fin, IdentifyOptions, PlantPlan, QuadraticThrust, Quantity, Recording, Role, Surface,
     ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
     plant_of_result,
 };
@@ -293,7 +293,7 @@ fn vehicle() -> Vehicle {
     }
 }
 
-fn identified(vehicle: &Vehicle) -> CoupledPlant {
+fn identified(vehicle: &Vehicle) -> FittedPlant {
     let runs = [
         ("a", Role::Fit, 1.0, 150.0),
         ("b", Role::Fit, 2.0, 150.0),
@@ -305,7 +305,7 @@ fn identified(vehicle: &Vehicle) -> CoupledPlant {
     let trials = runs.map(of);
     let lift = ["sway: uv", "yaw: uv", "heave: uw", "pitch: uw"];
     let cross = ["sway: |r|r", "yaw: |v|v", "heave: |q|q", "pitch: |w|w"];
-    let plan = CoupledPlan {
+    let plan = PlantPlan {
         axes: Dof::ALL.to_vec(),
         symmetry: Symmetry::PortStarboard,
         model: None,

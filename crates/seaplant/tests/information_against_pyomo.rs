@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use seaplant::estimate::{Actuator, ExpectedNoise, ExpectedNoises, information};
 use seaplant::plant::{Plant, Structure, Symmetry};
 use seaplant::quantity::Attitude;
-use seaplant::{CoupledRecord, Dof, Quantity, Timed, TrialSetup, Vehicle};
+use seaplant::{Dof, Quantity, Timed, TrialRecord, TrialSetup, Vehicle};
 use serde_json::Value;
 
 const AXES: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
@@ -64,7 +64,7 @@ fn information_agrees_with_pyomo() {
         axes.insert(dof, own);
     }
     let setup = TrialSetup { name: "reference".to_owned(), ..TrialSetup::default() };
-    let record = CoupledRecord::new(&setup, &recording, &Vehicle::default(), &AXES);
+    let record = TrialRecord::new(&setup, &recording, &Vehicle::default(), &AXES);
     let noise = ExpectedNoises { axes, ..ExpectedNoises::default() };
     let found = information(&plant, &Actuator::default(), &noise, &record.expect("a record"));
     let found = found.expect("moves");

@@ -7,13 +7,13 @@ use nalgebra::Vector6;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use seaplant::estimate::fit_coupled_freely;
+use seaplant::estimate::fit_plant_freely;
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{Plant, Signal, Structure, Symmetry};
 use seaplant::quantity::{Attitude, Axis};
 use seaplant::{
-    CoupledPlan, CoupledRecord, Dof, Estimate, Fin, QuadraticThrust, Quantity, Recording, Role,
-    Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle,
+    Dof, Estimate, Fin, PlantPlan, QuadraticThrust, Quantity, Recording, Role, Surface,
+    ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialRecord, TrialSetup, Vehicle,
 };
 
 const AXES: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
@@ -55,7 +55,7 @@ fn boat() -> (Vehicle, Structure) {
         fins: vec![rudder],
         ..Vehicle::default()
     };
-    let plan = CoupledPlan {
+    let plan = PlantPlan {
         axes: AXES.to_vec(),
         symmetry: Symmetry::PortStarboard,
         model: None,
@@ -75,7 +75,7 @@ fn truth(structure: &Structure) -> Plant {
 }
 
 /// A drive with orders and gusts of its own.
-fn record(name: &str, seed: u64) -> CoupledRecord {
+fn record(name: &str, seed: u64) -> TrialRecord {
     let (vehicle, structure) = boat();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let times: Vec<f64> =
@@ -140,7 +140,7 @@ fn record(name: &str, seed: u64) -> CoupledRecord {
     let setup =
         TrialSetup { name: name.to_owned(), role: Role::Fit, coupled, ..TrialSetup::default() };
     let trial = Trial::new(setup, &recording, &vehicle).expect("complete");
-    trial.coupled(&AXES).expect("complete").clone()
+    trial.record(&AXES).expect("complete").clone()
 }
 
 const DRAWS: u64 = 20;
@@ -151,8 +151,8 @@ fn intervals_hold_under_gusts_that_last() {
     let mut held: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     for draw in 0..DRAWS {
         let records = [record("a", 10 * draw), record("b", 10 * draw + 1)];
-        let records: Vec<&CoupledRecord> = records.iter().collect();
-        let fit = fit_coupled_freely(&structure, &records, None, false).expect("a plant");
+        let records: Vec<&TrialRecord> = records.iter().collect();
+        let fit = fit_plant_freely(&structure, &records, None, false).expect("a plant");
         for (name, truth) in TRUTH {
             let term = structure.term_named(name).expect("known");
             let (value, std) =

@@ -6,15 +6,15 @@ use nalgebra::Vector6;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use seaplant::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_coupled};
+use seaplant::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_plant};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{Plant, Signal, Symmetry};
 use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart};
-use seaplant::results::{CoupledPlant, Results, ToldBy};
+use seaplant::results::{FittedPlant, Results, ToldBy};
 use seaplant::{
-    CaveatCode, CoupledPlan, CoupledRecord, Dof, Fin, IdentifyOptions, QuadraticThrust, Quantity,
-    Recording, Role, Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup,
-    Vehicle, identify,
+    CaveatCode, Dof, Fin, IdentifyOptions, PlantPlan, QuadraticThrust, Quantity, Recording, Role,
+    Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialRecord, TrialSetup, Vehicle,
+    identify,
 };
 
 const AXES: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
@@ -23,7 +23,7 @@ const SIDEWAYS: [Dof; 2] = [Dof::Sway, Dof::Yaw];
 /// A vehicle, what is asked of it, and its true coefficients.
 struct Case {
     vehicle: Vehicle,
-    plan: CoupledPlan,
+    plan: PlantPlan,
     truth: &'static [(&'static str, f64)],
     /// Force ahead that is logged, N, about which it varies.
     force: Option<f64>,
@@ -66,8 +66,8 @@ const TRUTH: [(&str, f64); 17] = [
     ("wind.yaw", 0.2),
 ];
 
-fn plan(hold: &[(&str, f64)], effects: &[&str]) -> CoupledPlan {
-    CoupledPlan {
+fn plan(hold: &[(&str, f64)], effects: &[&str]) -> PlantPlan {
+    PlantPlan {
         axes: AXES.to_vec(),
         symmetry: Symmetry::PortStarboard,
         model: None,
@@ -109,7 +109,7 @@ fn remus() -> Case {
     let vehicle = Vehicle { fins: vec![rudder.expect("a rudder")], ..Vehicle::default() };
     let terms = ["sway: uv", "yaw: uv", "yaw: |v|v"];
     let terms = terms.map(|term| term.parse().expect("a term")).to_vec();
-    let plan = CoupledPlan { terms, search: false, ..plan(&[], &[]) };
+    let plan = PlantPlan { terms, search: false, ..plan(&[], &[]) };
     Case { vehicle, plan, truth: &REMUS, force: Some(4.0), speed: 1.5 }
 }
 
@@ -223,7 +223,7 @@ fn identified(case: &Case, with_wind: bool) -> Results {
 const PART: f64 = 0.05;
 const DEVIATIONS: f64 = 3.0;
 
-fn check(plant: &CoupledPlant, case: &Case) {
+fn check(plant: &FittedPlant, case: &Case) {
     for (name, value) in case.truth {
         let found = plant.parameters.get(*name).unwrap_or_else(|| panic!("{name} is missing"));
         let off = (found.value - value).abs();
@@ -277,9 +277,9 @@ fn online(case: &Case, scheme: Scheme) -> Result<OnlineFit, seaplant::Error> {
     let trials = [("a", Role::Fit, 1), ("b", Role::Fit, 2)];
     let trials = trials.map(|(name, role, seed)| trial(name, role, seed, case, true));
     let structure = case.plan.structure(&case.vehicle, |_| true)?;
-    let records: Vec<&CoupledRecord> =
-        trials.iter().map(|trial| trial.coupled(&AXES)).collect::<Result<_, _>>()?;
-    fit_online_coupled(&structure, scheme, &records, None, &OnlineOptions::default())
+    let records: Vec<&TrialRecord> =
+        trials.iter().map(|trial| trial.record(&AXES)).collect::<Result<_, _>>()?;
+    fit_online_plant(&structure, scheme, &records, None, &OnlineOptions::default())
 }
 
 fn assert_near(case: &Case, scheme: Scheme, names: &[&str]) {
@@ -338,7 +338,7 @@ fn sway_and_yaw_without_surge_hold_part_of_munks_moment() {
     let trials = [("a", Role::Fit, 1), ("b", Role::HoldOut, 3)];
     let trials = trials.map(|(name, role, seed)| trial(name, role, seed, &case, false));
     let hold = [("mass.sway".to_owned(), 420.0)].into();
-    let alone = CoupledPlan { axes: SIDEWAYS.to_vec(), hold, search: false, ..case.plan.clone() };
+    let alone = PlantPlan { axes: SIDEWAYS.to_vec(), hold, search: false, ..case.plan.clone() };
     let options = IdentifyOptions { coupled: vec![alone], ..IdentifyOptions::default() };
     let results = identify(&case.vehicle, &trials, &options).results;
     assert!(results.failures.is_empty(), "{:?}", results.failures);

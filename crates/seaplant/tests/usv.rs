@@ -11,9 +11,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use seaplant::plant::Symmetry;
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::CoupledPlant;
+use seaplant::results::FittedPlant;
 use seaplant::{
-    CoupledPlan, Dof, IdentifyOptions, QuadraticThrust, Quantity, Recording, Role, ThrustCurve,
+    Dof, IdentifyOptions, PlantPlan, QuadraticThrust, Quantity, Recording, Role, ThrustCurve,
     Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
 };
 
@@ -113,7 +113,7 @@ fn vehicle() -> Vehicle {
     Vehicle { thrusters, ..Vehicle::default() }
 }
 
-fn identified() -> CoupledPlant {
+fn identified() -> FittedPlant {
     let axes = [Dof::Surge, Dof::Sway, Dof::Yaw];
     let vehicle = vehicle();
     let trial = |name: &str, role, seed| {
@@ -122,7 +122,7 @@ fn identified() -> CoupledPlant {
         Trial::new(setup, &logged(seed), &vehicle).expect("complete")
     };
     let trials = [trial("a", Role::Fit, 1), trial("b", Role::Fit, 2), trial("c", Role::HoldOut, 3)];
-    let plan = CoupledPlan {
+    let plan = PlantPlan {
         axes: axes.to_vec(),
         symmetry: Symmetry::PortStarboard,
         model: None,

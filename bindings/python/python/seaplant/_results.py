@@ -27,9 +27,6 @@ __all__ = [
     "ConfirmedMotion",
     "Consequence",
     "Correlation",
-    "CoupledOnline",
-    "CoupledPlant",
-    "CoupledScore",
     "CurveResult",
     "CurveTable",
     "Decision",
@@ -42,6 +39,7 @@ __all__ = [
     "Failure",
     "FileOffset",
     "Filters",
+    "FittedPlant",
     "Foil",
     "GoalOutcome",
     "GoodFor",
@@ -75,7 +73,9 @@ __all__ = [
     "PlanOutcome",
     "PlantChange",
     "PlantChanged",
+    "PlantOnline",
     "PlantResult",
+    "PlantScore",
     "PrimeCoefficient",
     "PrimeSystem",
     "Provenance",
@@ -117,9 +117,9 @@ __all__ = [
     "Trust",
     "Truth",
     "Validation",
+    "VehicleMonteCarloTable",
     "Verdict",
     "WakeByDrift",
-    "WholeMonteCarloTable",
     "WorseTrial",
 ]
 
@@ -782,140 +782,6 @@ class Correlation(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CoupledOnline(Record):
-    """A plant of several axes, estimated recursively."""
-
-    axes: tuple[Dof, ...]
-    """Its axes."""
-
-    method: Method
-    """The method of identification."""
-
-    symmetry: Symmetry
-    """The axes that M may couple."""
-
-    parameters: dict[str, Coefficient]
-    """Its coefficients by name, as those of a coupled plant."""
-
-    history: OnlineHistory
-    """Their values over time."""
-
-    samples: int
-    """Number of measured values."""
-
-    fit: CoupledScore
-    """Its error on the fitted trials."""
-
-    caveats: tuple[Caveat, ...]
-    """Caveats."""
-
-    hold_out: CoupledScore | None
-    """Its error on unseen trials."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class CoupledPlant(Record):
-    """A plant of several axes: ``M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ`` with
-    ν_r relative to the water."""
-
-    axes: tuple[Dof, ...]
-    """Its axes, in SNAME order: rows and columns of every matrix."""
-
-    method: Method
-    """The method of identification."""
-
-    symmetry: Symmetry
-    """The axes that M may couple."""
-
-    parameters: dict[str, Coefficient]
-    """Its coefficients by name: ``mass.surge``, ``mass.surge-pitch``, ``yaw: |v|r``,
-    ``weight-minus-buoyancy``, ``lever.z``, and those of ``effects``."""
-
-    mass_matrix: MatrixResult
-    """M: rigid body plus added mass."""
-
-    linear_damping: MatrixResult
-    """The matrix that multiplies ν_r; zero without a term."""
-
-    quadratic_damping: MatrixResult
-    """The matrix that multiplies |ν|ν of each axis; zero without a term."""
-
-    correlation: Correlation
-    """Correlations of the coefficients."""
-
-    nuisances: dict[str, Parameter]
-    """Currents by trial; disturbance and noise by axis."""
-
-    identifiability: Identifiability
-    """Determination of the coefficients by the trials."""
-
-    samples: int
-    """Number of measured values."""
-
-    log_likelihood: float
-    """Log-likelihood at the optimum."""
-
-    fit: CoupledScore
-    """Its error on the fitted trials, simulated in open loop."""
-
-    caveats: tuple[Caveat, ...]
-    """Caveats."""
-
-    added_mass: Floats | None
-    """Added mass, if the rigid body is known."""
-
-    driven: dict[str, Driven]
-    """Range of motion and force on each axis in its trials."""
-
-    effects: tuple[Effect, ...]
-    """Forces of rudders, fins, propellers of unknown strength and wind."""
-
-    hold_out: CoupledScore | None
-    """Its error on unseen trials."""
-
-    nondimensional: PrimeSystem | None
-    """Dimensionless coefficients, if the vehicle's length is known."""
-
-    rigid_body_mass_matrix: Floats | None
-    """M of the rigid body, if known."""
-
-    single_axes: dict[str, AxisScore]
-    """The error, on the same trials, of a separate plant of each driven axis, for comparison:
-    the difference is due to coupling."""
-
-    structure: tuple[TermDecision, ...]
-    """The candidate terms that were tested."""
-
-    thruster_estimates: dict[str, ThrusterEstimate]
-    """What each thruster gives over what its curve says, where most others give what theirs
-    say; without those of which the trials do not determine it."""
-
-    thruster_faults: tuple[ThrusterFault, ...]
-    """Thrusters that were at rest or reversed in a trial, for which the fit allows."""
-
-    thrusters_exchanged: tuple[tuple[str, ...], ...]
-    """Pairs of thrusters of which each does what the log of the other says; they were taken
-    to do so."""
-
-    verdict: Verdict
-    """The verdict."""
-
-    verdicts: dict[str, Verdict]
-    """The verdict on each of its axes: a plant is doubtful if one of them is."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class CoupledScore(Record):
-    """The error of a plant on some trials, simulated in open loop."""
-
-    by_axis: dict[str, AxisScore]
-    """Over all trials."""
-
-    trials: dict[str, dict[str, AxisScore]]
-    """By trial."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class CurveResult(Record):
     """A thrust curve as data."""
 
@@ -1106,6 +972,97 @@ class Filters(Record):
 
     velocity: LowPass | None
     """On velocity, before v|v| is formed and v differentiated."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FittedPlant(Record):
+    """A plant of several axes: ``M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ`` with
+    ν_r relative to the water."""
+
+    axes: tuple[Dof, ...]
+    """Its axes, in SNAME order: rows and columns of every matrix."""
+
+    method: Method
+    """The method of identification."""
+
+    symmetry: Symmetry
+    """The axes that M may couple."""
+
+    parameters: dict[str, Coefficient]
+    """Its coefficients by name: ``mass.surge``, ``mass.surge-pitch``, ``yaw: |v|r``,
+    ``weight-minus-buoyancy``, ``lever.z``, and those of ``effects``."""
+
+    mass_matrix: MatrixResult
+    """M: rigid body plus added mass."""
+
+    linear_damping: MatrixResult
+    """The matrix that multiplies ν_r; zero without a term."""
+
+    quadratic_damping: MatrixResult
+    """The matrix that multiplies |ν|ν of each axis; zero without a term."""
+
+    correlation: Correlation
+    """Correlations of the coefficients."""
+
+    nuisances: dict[str, Parameter]
+    """Currents by trial; disturbance and noise by axis."""
+
+    identifiability: Identifiability
+    """Determination of the coefficients by the trials."""
+
+    samples: int
+    """Number of measured values."""
+
+    log_likelihood: float
+    """Log-likelihood at the optimum."""
+
+    fit: PlantScore
+    """Its error on the fitted trials, simulated in open loop."""
+
+    caveats: tuple[Caveat, ...]
+    """Caveats."""
+
+    added_mass: Floats | None
+    """Added mass, if the rigid body is known."""
+
+    driven: dict[str, Driven]
+    """Range of motion and force on each axis in its trials."""
+
+    effects: tuple[Effect, ...]
+    """Forces of rudders, fins, propellers of unknown strength and wind."""
+
+    hold_out: PlantScore | None
+    """Its error on unseen trials."""
+
+    nondimensional: PrimeSystem | None
+    """Dimensionless coefficients, if the vehicle's length is known."""
+
+    rigid_body_mass_matrix: Floats | None
+    """M of the rigid body, if known."""
+
+    single_axes: dict[str, AxisScore]
+    """The error, on the same trials, of a separate plant of each driven axis, for comparison:
+    the difference is due to coupling."""
+
+    structure: tuple[TermDecision, ...]
+    """The candidate terms that were tested."""
+
+    thruster_estimates: dict[str, ThrusterEstimate]
+    """What each thruster gives over what its curve says, where most others give what theirs
+    say; without those of which the trials do not determine it."""
+
+    thruster_faults: tuple[ThrusterFault, ...]
+    """Thrusters that were at rest or reversed in a trial, for which the fit allows."""
+
+    thrusters_exchanged: tuple[tuple[str, ...], ...]
+    """Pairs of thrusters of which each does what the log of the other says; they were taken
+    to do so."""
+
+    verdict: Verdict
+    """The verdict."""
+
+    verdicts: dict[str, Verdict]
+    """The verdict on each of its axes: a plant is doubtful if one of them is."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1699,6 +1656,38 @@ class PlantChanged(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class PlantOnline(Record):
+    """A plant of several axes, estimated recursively."""
+
+    axes: tuple[Dof, ...]
+    """Its axes."""
+
+    method: Method
+    """The method of identification."""
+
+    symmetry: Symmetry
+    """The axes that M may couple."""
+
+    parameters: dict[str, Coefficient]
+    """Its coefficients by name, as those of a coupled plant."""
+
+    history: OnlineHistory
+    """Their values over time."""
+
+    samples: int
+    """Number of measured values."""
+
+    fit: PlantScore
+    """Its error on the fitted trials."""
+
+    caveats: tuple[Caveat, ...]
+    """Caveats."""
+
+    hold_out: PlantScore | None
+    """Its error on unseen trials."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PlantResult(Record):
     """The plant of one degree of freedom by one method."""
 
@@ -1768,6 +1757,17 @@ class PlantResult(Record):
     whiteness: float | None
     """Whiteness of innovations: Box–Pierce over 40 lags, divided by 40; 1 if they are white.
     Absent for methods without innovations."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlantScore(Record):
+    """The error of a plant on some trials, simulated in open loop."""
+
+    by_axis: dict[str, AxisScore]
+    """Over all trials."""
+
+    trials: dict[str, dict[str, AxisScore]]
+    """By trial."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1920,10 +1920,10 @@ class Results(Record):
     """Consequences of the recommended plants at the greatest force of the trials: top speeds,
     time constants, stopping distances, natural periods."""
 
-    coupled: dict[str, CoupledPlant]
+    coupled: dict[str, FittedPlant]
     """Plants of several axes, by their axes: ``surge-sway-yaw``."""
 
-    coupled_online: dict[str, dict[str, CoupledOnline]]
+    coupled_online: dict[str, dict[str, PlantOnline]]
     """Plants of several axes by recursive methods."""
 
     coupled_truth: dict[str, float] | None
@@ -2526,6 +2526,29 @@ class Validation(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class VehicleMonteCarloTable(Record):
+    """Table of a study of a complete vehicle, with its specification."""
+
+    version: str
+    """Version of Seaplant that made it."""
+
+    runs: int
+    """Number of twins."""
+
+    spec: dict[str, Any]
+    """The twin; that of the first run has its seed."""
+
+    coefficients: tuple[CoefficientRow, ...]
+    """Errors and coverage of each coefficient."""
+
+    assurance: tuple[Assurance, ...]
+    """Frequency with which axes were presented without warning although wrong."""
+
+    failures: dict[str, str]
+    """Reasons why plants were not identified, by seed."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Verdict(Record):
     """Verdict on a plant."""
 
@@ -2557,29 +2580,6 @@ class WakeByDrift(Record):
     greatest: Floats
     """C₂: inflow at large drift angles over that in straight motion, for flow from starboard
     and from port."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class WholeMonteCarloTable(Record):
-    """Table of a study of a complete vehicle, with its specification."""
-
-    version: str
-    """Version of Seaplant that made it."""
-
-    runs: int
-    """Number of twins."""
-
-    spec: dict[str, Any]
-    """The twin; that of the first run has its seed."""
-
-    coefficients: tuple[CoefficientRow, ...]
-    """Errors and coverage of each coefficient."""
-
-    assurance: tuple[Assurance, ...]
-    """Frequency with which axes were presented without warning although wrong."""
-
-    failures: dict[str, str]
-    """Reasons why plants were not identified, by seed."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

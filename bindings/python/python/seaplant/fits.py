@@ -18,8 +18,8 @@ from seaplant._record import Floats
 from seaplant._results import (
     Caveat,
     Coefficient,
-    CoupledPlant,
     Failure,
+    FittedPlant,
     Parameter,
     PlantResult,
     Results,
@@ -97,7 +97,7 @@ class Fit(Named):
         return self.results.methods
 
     @property
-    def coupled(self) -> dict[str, CoupledPlant]:
+    def coupled(self) -> dict[str, FittedPlant]:
         """The plants of several axes, by their axes: ``surge-sway-yaw``."""
         return self.results.coupled
 
@@ -342,7 +342,7 @@ class Fit(Named):
         """
         import pandas as pd
 
-        plants: list[tuple[str, str, PlantResult | CoupledPlant]]
+        plants: list[tuple[str, str, PlantResult | FittedPlant]]
         plants = [(name, plant.method, plant) for name, plant in self.coupled.items()]
         for dof, methods in self.methods.items():
             plants += [(dof, method, plant) for method, plant in methods.items()]
@@ -403,7 +403,7 @@ class Fit(Named):
         return "\n".join(lines) + ">"
 
     @property
-    def _all(self) -> dict[str, PlantResult | CoupledPlant]:
+    def _all(self) -> dict[str, PlantResult | FittedPlant]:
         """Returns the plants of several axes, and the recommended ones of one axis."""
         return {**self.coupled, **self.plants}
 
@@ -438,14 +438,14 @@ class _NoPlantError(InputError, KeyError):
         return str(self.args[0])
 
 
-def _judged(plant: PlantResult | CoupledPlant) -> str:
+def _judged(plant: PlantResult | FittedPlant) -> str:
     """Returns the verdict, the error on held-out trials, and the number of caveats."""
     verdict, count = plant.verdict, len(plant.caveats)
     said = verdict.trust.replace("-", " ")
     if said != "usable":
         said += f" ({verdict.reason})"
     caveats = f"{count} caveat{'' if count == 1 else 's'}"
-    if isinstance(plant, CoupledPlant):
+    if isinstance(plant, FittedPlant):
         # The verdict on a plant of several axes says how it predicts each.
         return f"{said}; {caveats}"
     for what, score in (("held out", plant.hold_out), ("left out", plant.left_out)):
@@ -457,7 +457,7 @@ def _judged(plant: PlantResult | CoupledPlant) -> str:
     return f"{said}; {caveats}"
 
 
-def _html_verdict(name: str, plant: PlantResult | CoupledPlant) -> str:
+def _html_verdict(name: str, plant: PlantResult | FittedPlant) -> str:
     return f"<li><b>{name}</b> by {plant.method}: {html.escape(_judged(plant))}</li>"
 
 
@@ -465,18 +465,18 @@ def _remade(text: str, trials: tuple[Trial, ...]) -> Fit:
     return Fit(_native.Results.of_json(text), trials)
 
 
-def _own(plant: PlantResult | CoupledPlant) -> dict[str, Parameter | Coefficient]:
-    if isinstance(plant, CoupledPlant):
+def _own(plant: PlantResult | FittedPlant) -> dict[str, Parameter | Coefficient]:
+    if isinstance(plant, FittedPlant):
         return dict(plant.parameters)
     named = vars(plant.parameters)
     return {name: of for name, of in named.items() if isinstance(of, Parameter)}
 
 
-def _parameters(plant: PlantResult | CoupledPlant) -> dict[str, Parameter | Coefficient]:
+def _parameters(plant: PlantResult | FittedPlant) -> dict[str, Parameter | Coefficient]:
     return {**_own(plant), **plant.nuisances}
 
 
-def _html_rows(of_plant: str, plant: PlantResult | CoupledPlant) -> str:
+def _html_rows(of_plant: str, plant: PlantResult | FittedPlant) -> str:
     rows = []
     for name, of in _parameters(plant).items():
         value, std, low95, high95 = _native.rounded(of.value, of.std, of.low95, of.high95)

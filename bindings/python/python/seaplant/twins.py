@@ -17,7 +17,7 @@ from seaplant._choices import Methods, methods_of
 from seaplant._files import write_files
 from seaplant._named import Named
 from seaplant._record import Floats
-from seaplant._results import MonteCarloTable, Truth, WholeMonteCarloTable
+from seaplant._results import MonteCarloTable, Truth, VehicleMonteCarloTable
 from seaplant.errors import InputError
 from seaplant.logs import Log
 from seaplant.trials import Trial
@@ -168,7 +168,7 @@ def monte_carlo(
     threads: int | None = None,
     on_run: Callable[[int], object] | None = None,
     **changes: Any,
-) -> MonteCarloTable | WholeMonteCarloTable:
+) -> MonteCarloTable | VehicleMonteCarloTable:
     """Measures the methods on a twin: errors and coverage over many seeds.
 
     Parameters
@@ -189,7 +189,7 @@ def monte_carlo(
 
     Returns
     -------
-    MonteCarloTable or WholeMonteCarloTable
+    MonteCarloTable or VehicleMonteCarloTable
         A row for each degree of freedom, method and parameter; of a whole vehicle, which
         ``vehicle`` makes it, a row for each coefficient. The same for any ``threads``.
 
@@ -203,11 +203,11 @@ def monte_carlo(
     made_of = _spec(spec, changes)
     table = json.loads(_native.monte_carlo(made_of, methods_of(method), runs, threads, on_run))
     if "vehicle" in table["spec"]:
-        return WholeMonteCarloTable.from_dict(table)
+        return VehicleMonteCarloTable.from_dict(table)
     return MonteCarloTable.from_dict(table)
 
 
-def monte_carlo_frame(table: MonteCarloTable | WholeMonteCarloTable) -> pd.DataFrame:
+def monte_carlo_frame(table: MonteCarloTable | VehicleMonteCarloTable) -> pd.DataFrame:
     """Returns the rows of a Monte Carlo study as a frame.
 
     Parameters
@@ -222,7 +222,7 @@ def monte_carlo_frame(table: MonteCarloTable | WholeMonteCarloTable) -> pd.DataF
     """
     import pandas as pd
 
-    if isinstance(table, WholeMonteCarloTable):
+    if isinstance(table, VehicleMonteCarloTable):
         return pd.DataFrame([row.to_dict() for row in table.coefficients])
     return pd.DataFrame([row.to_dict() for row in table.rows])
 

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use seaplant::results::TruePlant;
-use seaplant::twin::{Disturbance, TwinSpec, WholeTwinSpec};
+use seaplant::twin::{Disturbance, TwinSpec, VehicleTwinSpec};
 use seaplant_campaign::{Campaign, TwinFile};
 
 use super::identify::{exit_code, finish, quoted};
@@ -38,11 +38,11 @@ fn spec(arguments: &Demo) -> Result<TwinFile> {
     let seed = arguments.seed;
     Ok(match &arguments.vehicle {
         None => TwinFile::OneAxis(Box::new(TwinSpec { seed, disturbances, ..TwinSpec::jason2() })),
-        Some(vehicle) => TwinFile::SeveralAxes(Box::new(WholeTwinSpec {
+        Some(vehicle) => TwinFile::SeveralAxes(Box::new(VehicleTwinSpec {
             vehicle: vehicle.clone(),
             seed,
             disturbances,
-            ..WholeTwinSpec::default()
+            ..VehicleTwinSpec::default()
         })),
     })
 }

@@ -5,7 +5,7 @@ use clap::CommandFactory;
 
 use crate::args::{Arguments, Man};
 use crate::output::Output;
-use crate::writing::{File, Permit, Target, check_single};
+use crate::writing::{File, Permit, Target, check_replaceable};
 
 pub fn run(arguments: &Man, output: Output) -> anyhow::Result<ExitCode> {
     let command = Arguments::command();
@@ -19,7 +19,7 @@ pub fn run(arguments: &Man, output: Output) -> anyhow::Result<ExitCode> {
     let permit = Permit::new(&[], arguments.force);
     for page in &pages {
         let path = arguments.out.join(&page.path);
-        check_single(&path, permit, is_page).with_context(|| path.display().to_string())?;
+        check_replaceable(&path, permit, is_page).with_context(|| path.display().to_string())?;
     }
     Target { folder: &arguments.out, made: None, permit }.write(&pages)?;
     output.say(&format!("{} manual pages in {}", pages.len(), arguments.out.display()))?;

@@ -9,7 +9,7 @@ use seaplant::IdentifyOptions;
 use seaplant::monte_carlo::{Admission, Assurance, ParameterName, Row};
 use seaplant::twin::{Disturbance, TwinSpec};
 use seaplant_campaign::{
-    MonteCarloTable, TwinFile, WholeMonteCarloTable, monte_carlo, monte_carlo_of_several_axes,
+    MonteCarloTable, TwinFile, VehicleMonteCarloTable, monte_carlo, monte_carlo_of_several_axes,
 };
 use seaplant_report::number::significant;
 use serde::Serialize;
@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::args::{MethodChoice, MonteCarlo};
 use crate::output::Output;
 use crate::summary::{align, plain_table};
-use crate::writing::{Permit, check_single, write_file};
+use crate::writing::{Permit, check_replaceable, write_file};
 
 pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     let spec = spec_of(arguments)?;
@@ -27,7 +27,7 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     let inputs: Vec<PathBuf> = arguments.spec.iter().cloned().collect();
     let permit = Permit::new(&inputs, arguments.force);
     if let Some(path) = &arguments.out {
-        check_single(path, permit, is_ours).with_context(|| path.display().to_string())?;
+        check_replaceable(path, permit, is_ours).with_context(|| path.display().to_string())?;
     }
     let processors = thread::available_parallelism().map_or(1, NonZero::get);
     let threads = arguments.threads.map_or(processors, usize::from);
@@ -144,7 +144,7 @@ fn words(table: &MonteCarloTable) -> String {
     all
 }
 
-fn words_of_several_axes(table: &WholeMonteCarloTable) -> String {
+fn words_of_several_axes(table: &VehicleMonteCarloTable) -> String {
     let mut text = plain_table();
     text.set_header(["coefficient", "truth", "median |error|", "", "covered", "plants"]);
     for row in &table.coefficients {

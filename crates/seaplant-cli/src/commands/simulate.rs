@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow, bail};
 use seaplant::Dof;
-use seaplant::results::{CoupledPlant, PlantResult, Results};
+use seaplant::results::{FittedPlant, PlantResult, Results};
 use seaplant_campaign::{Simulation, campaign_files, read_logs};
 use seaplant_report::number::{or_absent, significant};
 
@@ -64,7 +64,7 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
 #[derive(Clone, Copy)]
 enum Chosen<'a> {
     Axis(Dof, &'a PlantResult),
-    Several(&'a CoupledPlant),
+    Several(&'a FittedPlant),
 }
 
 impl<'a> Chosen<'a> {
@@ -73,7 +73,7 @@ impl<'a> Chosen<'a> {
     fn select(results: &'a Results, arguments: &Simulate) -> Result<Self> {
         let of_axis = |dof| Ok(Self::Axis(dof, results.plant_of(dof, arguments.method)?));
         let axes: Vec<Dof> = results.plants.keys().copied().collect();
-        let several: Vec<&CoupledPlant> = results.coupled.values().collect();
+        let several: Vec<&FittedPlant> = results.coupled.values().collect();
         let plant = match (arguments.dof, axes.as_slice(), several.as_slice()) {
             (Some(dof), ..) if results.plants.contains_key(&dof) => return of_axis(dof),
             (Some(dof), ..) => match several.iter().find(|plant| plant.axes.contains(&dof)) {

@@ -13,7 +13,7 @@ const UNEVEN: f64 = 1.5;
 const SEEN: f64 = 0.1;
 
 /// Returns the bounds of the duration of all fits, s elapsed.
-pub fn whole(stages: &[Stage]) -> (f64, f64) {
+pub fn total(stages: &[Stage]) -> (f64, f64) {
     let of = |cost_s: fn(&Stage) -> f64| stages.iter().map(cost_s).sum::<f64>();
     (PARALLEL * of(|stage| stage.cost_s.0), of(|stage| stage.cost_s.1))
 }
@@ -25,7 +25,7 @@ pub fn left(stages: &[Stage], done: usize, before_s: f64, now_s: f64) -> (f64, f
     let (ended, rest) = stages.split_at(done.min(stages.len()));
     let (seen, of) = (usual(ended), usual(stages));
     if seen < SEEN * of {
-        let (least, most) = whole(rest);
+        let (least, most) = total(rest);
         return ((least - now_s).max(0.0), (most - now_s).max(0.0));
     }
     let left = before_s / seen * usual(rest);
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn remaining_time_follows_from_sizes_at_first_and_then_from_the_pace() {
         let stages = four_equal();
-        assert_eq!(whole(&stages), (2.4, 64.0));
+        assert_eq!(total(&stages), (2.4, 64.0));
         let (least, most) = left(&stages, 0, 0.0, 2.0);
         assert!((least - 0.4).abs() < 1e-9 && most == 62.0);
         // The first took 30 s, so that the three others take 90 s, of which 10 s are over.

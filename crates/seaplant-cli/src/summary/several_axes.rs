@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use seaplant::estimate::RudderLaw;
 use seaplant::results::{
-    AxisScore, Coefficient, CoupledPlant, NomotoResult, Parameter, SecondOrder, ThrusterEstimate,
+    AxisScore, Coefficient, FittedPlant, NomotoResult, Parameter, SecondOrder, ThrusterEstimate,
     ToldBy,
 };
 use seaplant::{Dof, Estimate};
@@ -22,7 +22,7 @@ type Truth = BTreeMap<String, f64>;
 /// Formats a block for each plant: coefficients of each axis, couplings, drag at a speed of each axis,
 /// predictions.
 pub(super) fn block(
-    plant: &CoupledPlant,
+    plant: &FittedPlant,
     drag: &[(Dof, (f64, Estimate))],
     truth: Option<&Truth>,
 ) -> String {
@@ -101,7 +101,7 @@ pub(super) fn steering(model: &NomotoResult) -> String {
 }
 
 /// Lists coefficients axis by axis: mass, damping, then others; those of several axes are last.
-fn coefficients(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
+fn coefficients(plant: &FittedPlant, truth: Option<&Truth>) -> String {
     let mut table = plain_table();
     for place in plant.axes.iter().map(|&dof| Some(dof)).chain([None]) {
         let mut rows: Vec<(&String, &Coefficient)> =
@@ -121,7 +121,7 @@ fn coefficients(plant: &CoupledPlant, truth: Option<&Truth>) -> String {
 }
 
 /// Lists what each thruster gives, if the plant has gains or known forces reveal the scale of thrust.
-fn thrusters(plant: &CoupledPlant) -> String {
+fn thrusters(plant: &FittedPlant) -> String {
     let all = &plant.thruster_estimates;
     let is_told = |own: &ThrusterEstimate| own.is_fitted || own.of_curve.is_some();
     if !all.values().any(is_told) {
@@ -178,7 +178,7 @@ fn row(name: &str, x: &Coefficient, truth: Option<f64>) -> Vec<String> {
     row
 }
 
-fn scores(plant: &CoupledPlant) -> String {
+fn scores(plant: &FittedPlant) -> String {
     let score = plant.hold_out.as_ref().unwrap_or(&plant.fit);
     let mut table = plain_table();
     for (dof, AxisScore { mean_abs_error, null_error, r2, .. }) in &score.by_axis {

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::listed_path::fault;
 use super::manifest::{Manifest, hash_of};
 use super::staging::{StagedFiles, leftovers};
-use super::{Permit, make_folder, sync_folder, write_whole};
+use super::{Permit, create_with, make_folder, sync_folder};
 
 /// File with the record of an exchange, in the temporary folder of replaced files.
 const RECORD: &str = "exchange.json";
@@ -79,7 +79,7 @@ impl Exchange {
         made: &mut Vec<PathBuf>,
     ) -> Result<()> {
         let record = serde_json::to_vec(self)?;
-        write_whole(&staging.join(RECORD), |out| out.write_all(&record))?.sync_all()?;
+        create_with(&staging.join(RECORD), |out| out.write_all(&record))?.sync_all()?;
         sync_folder(staging);
         if let (Some(before), Some(after)) = (&self.before, after) {
             before.beside(after).write(folder, staging)?;

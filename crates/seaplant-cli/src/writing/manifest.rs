@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::listed_path::fault;
-use super::{sync_folder, write_whole};
+use super::{create_with, sync_folder};
 
 /// Its file name.
 pub(super) const MANIFEST: &str = "seaplant-files.json";
@@ -147,7 +147,7 @@ impl Manifest {
     pub(super) fn write(&self, folder: &Path, staging: &Path) -> Result<()> {
         let new = staging.join(MANIFEST);
         let text = serde_json::to_string_pretty(self)? + "\n";
-        write_whole(&new, |out| out.write_all(text.as_bytes()))?.sync_all()?;
+        create_with(&new, |out| out.write_all(text.as_bytes()))?.sync_all()?;
         fs::rename(&new, folder.join(MANIFEST))?;
         sync_folder(folder);
         Ok(())

@@ -10,8 +10,8 @@ use std::time::Duration;
 use anyhow::Result;
 use tempfile::TempDir;
 
+use super::create_with;
 use super::manifest::hash_of;
-use super::write_whole;
 
 /// A temporary folder, which is removed on drop, or when the program is interrupted, or, if the
 /// program was killed, when the next one writes to the same place.
@@ -178,7 +178,7 @@ impl StagedFiles {
         content: impl FnOnce(&mut fs::File) -> io::Result<()>,
     ) -> Result<()> {
         let new = Self::new_file(self.path(), self.files.len());
-        write_whole(&new, content)?.sync_all()?;
+        create_with(&new, content)?.sync_all()?;
         self.files.push((path.to_owned(), hash_of(&new)?));
         Ok(())
     }

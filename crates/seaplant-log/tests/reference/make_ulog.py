@@ -80,7 +80,7 @@ def attitude(k):
     return struct.pack("<Q4f", 2_000_000 + 10_000 * k, *q)
 
 
-def whole():
+def all_messages():
     data = header() + setting("CA_ROTOR_COUNT", 6) + setting("MPC_XY_P", 0.95)
     data += subscribe(0, "every") + subscribe(1, "vehicle_attitude")
     data += subscribe(2, "sensor") + subscribe(3, "sensor", 1)
@@ -156,7 +156,7 @@ def expect(expected, path, name):
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    (folder / "all.ulg").write_bytes(whole())
+    (folder / "all.ulg").write_bytes(all_messages())
     (folder / "appended.ulg").write_bytes(appended())
     seed = (
         header() + setting("A", 1) + subscribe(2, "sensor") + subscribe(1, "vehicle_attitude")

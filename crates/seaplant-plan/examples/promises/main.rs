@@ -14,8 +14,8 @@ use std::collections::BTreeMap;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use seaplant::estimate::fit_coupled;
-use seaplant::{CoupledRecord, Role, TrialSetup, Vehicle};
+use seaplant::estimate::fit_plant;
+use seaplant::{Role, TrialRecord, TrialSetup, Vehicle};
 use seaplant_plan::{Kind, Plan, Prior, Rehearsal, Request, plan, rehearse};
 
 use vehicles::vehicle;
@@ -78,15 +78,15 @@ fn driven(
 ) -> Result<Tally, Failure> {
     let dive = rehearse(prior, vehicle, made, rehearsal)?;
     let fitted = dive.trials.iter().filter(|trial| trial.role == Role::Fit);
-    let records: Vec<CoupledRecord> = fitted
+    let records: Vec<TrialRecord> = fitted
         .map(|trial| {
             let setup = TrialSetup { name: trial.name.clone(), ..TrialSetup::default() };
-            CoupledRecord::new(&setup, &trial.recording, &dive.vehicle, &made.axes)
+            TrialRecord::new(&setup, &trial.recording, &dive.vehicle, &made.axes)
         })
         .collect::<Result<_, _>>()?;
-    let all: Vec<&CoupledRecord> = records.iter().collect();
+    let all: Vec<&TrialRecord> = records.iter().collect();
     let structure = dive.coupled[0].structure(&dive.vehicle, |_| false)?;
-    let fit = fit_coupled(&structure, &all, None, false)?;
+    let fit = fit_plant(&structure, &all, None, false)?;
     let truth = dive.truth.vehicle.map(|own| own.coefficients).unwrap_or_default();
     let names = fit.plant.structure().names();
     let mut tally = Tally::default();

@@ -2,7 +2,7 @@
 
 use seaplant::Dof;
 use seaplant::plant::{Basis, Product};
-use seaplant::results::{AxisScore, Coefficient, CoupledPlant, Parameter, Results};
+use seaplant::results::{AxisScore, Coefficient, FittedPlant, Parameter, Results};
 
 use super::card::{Card, ParameterRow, Picture, ScoreRow, added_to, consequences, parameter_row};
 use crate::figure::Thumbnails;
@@ -12,7 +12,7 @@ use crate::words;
 pub(super) fn of(
     dof: Dof,
     name: &str,
-    plant: &CoupledPlant,
+    plant: &FittedPlant,
     results: &Results,
     thumbnails: &Thumbnails,
 ) -> Card {
@@ -51,7 +51,7 @@ fn parameter(x: &Coefficient) -> Parameter {
 
 /// Returns the axis' own coefficients: the diagonal of M and of the damping, weight and righting
 /// moment.
-fn rows(dof: Dof, plant: &CoupledPlant, results: &Results) -> Vec<ParameterRow> {
+fn rows(dof: Dof, plant: &FittedPlant, results: &Results) -> Vec<ParameterRow> {
     let own = [
         (words::mass(dof), words::mass_symbol(dof), Basis::Mass(dof, dof)),
         ("Quadratic drag", "d_Q", Basis::Product(dof, Product::quadratic(dof))),
@@ -75,7 +75,7 @@ fn rows(dof: Dof, plant: &CoupledPlant, results: &Results) -> Vec<ParameterRow> 
     own.into_iter().filter_map(row).collect()
 }
 
-fn scores(dof: Dof, plant: &CoupledPlant) -> Vec<ScoreRow> {
+fn scores(dof: Dof, plant: &FittedPlant) -> Vec<ScoreRow> {
     let of = |label: &str, score: Option<&AxisScore>| {
         score.map(|score| ScoreRow {
             label: label.to_owned(),

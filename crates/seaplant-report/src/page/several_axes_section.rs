@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use seaplant::Dof;
 use seaplant::results::{
-    AxisScore, Coefficient, CoupledPlant, MatrixResult, Parameter, Part, PrimeCoefficient,
+    AxisScore, Coefficient, FittedPlant, MatrixResult, Parameter, Part, PrimeCoefficient,
     ThrusterEstimate, ToldBy,
 };
 use serde::Serialize;
@@ -32,7 +32,7 @@ pub(crate) struct SeveralAxesSection {
     details: Vec<Table>,
 }
 
-pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> SeveralAxesSection {
+pub(crate) fn view(name: &str, plant: &FittedPlant, pictures: Pictures<'_>) -> SeveralAxesSection {
     let mut tables = vec![scores(plant)];
     tables.extend(changes(plant));
     tables.push(matrix("Mass matrix M, rigid body plus added", plant, &plant.mass_matrix).noted(
@@ -76,12 +76,12 @@ pub(crate) fn view(name: &str, plant: &CoupledPlant, pictures: Pictures<'_>) -> 
 }
 
 /// Formats `surge, sway, yaw`.
-pub(super) fn axes(plant: &CoupledPlant) -> String {
+pub(super) fn axes(plant: &FittedPlant) -> String {
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     names.join(", ")
 }
 
-fn lead(plant: &CoupledPlant) -> String {
+fn lead(plant: &FittedPlant) -> String {
     let told = &plant.identifiability;
     format!(
         "One plant of {} axes by {}, {} coefficients, of which the motion determines {}; symmetry: {}. Velocities are relative to the water; forces that damp are positive.",
@@ -93,7 +93,7 @@ fn lead(plant: &CoupledPlant) -> String {
     )
 }
 
-fn scores(plant: &CoupledPlant) -> Table {
+fn scores(plant: &FittedPlant) -> Table {
     let own = |dof: &Dof| plant.fit.by_axis.get(dof);
     let held = |dof: &Dof| plant.hold_out.as_ref().and_then(|score| score.by_axis.get(dof));
     let cells = |score: Option<&AxisScore>| {
@@ -137,7 +137,7 @@ fn scores(plant: &CoupledPlant) -> Table {
 }
 
 /// Returns the changes of mass and drag that the held-out trials support.
-fn changes(plant: &CoupledPlant) -> Option<Table> {
+fn changes(plant: &FittedPlant) -> Option<Table> {
     let held = &plant.hold_out.as_ref()?.by_axis;
     let row = |dof: &Dof| {
         let change = held.get(dof)?.change?;
@@ -161,7 +161,7 @@ fn changes(plant: &CoupledPlant) -> Option<Table> {
     })
 }
 
-fn matrix(caption: &str, plant: &CoupledPlant, matrix: &MatrixResult) -> Table {
+fn matrix(caption: &str, plant: &FittedPlant, matrix: &MatrixResult) -> Table {
     let cell = |value: f64, std: f64| {
         if std == 0.0 {
             return "·".to_owned();
@@ -185,7 +185,7 @@ fn matrix(caption: &str, plant: &CoupledPlant, matrix: &MatrixResult) -> Table {
 }
 
 /// Returns the coefficients that are in none of the matrices.
-fn others(plant: &CoupledPlant) -> Option<Table> {
+fn others(plant: &FittedPlant) -> Option<Table> {
     let in_matrix = |name: &str| name.starts_with("mass.") || is_plain_damping(name);
     let found = plant.parameters.iter().filter(|(name, _)| !in_matrix(name));
     let rows: Vec<Row> = found.map(|(name, x)| coefficient_row(name, x)).collect();
@@ -226,7 +226,7 @@ fn coefficient_row(name: &str, x: &Coefficient) -> Row {
 }
 
 /// Returns the dimensionless coefficients.
-fn prime(plant: &CoupledPlant) -> Option<Table> {
+fn prime(plant: &FittedPlant) -> Option<Table> {
     let system = plant.nondimensional.as_ref()?;
     let row = |(name, x): (&String, &PrimeCoefficient)| {
         let rounded = Rounded::of(&Parameter {
@@ -253,7 +253,7 @@ fn prime(plant: &CoupledPlant) -> Option<Table> {
 }
 
 /// Returns what each thruster gives, as far as the trials determine it.
-fn thrusters(plant: &CoupledPlant) -> Option<Table> {
+fn thrusters(plant: &FittedPlant) -> Option<Table> {
     let with_std = |x: Option<&Parameter>| {
         x.map_or([ABSENT.to_owned(), ABSENT.to_owned()], |x| {
             let Rounded { value, low95, high95, .. } = Rounded::of(x);
@@ -282,7 +282,7 @@ fn thrusters(plant: &CoupledPlant) -> Option<Table> {
     })
 }
 
-fn coefficients(plant: &CoupledPlant) -> Table {
+fn coefficients(plant: &FittedPlant) -> Table {
     let inflation = &plant.identifiability.variance_inflation;
     let row = |(name, x): (&String, &Coefficient)| {
         let mut row = coefficient_row(name, x);
@@ -304,7 +304,7 @@ fn nuisances(nuisances: &BTreeMap<String, Parameter>) -> Table {
     Table::new("Currents, disturbances and noise", head, nuisances.iter().map(row).collect())
 }
 
-fn structure(plant: &CoupledPlant) -> Option<Table> {
+fn structure(plant: &FittedPlant) -> Option<Table> {
     let row = |decision: &seaplant::results::TermDecision| {
         let verdict = if decision.admitted { "kept" } else { "left out" };
         Row::new([
@@ -323,7 +323,7 @@ fn structure(plant: &CoupledPlant) -> Option<Table> {
 /// Correlation above which coefficients are listed together.
 const SHOWN_CORRELATION: f64 = 0.7;
 
-fn correlation(plant: &CoupledPlant) -> Table {
+fn correlation(plant: &FittedPlant) -> Table {
     let names = &plant.correlation.names;
     let mut pairs = Vec::new();
     for (i, row) in plant.correlation.value.iter().enumerate() {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Compared, DifferenceTest, Gaussian, Stated, by_holm, homogeneity, single};
+use super::{Compared, DifferenceTest, Gaussian, Stated, by_holm, gaussian, homogeneity};
 use crate::results::{Parameter, Results, ThrusterEstimate};
 use crate::{Caveat, CaveatCode};
 
@@ -187,7 +187,7 @@ fn history(
         estimates.iter().map(|own| Some(stated(&own.as_ref()?.gain))).collect();
     let reverse =
         estimates.iter().map(|own| Some(stated(own.as_ref()?.reverse.as_ref()?))).collect();
-    let known: Vec<Gaussian> = gains.iter().flatten().filter_map(single).collect();
+    let known: Vec<Gaussian> = gains.iter().flatten().filter_map(gaussian).collect();
     let mut changes = changes(name, estimates);
     changes.extend(exchanges(name, dives));
     changes.sort_by_key(|change| change.from);

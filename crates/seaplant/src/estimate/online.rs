@@ -22,11 +22,11 @@ mod instruments;
 mod joint;
 pub(crate) mod logs;
 mod noise;
+mod one_axis;
 mod options;
 mod possible;
 mod recursive;
 mod sample;
-mod single;
 mod start;
 mod step;
 
@@ -34,14 +34,14 @@ use nalgebra::{DMatrix, Vector6};
 
 pub use change::Change;
 pub use history::{OnlineHistory, PlantChanged};
-pub use logs::{CoefficientHistory, OnlineFit, fit_online_coupled};
+pub use logs::{CoefficientHistory, OnlineFit, fit_online_plant};
+pub use one_axis::fit_online;
 pub use options::{OnlineOptions, Scheme};
 pub use possible::Possible;
 pub use sample::{MOST_SIGNALS, Sample};
-pub use single::fit_online;
 
 use crate::Error;
-use crate::motion::Whole;
+use crate::motion::SixAxisPlant;
 use crate::plant::{Basis, Plant, RigidBody, Structure};
 use adaptive::Adaptive;
 use change::Changes;
@@ -388,11 +388,11 @@ impl Online {
             });
         }
         let Some(last) = self.recent[0] else { return Ok(None) };
-        let whole = Whole::new(&self.plant()?)?;
+        let six_axes = SixAxisPlant::new(&self.plant()?)?;
         let steps = (duration_s / 0.02).ceil().max(1.0);
         let h = duration_s / steps;
         let rate = |velocity: &Vector6<f64>| {
-            whole.rate(velocity, &last.down_body, &last.force, &last.signals)
+            six_axes.rate(velocity, &last.down_body, &last.force, &last.signals)
         };
         let mut velocity = last.velocity;
         for _ in 0..steps as usize {

@@ -2,7 +2,7 @@
 
 use super::file::{basis_of_name, is_possible_std};
 use crate::plant::{Basis, Product};
-use crate::results::{CoupledPlant, MatrixResult, Parameter, PlantResult, Results};
+use crate::results::{FittedPlant, MatrixResult, Parameter, PlantResult, Results};
 use crate::{Dof, Error, LumpedParameters};
 
 /// Relative rounding of a writer and a reader.
@@ -30,7 +30,7 @@ pub fn check_results(results: &Results) -> Result<(), Error> {
             check_plant(&format!("methods.{dof}.{method}"), plant)?;
         }
     }
-    results.coupled.iter().try_for_each(|(name, plant)| check_coupled(name, plant))
+    results.coupled.iter().try_for_each(|(name, plant)| check_fitted_plant(name, plant))
 }
 
 /// Returns the parameters of a plant with their names in results; those not fitted are absent.
@@ -91,7 +91,7 @@ fn check_same(
     Ok(())
 }
 
-fn check_coupled(name: &str, result: &CoupledPlant) -> Result<(), Error> {
+fn check_fitted_plant(name: &str, result: &FittedPlant) -> Result<(), Error> {
     let path = format!("coupled.{name}");
     for (coefficient, x) in &result.parameters {
         let numbers = [x.value, x.std, x.low95, x.high95];
@@ -109,7 +109,7 @@ fn check_coupled(name: &str, result: &CoupledPlant) -> Result<(), Error> {
 /// Compares a coefficient with its entries in the matrices, if any.
 fn check_entries(
     path: &str,
-    result: &CoupledPlant,
+    result: &FittedPlant,
     coefficient: &str,
     value: f64,
 ) -> Result<(), Error> {
@@ -130,7 +130,7 @@ fn check_entries(
 type Entry<'a> = (&'static str, &'a MatrixResult, [Dof; 2]);
 
 /// Returns the entries of a coefficient in the matrices: two for a mass that couples two axes.
-fn entries(result: &CoupledPlant, term: Basis) -> Vec<Entry<'_>> {
+fn entries(result: &FittedPlant, term: Basis) -> Vec<Entry<'_>> {
     match term {
         Basis::Mass(i, j) => {
             [[i, j], [j, i]].map(|at| ("mass_matrix", &result.mass_matrix, at)).into()

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::PlantModel;
 use crate::motion::Inputs;
 use crate::random::gauss_markov;
-use crate::results::{CoupledPlant, PlantResult};
+use crate::results::{FittedPlant, PlantResult};
 use crate::{Dof, Error, Timed};
 
 /// A slow unexplained force on an axis, as estimated by the filter error method: a first-order
@@ -86,7 +86,7 @@ pub(super) fn disturbance_of_axis(plant: &PlantResult) -> Option<Disturbance> {
 }
 
 /// Returns the disturbances of a plant of several axes.
-pub(super) fn disturbances_of_coupled(plant: &CoupledPlant) -> BTreeMap<Dof, Disturbance> {
+pub(super) fn disturbances_of_plant(plant: &FittedPlant) -> BTreeMap<Dof, Disturbance> {
     let disturbance = |&dof: &Dof| {
         let std = plant.nuisances.get(&format!("disturbance: {dof}"))?.value;
         let correlation_s = plant.nuisances.get(&format!("disturbance correlation: {dof}"))?.value;

@@ -48,12 +48,12 @@ impl PlantModel {
 impl PlantModel {
     /// Returns the parameters of `τ = m v̇ + d_Q v|v| + d_L v + b` of one axis with all others at
     /// rest, level; `None` for an axis outside the plant.
-    pub fn single_axis(&self, dof: Dof) -> Option<PhysicalParameters> {
-        self.plant.axes().contains(&dof).then(|| single_axis_of(&self.plant, dof))
+    pub fn one_axis(&self, dof: Dof) -> Option<PhysicalParameters> {
+        self.plant.axes().contains(&dof).then(|| one_axis_of(&self.plant, dof))
     }
 }
 
-fn single_axis_of(plant: &Plant, dof: Dof) -> PhysicalParameters {
+fn one_axis_of(plant: &Plant, dof: Dof) -> PhysicalParameters {
     let value = |basis: Basis| plant.coefficient(&basis).unwrap_or(0.0);
     let excess = if dof == Dof::Heave { value(Basis::WeightExcess) } else { 0.0 };
     PhysicalParameters {
@@ -99,7 +99,7 @@ struct Axis {
 impl Axis {
     fn new(plant: &Plant, dof: Dof) -> Self {
         let PhysicalParameters { mass, d_quadratic, d_linear, bias_force } =
-            single_axis_of(plant, dof);
+            one_axis_of(plant, dof);
         Self { dof, mass, quadratic: d_quadratic, linear: d_linear, bias: bias_force }
     }
 

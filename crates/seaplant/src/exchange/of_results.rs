@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 
-use super::driven::{disturbance_of_axis, disturbances_of_coupled};
+use super::driven::{disturbance_of_axis, disturbances_of_plant};
 use super::{Actuation, Judgement, Origin, PlantModel};
 use crate::plant::{Basis, Effect, Plant, Product, Structure, Symmetry};
 use crate::results::{
-    CoupledPlant, CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_gain,
+    CurveResult, FittedPlant, Parameter, PlantResult, Results, RigidBodyResult, is_gain,
     plant_of_result,
 };
 use crate::{Dof, Error, Method, ThrustCurve, Thruster};
@@ -48,9 +48,9 @@ impl PlantModel {
         let mut actuation = BTreeMap::new();
         let mut disturbances = BTreeMap::new();
         for (name, plant) in &results.coupled {
-            parts.push(part_of_coupled(plant)?);
+            parts.push(part_of_plant(plant)?);
             note_omissions(name, &plant.nuisances, &mut notes);
-            disturbances.extend(disturbances_of_coupled(plant));
+            disturbances.extend(disturbances_of_plant(plant));
             let of_all = actuation_of(&plant.nuisances);
             actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
         }
@@ -127,7 +127,7 @@ impl Judgement {
     pub fn of_results(results: &Results, method: Option<Method>) -> Result<Vec<Self>, Error> {
         let coupled = results.coupled.values().flat_map(|plant| &plant.axes);
         let coupled: BTreeSet<&Dof> = coupled.collect();
-        let mut all: Vec<Self> = results.coupled.values().map(judgement_of_coupled).collect();
+        let mut all: Vec<Self> = results.coupled.values().map(judgement_of_plant).collect();
         for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
             all.push(judgement(*dof, results.plant_of(*dof, method)?));
         }
@@ -210,7 +210,7 @@ fn scaled(name: &str, curve: &ThrustCurve, gains: [f64; 2]) -> Result<ThrustCurv
 const LEAST_GAIN: f64 = -0.2;
 
 /// Returns the plant of results without gains of thrusters, which are part of the curves.
-fn without_gains(result: &CoupledPlant) -> Result<Plant, Error> {
+fn without_gains(result: &FittedPlant) -> Result<Plant, Error> {
     let whole = plant_of_result(result)?;
     let structure = whole.structure().without(|term| is_gain(whole.structure(), term));
     let terms = structure.terms().iter();
@@ -218,7 +218,7 @@ fn without_gains(result: &CoupledPlant) -> Result<Plant, Error> {
     Plant::new(structure, coefficients)?.pruned()
 }
 
-fn part_of_coupled(result: &CoupledPlant) -> Result<Part, Error> {
+fn part_of_plant(result: &FittedPlant) -> Result<Part, Error> {
     let plant = without_gains(result)?;
     let names = plant.structure().names();
     let index = |name: &String| result.correlation.names.iter().position(|known| known == name);
@@ -296,7 +296,7 @@ fn judgement(dof: Dof, plant: &PlantResult) -> Judgement {
     }
 }
 
-fn judgement_of_coupled(plant: &CoupledPlant) -> Judgement {
+fn judgement_of_plant(plant: &FittedPlant) -> Judgement {
     Judgement {
         axes: plant.axes.clone(),
         method: plant.method.to_string(),

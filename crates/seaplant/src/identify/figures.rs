@@ -1,7 +1,7 @@
 //! Data series of the figures, computed on demand, as those of long logs are too large to keep.
 
 use super::TrialsOf;
-use super::coupled::compare_coupled;
+use super::plants::compare_fitted_plant;
 use crate::diagnose::force_spectrum;
 use crate::results::{
     ComparisonFigure, FittedModel, Identification, Series, SpectrumFigure, SteadyFigure,
@@ -24,11 +24,11 @@ impl Identification {
         let steady = Dof::ALL.into_iter().flat_map(move |dof| {
             of(dof).steady.into_iter().filter_map(move |trial| steady_figure(dof, trial).ok())
         });
-        comparisons.chain(self.coupled(trials)).chain(fitted).chain(steady)
+        comparisons.chain(self.of_several_axes(trials)).chain(fitted).chain(steady)
     }
 
     /// Returns the motion of plants of several axes.
-    fn coupled<'a>(&'a self, trials: &'a [Trial]) -> impl Iterator<Item = Series> + 'a {
+    fn of_several_axes<'a>(&'a self, trials: &'a [Trial]) -> impl Iterator<Item = Series> + 'a {
         self.results.coupled.iter().flat_map(move |(name, plant)| {
             let unsteady = trials.iter().filter(|trial| trial.role() != Role::Steady);
             unsteady.flat_map(move |trial| {
@@ -38,7 +38,7 @@ impl Identification {
                     Series::Comparison(figure)
                 };
                 // A trial that was left out of the fit has no figure.
-                let comparisons = compare_coupled(plant, trial).unwrap_or_default();
+                let comparisons = compare_fitted_plant(plant, trial).unwrap_or_default();
                 comparisons.into_iter().map(figure).collect::<Vec<_>>()
             })
         })

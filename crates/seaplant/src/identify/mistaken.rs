@@ -2,7 +2,7 @@
 
 use super::verdict::verdict;
 use crate::diagnose::{Mistake, mistakes};
-use crate::results::{CoupledPlant, Failure, PlantResult, Results, Trust, Verdict};
+use crate::results::{Failure, FittedPlant, PlantResult, Results, Trust, Verdict};
 use crate::{Caveat, Dof, Trial, Vehicle};
 
 /// Returns probable mistakes of the user: signs, exchanged channels, frames, mounting, units.
@@ -28,7 +28,7 @@ pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
         let is_of = |dof: &Dof| mistake.axes.contains(dof);
         let alone = plants.iter().any(|(dof, plant)| is_of(dof) && is_doubtful(&plant.verdict));
         let together =
-            |plant: &CoupledPlant| is_doubtful(&plant.verdict) && plant.axes.iter().any(&is_of);
+            |plant: &FittedPlant| is_doubtful(&plant.verdict) && plant.axes.iter().any(&is_of);
         let failed =
             |one: &Failure| is_together(one) || is_of(&one.dof) && !plants.contains_key(&one.dof);
         alone || coupled.values().any(together) || failures.iter().any(failed)
@@ -71,7 +71,7 @@ fn doubt(dof: Dof, plant: &mut PlantResult, found: &[Mistake]) {
     }
 }
 
-fn doubt_together(plant: &mut CoupledPlant, found: &[Mistake]) {
+fn doubt_together(plant: &mut FittedPlant, found: &[Mistake]) {
     let is_of = |mistake: &&Mistake| mistake.axes.iter().any(|dof| plant.axes.contains(dof));
     let own: Vec<Caveat> = found.iter().filter(is_of).map(Mistake::caveat).collect();
     let Some(first) = own.first() else { return };

@@ -1,14 +1,12 @@
 //! Steering models from yaw rate and rudder alone, in addition to plants of several axes.
 
 use super::IdentifyOptions;
-use super::coupled::Records;
-use crate::CoupledPlan;
+use super::plants::Records;
+use crate::PlantPlan;
 use crate::estimate::{NomotoFit, NomotoOrder, RudderLaw, SteeringTrial, fit_nomoto};
 use crate::plant::Signal;
 use crate::results::{NomotoResult, Parameter, Results, SecondOrder};
-use crate::{
-    Caveat, CaveatCode, CoupledRecord, Dof, Error, Estimate, Fin, Surface, Trial, Vehicle,
-};
+use crate::{Caveat, CaveatCode, Dof, Error, Estimate, Fin, Surface, Trial, TrialRecord, Vehicle};
 
 /// Fits Nomoto's models to every rudder of the vehicle, where a plant includes yaw.
 pub(super) fn identify(
@@ -17,7 +15,7 @@ pub(super) fn identify(
     options: &IdentifyOptions,
     results: &mut Results,
 ) {
-    let has_yaw = |plan: &&CoupledPlan| plan.axes.contains(&Dof::Yaw);
+    let has_yaw = |plan: &&PlantPlan| plan.axes.contains(&Dof::Yaw);
     let Some(plan) = options.coupled.iter().find(has_yaw) else { return };
     // Missing records are reported as the plant's own failure.
     let Ok(records) = Records::of(trials, &plan.axes) else { return };
@@ -56,7 +54,7 @@ fn fit_law(
     }
 }
 
-fn steering<'a>(rudder: &Fin, record: &'a CoupledRecord) -> Option<SteeringTrial<'a>> {
+fn steering<'a>(rudder: &Fin, record: &'a TrialRecord) -> Option<SteeringTrial<'a>> {
     let signal = Signal::Angle { kind: rudder.kind, name: rudder.name.clone() };
     let angle = record.signals.get(&signal)?;
     let rate = record.velocity[Dof::Yaw.index()].as_ref()?;

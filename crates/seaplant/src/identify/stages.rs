@@ -1,7 +1,7 @@
 //! The fits of an identification, in order, with their expected cost.
 
 use super::{IdentifyOptions, TrialsOf, Work};
-use crate::CoupledPlan;
+use crate::PlantPlan;
 use crate::estimate::{MOST_SEARCHED, MOST_TRIALS};
 use crate::{Dof, Method, Trial, Vehicle, VelocitySource};
 
@@ -65,8 +65,8 @@ fn samples(trial: &Trial, dof: Dof) -> usize {
 }
 
 /// Returns the number of samples of the axis with the highest rate.
-fn samples_together(trial: &Trial, plan: &CoupledPlan) -> usize {
-    let Ok(record) = trial.coupled(&plan.axes) else { return 0 };
+fn samples_together(trial: &Trial, plan: &PlantPlan) -> usize {
+    let Ok(record) = trial.record(&plan.axes) else { return 0 };
     record.velocity.iter().flatten().map(|series| series.len()).max().unwrap_or(0)
 }
 
@@ -93,7 +93,7 @@ fn cost_s(method: Method, samples: usize) -> (f64, f64) {
 
 /// Returns the range of cost of a plant of several axes, which increases with the square of their
 /// number.
-fn cost_together_s(plan: &CoupledPlan, samples: usize) -> (f64, f64) {
+fn cost_together_s(plan: &PlantPlan, samples: usize) -> (f64, f64) {
     let axes = plan.axes.len() as f64;
     let (least, most) = (30e-6, 500e-6);
     let samples = axes * axes * samples as f64;

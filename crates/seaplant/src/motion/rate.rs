@@ -130,12 +130,12 @@ impl Forces {
 }
 
 /// A plant with rates on all six axes, zero outside its own.
-pub(crate) struct Whole {
+pub(crate) struct SixAxisPlant {
     inverse: Matrix6<f64>,
     forces: Forces,
 }
 
-impl Whole {
+impl SixAxisPlant {
     /// Prepares a plant.
     ///
     /// # Errors

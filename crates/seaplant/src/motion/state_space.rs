@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
-use super::Whole;
+use super::SixAxisPlant;
 use super::attitude::{body_from_world, down_body};
 use super::held::{HeldTurn, held_turn};
 use super::known::{KnownForce, Load};
@@ -42,7 +42,7 @@ pub const STATE_NAMES: [&str; 12] =
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub struct StateSpace {
-    whole: Whole,
+    six_axes: SixAxisPlant,
     own: [bool; 6],
     axes: String,
 }
@@ -63,7 +63,7 @@ impl StateSpace {
     /// [`Error::Plant`] if M cannot be inverted.
     pub fn new(plant: &Plant) -> Result<Self, Error> {
         let own = Dof::ALL.map(|dof| plant.axes().contains(&dof));
-        Ok(Self { whole: Whole::new(plant)?, own, axes: plant.structure().name() })
+        Ok(Self { six_axes: SixAxisPlant::new(plant)?, own, axes: plant.structure().name() })
     }
 
     /// The plant under known forces that act together, whatever their times are.
@@ -71,8 +71,8 @@ impl StateSpace {
     /// # Errors
     /// As [`StateSpace::new`].
     pub fn under(plant: &Plant, known: &[KnownForce]) -> Result<Self, Error> {
-        let whole = Whole::under(plant, Some(&Load::of(known)))?;
-        Ok(Self { whole, ..Self::new(plant)? })
+        let six_axes = SixAxisPlant::under(plant, Some(&Load::of(known)))?;
+        Ok(Self { six_axes, ..Self::new(plant)? })
     }
 
     /// Returns `ẋ = f(x, τ)`: m/s, rad/s, m/s², rad/s²; shape (12,).
@@ -89,7 +89,7 @@ impl StateSpace {
         let pose = self.pose(x, tau, current)?;
         let (nu, held) = self.velocity(x, &pose);
         let omega = held.omega;
-        let acceleration = self.whole.rate(&self.relative(&nu, &pose), &pose.down, tau, &[])
+        let acceleration = self.six_axes.rate(&self.relative(&nu, &pose), &pose.down, tau, &[])
             - self.on_own(&omega.cross(&pose.water));
         let mut rate = State::zeros();
         rate.fixed_rows_mut::<3>(0).copy_from(&(pose.to_body.tr_mul(&nu.fixed_rows::<3>(0))));
@@ -111,7 +111,7 @@ impl StateSpace {
         let pose = self.pose(x, tau, current)?;
         let (nu, held) = self.velocity(x, &pose);
         let (v, omega) = (nu.fixed_rows::<3>(0).into_owned(), held.omega);
-        let by_velocity = self.whole.slope(&self.relative(&nu, &pose));
+        let by_velocity = self.six_axes.slope(&self.relative(&nu, &pose));
         let mut a = SMatrix::<f64, 12, 12>::zeros();
         a.fixed_view_mut::<3, 3>(0, 6).copy_from(&pose.to_body.transpose());
         a.fixed_view_mut::<3, 3>(3, 9).copy_from(&turning(&pose));
@@ -122,7 +122,7 @@ impl StateSpace {
             let about = self.turns_about(&pose, k);
             let turned = |of: &Vector3<f64>| -about.cross(of);
             let by_angle = by_velocity * self.on_own(&-turned(&pose.water))
-                + self.whole.slope_by_down(&turned(&pose.down))
+                + self.six_axes.slope_by_down(&turned(&pose.down))
                 - self.on_own(&omega.cross(&turned(&pose.water)));
             a.fixed_view_mut::<6, 1>(6, 3 + k).copy_from(&by_angle);
             let position = pose.to_body.tr_mul(&about.cross(&v));
@@ -133,7 +133,7 @@ impl StateSpace {
         a.fixed_view_mut::<3, 2>(3, 3).copy_from(&turning_slope(&pose, &omega));
         self.hold(&mut a, &held, &pose);
         let mut b = SMatrix::<f64, 12, 6>::zeros();
-        b.fixed_view_mut::<6, 6>(6, 0).copy_from(self.whole.inverse());
+        b.fixed_view_mut::<6, 6>(6, 0).copy_from(self.six_axes.inverse());
         Ok((a, b))
     }
 
@@ -144,7 +144,7 @@ impl StateSpace {
     /// As [`StateSpace::rate`].
     pub fn holding_input(&self, x: &State, current: &Vector3<f64>) -> Result<Vector6<f64>, Error> {
         let free = self.rate(x, &Vector6::zeros(), current)?;
-        Ok(-(self.whole.mass() * free.fixed_rows::<6>(6)))
+        Ok(-(self.six_axes.mass() * free.fixed_rows::<6>(6)))
     }
 
     /// Returns the indices of the states that the plant moves: its velocities, the angles of its

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector6;
 
-use super::{CoupledPlant, Parameter, PlantResult, Results, two_digits};
+use super::{FittedPlant, Parameter, PlantResult, Results, two_digits};
 use crate::plant::{Basis, Product};
 use crate::{Dof, Estimate, Role};
 
@@ -105,7 +105,7 @@ impl Results {
     }
 }
 
-impl CoupledPlant {
+impl FittedPlant {
     /// Computes the drag of an axis by its own velocity up to a speed; `None` for an axis without
     /// drag.
     pub fn drag_to(&self, dof: Dof, greatest: f64) -> Option<DragCurve> {

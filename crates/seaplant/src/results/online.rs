@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Coefficient, CoupledScore};
+use super::{Coefficient, PlantScore};
 use crate::estimate::online::OnlineHistory;
 use crate::plant::Symmetry;
 use crate::{Caveat, Dof, Method};
 
 /// A plant of several axes, estimated recursively.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct CoupledOnline {
+pub struct PlantOnline {
     /// Its axes.
     pub axes: Vec<Dof>,
     /// The method of identification.
@@ -26,9 +26,9 @@ pub struct CoupledOnline {
     /// Number of measured values.
     pub samples: usize,
     /// Its error on the fitted trials.
-    pub fit: CoupledScore,
+    pub fit: PlantScore,
     /// Its error on unseen trials.
-    pub hold_out: Option<CoupledScore>,
+    pub hold_out: Option<PlantScore>,
     /// Caveats.
     pub caveats: Vec<Caveat>,
 }

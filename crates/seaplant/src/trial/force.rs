@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
 
-use super::{CoupledThruster, TrialSetup};
+use super::{PlacedThruster, TrialSetup};
 use crate::navigation::Recording;
 use crate::series::{Cutter, Reader};
 use crate::{
@@ -251,23 +251,23 @@ pub(crate) fn force_along(recording: &Recording, vehicle: &Vehicle, dof: Dof) ->
 }
 
 /// Forces on a vehicle of several axes.
-pub(super) struct CoupledThrust {
+pub(super) struct PlacedThrust {
     /// On each axis, held, N or N m; `None` if a thruster that acts there was not logged.
     pub(super) force: [Option<Timed>; 6],
     /// The thrusters that produce it; an axis without thrusters has a logged wrench.
-    pub(super) thrusters: Vec<CoupledThruster>,
+    pub(super) thrusters: Vec<PlacedThruster>,
     /// The thrusters driven beyond their curves.
     pub(super) saturated: Vec<Saturation>,
 }
 
 /// Returns the forces of a recording on all axes.
-pub(super) fn coupled_thrust(recording: &Recording, vehicle: &Vehicle) -> CoupledThrust {
+pub(super) fn placed_thrust(recording: &Recording, vehicle: &Vehicle) -> PlacedThrust {
     let setup = TrialSetup { dofs: Dof::ALL.to_vec(), ..TrialSetup::default() };
     let of_thrust = recording.iter().filter(|(quantity, _)| quantity.is_of_thrust());
     let of_thrust = of_thrust.map(|(quantity, x)| (quantity.clone(), x.clone())).collect();
     let mut thrusts = Thrusts::new(&setup, of_thrust, vehicle);
     let (force, saturated) = ([const { None }; 6], Vec::new());
-    let mut found = CoupledThrust { force, thrusters: Vec::new(), saturated };
+    let mut found = PlacedThrust { force, thrusters: Vec::new(), saturated };
     let mut places: BTreeMap<&str, usize> = BTreeMap::new();
     for dof in Dof::ALL {
         let Ok(thrust) = thrusts.along(dof) else { continue };
@@ -282,7 +282,7 @@ pub(super) fn coupled_thrust(recording: &Recording, vehicle: &Vehicle) -> Couple
             let place = known.filter(|_| thruster.azimuth_axis.is_none()).unwrap_or_else(|| {
                 let track = ThrusterTrack { lever: 1.0, ..track };
                 let (name, wrench) = (thruster.name.clone(), Vector6::zeros());
-                found.thrusters.push(CoupledThruster { name, track, wrench });
+                found.thrusters.push(PlacedThruster { name, track, wrench });
                 found.thrusters.len() - 1
             });
             places.insert(&thruster.name, place);

@@ -5,7 +5,7 @@ use nalgebra::{Vector3, Vector6};
 
 use crate::navigation::{MeanAcceleration, MeanOver};
 use crate::series::ROUNDING_S;
-use crate::{CoupledRecord, Error, Timed};
+use crate::{Error, Timed, TrialRecord};
 
 /// Time constant of the high-pass of velocity from acceleration, and of the estimate of the
 /// instrument's offset, s.
@@ -125,7 +125,7 @@ pub(super) fn between(
 /// Least averaging time, s: below the time scale of a vehicle and its propellers.
 const LEAST_SPAN_S: f64 = 0.1;
 
-impl CoupledRecord {
+impl TrialRecord {
     /// Applies to a simulated motion the high-pass of velocity from acceleration; axes with a
     /// measured velocity are unchanged.
     pub(crate) fn as_gained(&self, times: &[f64], motion: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
@@ -217,10 +217,10 @@ mod tests {
                 Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
             })
             .collect();
-        let record = CoupledRecord {
+        let record = TrialRecord {
             by_acceleration: by,
             rates: Some(rates),
-            ..CoupledRecord::empty("circling", 100.0)
+            ..TrialRecord::empty("circling", 100.0)
         };
         let seen = record.as_gained(&times, &motion);
         for axis in 0..2 {

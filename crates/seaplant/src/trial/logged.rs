@@ -1,7 +1,7 @@
 //! The log of all axes of one trial, on one grid, for the detection of users' mistakes.
 
 use super::TrialSetup;
-use super::force::{CoupledThrust, coupled_thrust};
+use super::force::{PlacedThrust, placed_thrust};
 use super::slopes::{slope, velocity_by_fixes};
 use crate::navigation::{Motion, Navigated, Recording, navigate};
 use crate::quantity::{Attitude, Axis, World};
@@ -63,7 +63,7 @@ impl Logged {
     ) -> Option<Self> {
         let recording = beginning(setup, recording);
         let navigated = navigate(&setup.name, &recording, &vehicle.sensors).ok()?;
-        let CoupledThrust { thrusters, .. } = coupled_thrust(&recording, vehicle);
+        let PlacedThrust { thrusters, .. } = placed_thrust(&recording, vehicle);
         let velocity = velocities(&recording, &navigated);
         let wrench = Dof::ALL.map(|dof| recording.get(&Quantity::Wrench(dof)).cloned());
         let [roll, pitch] =
@@ -100,7 +100,7 @@ impl Logged {
         axes.sort();
         axes.dedup();
         let source = Dof::ALL.map(|dof| source(&recording, dof));
-        let of_thruster = |(thruster, thrust): (&super::CoupledThruster, &Timed)| LoggedThruster {
+        let of_thruster = |(thruster, thrust): (&super::PlacedThruster, &Timed)| LoggedThruster {
             name: thruster.name.clone(),
             wrench: thruster.wrench.into(),
             thrust: thrust.held_means(grid),

@@ -26,7 +26,7 @@ impl Records {
         navigated: &Navigated,
         cutter: &mut Cutter,
     ) -> Result<Self, Error> {
-        let mut whole = Whole { setup, dof, thrust, navigated, cutter };
+        let mut uncut = Uncut { setup, dof, thrust, navigated, cutter };
         let by_position = navigated.by_position.get(&dof);
         let Some(velocity) = navigated.measured.get(&dof) else {
             let accelerated = navigated.acceleration.get(&dof);
@@ -36,12 +36,12 @@ impl Records {
                 what: format!("velocity, position or acceleration for {dof}"),
                 advice: motion_advice(dof).to_owned(),
             })?;
-            let (_, record) = whole.record(position, None)?;
+            let (_, record) = uncut.record(position, None)?;
             return Ok(Self { by_position: Ok(record.clone()), measured: record });
         };
-        let measured = whole.record(&Motion::Velocity(velocity.clone()), None)?;
+        let measured = uncut.record(&Motion::Velocity(velocity.clone()), None)?;
         let by_position = by_position
-            .map(|motion| Ok(whole.record(motion, Some(&measured))?.1))
+            .map(|motion| Ok(uncut.record(motion, Some(&measured))?.1))
             .unwrap_or_else(|| Ok(measured.1.clone()));
         Ok(Self { measured: measured.1, by_position })
     }
@@ -62,7 +62,7 @@ impl Records {
 type Windowed = ((f64, f64), AxisRecord);
 
 /// One degree of freedom before it is cut to the window.
-struct Whole<'a> {
+struct Uncut<'a> {
     setup: &'a TrialSetup,
     dof: Dof,
     thrust: Thrust,
@@ -70,7 +70,7 @@ struct Whole<'a> {
     cutter: &'a mut Cutter,
 }
 
-impl Whole<'_> {
+impl Uncut<'_> {
     /// Creates the record of one motion, sharing data with another of the same window.
     fn record(&mut self, motion: &Motion, other: Option<&Windowed>) -> Result<Windowed, Error> {
         let window_s = self.overlap(motion.series())?;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::CoupledRecord;
+use super::TrialRecord;
 use crate::navigation::turning;
 use crate::{Dof, Timed};
 
@@ -67,7 +67,7 @@ impl VelocityReport {
     }
 }
 
-impl CoupledRecord {
+impl TrialRecord {
     /// Returns the record with translations corrected for delay; they still have the lag.
     ///
     /// The lag applies to `ω × r` of an instrument off the origin too, so that its lagged value is
@@ -191,12 +191,12 @@ mod tests {
             let still = rate.map(|_| 0.0);
             let mut velocity = [const { None }; 6];
             velocity[2] = Some(read.map(|_| 0.0));
-            let record = CoupledRecord {
+            let record = TrialRecord {
                 velocity,
                 readings: [None, None, Some(read.clone())],
                 levers_m: [0.0, 0.0, stated_m].map(|x| Vector3::new(x, 0.0, 0.0)),
                 rates: Some([still.clone(), rate.clone(), still]),
-                ..CoupledRecord::empty("a", 12.0)
+                ..TrialRecord::empty("a", 12.0)
             };
             let lever_m = [AHEAD_M - stated_m, 0.0, 0.0];
             let found = record.with_translations_before(&VelocityReport { lever_m, ..late });

@@ -11,7 +11,7 @@ use super::{Disturbance, DisturbanceStrength, STEPS_PER_TICK, TICK_HZ, TwinSpec}
 use crate::{Error, Timed};
 
 /// Fraction of a trial at each end without gaps, so that no log begins or ends with one.
-const WHOLE_ENDS: f64 = 0.05;
+const ENDS_WITHOUT_GAPS: f64 = 0.05;
 /// Largest error of a time stamp, as a fraction of the sampling period.
 const MOST_JITTER_OF_PERIOD: f64 = 0.45;
 
@@ -118,7 +118,8 @@ impl<'a> Faults<'a> {
     fn gaps(&self, instrument: &str) -> Vec<[f64; 2]> {
         let mut rng = self.streams.stream(&format!("{instrument} gaps"));
         let DisturbanceStrength { gap_s, gap_interval_s, .. } = *self.strength();
-        let (mut t, last) = (WHOLE_ENDS * self.duration_s, (1.0 - WHOLE_ENDS) * self.duration_s);
+        let (mut t, last) =
+            (ENDS_WITHOUT_GAPS * self.duration_s, (1.0 - ENDS_WITHOUT_GAPS) * self.duration_s);
         let mut gaps = Vec::new();
         loop {
             t += gap_interval_s * rng.sample::<f64, _>(Exp1);

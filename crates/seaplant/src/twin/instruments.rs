@@ -45,13 +45,13 @@ pub(super) trait Path {
 }
 
 /// A motion in one degree of freedom.
-pub(super) struct Single<'a> {
+pub(super) struct OneAxisPath<'a> {
     pub(super) dof: Dof,
     pub(super) moved: &'a TrialMotion,
     pub(super) water: &'a Water,
 }
 
-impl Path for Single<'_> {
+impl Path for OneAxisPath<'_> {
     fn steps(&self) -> usize {
         self.moved.velocity.len() - 1
     }
@@ -362,7 +362,7 @@ mod tests {
         let vehicle = spec.true_vehicle().expect("valid");
         let observer =
             Observer { spec: &spec, vehicle: &vehicle, streams: &streams, noise: silent };
-        let path = Single { dof: plan.dof, moved: &moved, water: &water };
+        let path = OneAxisPath { dof: plan.dof, moved: &moved, water: &water };
         let log = record(&observer, &path).expect("finite");
         (log, moved, vehicle.sensors)
     }

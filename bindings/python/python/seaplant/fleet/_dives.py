@@ -17,7 +17,7 @@ from typing import Any
 
 from seaplant import _native
 from seaplant._choices import Methods, Terms
-from seaplant._results import CoupledPlant, PlantResult, Results
+from seaplant._results import FittedPlant, PlantResult, Results
 from seaplant.errors import InputError
 from seaplant.identification import identify_campaign
 
@@ -175,7 +175,7 @@ def rows_of(dive: Row, results: Results) -> list[Row]:
         for dof, plant in results.plants.items()
     ]
     rows += [
-        {**empty, **dive, **provenance, **_coupled(name, plant)}
+        {**empty, **dive, **provenance, **_several_axes(name, plant)}
         for name, plant in results.coupled.items()
     ]
     without: dict[str, list[str]] = {}
@@ -207,12 +207,12 @@ def _plant(dof: str, plant: PlantResult) -> Row:
     return row | _beside(plant)
 
 
-def _coupled(name: str, plant: CoupledPlant) -> Row:
+def _several_axes(name: str, plant: FittedPlant) -> Row:
     row: Row = {"status": "found", "dof": name, "method": plant.method}
     return row | _beside(plant)
 
 
-def _beside(plant: PlantResult | CoupledPlant) -> Row:
+def _beside(plant: PlantResult | FittedPlant) -> Row:
     nuisances = {name: of.to_dict() for name, of in plant.nuisances.items()}
     return {
         "nuisances": json.dumps(nuisances, sort_keys=True),

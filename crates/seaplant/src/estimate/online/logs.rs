@@ -7,7 +7,7 @@ use super::{
 };
 use crate::motion::{down_body, interpolated_attitude};
 use crate::plant::{Basis, RigidBody, Signal, Structure};
-use crate::{Caveat, CaveatCode, CoupledRecord, Dof, Error, Grid, Timed};
+use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, TrialRecord};
 
 /// Result of online identification of some trials.
 #[derive(Clone, Debug)]
@@ -62,16 +62,16 @@ const SETTLED_BY: f64 = 0.9;
 /// Information below which a combination of coefficients counts as undetermined.
 const LEAST_EXCITATION: f64 = 1e-4;
 
-/// Identifies a plant from the samples of coupled records.
+/// Identifies a plant of several axes from records, sample by sample.
 ///
 /// # Errors
 /// As [`fit_online`](super::fit_online); [`Error::MissingChannel`] if a record lacks a signal that
 /// the plant's effects use; [`Error::Plant`] for axes without a known force, which the adaptive
 /// observer needs.
-pub fn fit_online_coupled(
+pub fn fit_online_plant(
     structure: &Structure,
     scheme: Scheme,
-    records: &[&CoupledRecord],
+    records: &[&TrialRecord],
     rigid_body: Option<&RigidBody>,
     options: &OnlineOptions,
 ) -> Result<OnlineFit, Error> {
@@ -87,7 +87,7 @@ pub fn fit_online_coupled(
 /// Checks that a known force acts on each axis with an effect of unknown size. Otherwise that
 /// effect and all other coefficients of the axis can grow in proportion without a change of the
 /// motion.
-fn check_forces(structure: &Structure, records: &[&CoupledRecord]) -> Result<(), Error> {
+fn check_forces(structure: &Structure, records: &[&TrialRecord]) -> Result<(), Error> {
     let is_driven = |dof: Dof| records.iter().any(|record| record.is_driven(dof));
     let acts = |term: &Basis, dof: Dof| structure.axes_of(term).contains(&dof);
     let effects = || structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
@@ -124,7 +124,7 @@ const SLOW_S: f64 = 0.2;
 
 /// Returns the grid of the slowest velocity: more samples would be interpolated ones, with less
 /// noise than stated.
-fn grid_of(record: &CoupledRecord, structure: &Structure) -> Grid {
+fn grid_of(record: &TrialRecord, structure: &Structure) -> Grid {
     let series = || structure.axes().iter().filter_map(|dof| record.velocity[dof.index()].as_ref());
     let fastest_s = series().map(Timed::period_s).fold(f64::INFINITY, f64::min);
     let is_no_slower = |one: &&Timed| one.period_s() <= fastest_s.max(SLOW_S);
@@ -137,7 +137,7 @@ fn grid_of(record: &CoupledRecord, structure: &Structure) -> Grid {
     Grid::spanning(first.copied().unwrap_or(from_s), to_s, period_s)
 }
 
-fn of_record(record: &CoupledRecord, structure: &Structure) -> Result<Stretch, Error> {
+fn of_record(record: &TrialRecord, structure: &Structure) -> Result<Stretch, Error> {
     let grid = grid_of(record, structure);
     let columns = |of: &dyn Fn(usize) -> Option<Vec<f64>>| -> Vec<Vec<f64>> {
         (0..6).map(|i| of(i).unwrap_or_else(|| vec![0.0; grid.len])).collect()
@@ -163,7 +163,7 @@ fn of_record(record: &CoupledRecord, structure: &Structure) -> Result<Stretch, E
 }
 
 /// Returns a signal as samples hold it: for an input, its mean until the next sample.
-fn column(record: &CoupledRecord, signal: &Signal, grid: Grid) -> Result<Vec<f64>, Error> {
+fn column(record: &TrialRecord, signal: &Signal, grid: Grid) -> Result<Vec<f64>, Error> {
     let series = record.signals.get(signal).ok_or_else(|| Error::MissingChannel {
         trial: record.trial.clone(),
         what: signal.to_string(),

@@ -1,0 +1,171 @@
+//! Online identification of one axis from its records.
+
+use nalgebra::{DMatrix, Matrix4};
+
+use super::logs::{OnlineFit, doubts, run};
+use super::{Online, OnlineOptions, acting};
+use crate::caveat::spoken;
+use crate::estimate::{Candidate, Decision, Estimate, Fit, Method, Nuisances, Records};
+use crate::plant::{Basis, Plant, Product, Structure, Symmetry};
+use crate::regression::LeastSquares;
+use crate::terms::Term;
+use crate::{Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms};
+
+/// Identifies one degree of freedom as a plant of one axis.
+///
+/// With a filter error fit of the same records, `beside`, thrust is corrected by its nuisances
+/// (lag, delay, inflow …), velocity through the water follows from its currents, and the fit is
+/// scored likewise; else force is as logged, in still water.
+///
+/// # Errors
+/// As [`Records::dof`]; [`Error::TooShort`] for records shorter than the start; those of
+/// [`Online`].
+///
+/// # Source
+/// \[Smallwood2003\]: adaptive identification of one axis.
+pub fn fit_online<'a>(
+    method: Method,
+    records: impl Into<Records<'a>>,
+    beside: Option<&Fit>,
+    options: &OnlineOptions,
+) -> Result<Fit, Error> {
+    let records = records.into();
+    let (dof, terms) = (records.dof()?, records.terms());
+    let scheme = method.scheme().unwrap_or_default();
+    let structure = axis_structure(dof, terms)?;
+    let stretches = records.fit.iter().map(|axis| acting::stretches(axis, beside));
+    let stretches = stretches.collect::<Result<Vec<_>, Error>>()?.concat();
+    // A grid has no gaps other than those at which it was cut.
+    let step_s = stretches.iter().flat_map(|stretch| stretch.steps_s()).fold(0.0, f64::max);
+    let longest_step_s = options.longest_step_s.max(LONGER * step_s);
+    let options = OnlineOptions { longest_step_s, ..*options };
+    let online = Online::new(structure, scheme, options, None)?;
+    let fit = run(online, &stretches, &options)?;
+    let mut found = axis_fit(dof, method, terms, &fit);
+    if let Some(beside) = beside {
+        found.nuisances = input_nuisances(&beside.nuisances);
+        let shapes = |one: &&Decision| one.admitted && one.candidate == Candidate::LinearThrust;
+        found.structure = beside.structure.iter().filter(shapes).cloned().collect();
+        found.caveats.push(borrowed_nuisances_caveat(dof, method, beside));
+    }
+    Ok(found)
+}
+
+/// Tolerance for rounding of the steps of a grid.
+const LONGER: f64 = 1.0 + 1e-6;
+
+/// Returns the nuisances of a fit between thrust and water, without those of noise.
+fn input_nuisances(nuisances: &Nuisances) -> Nuisances {
+    Nuisances {
+        swell: None,
+        disturbance: None,
+        correlation_s: None,
+        velocity_noise: None,
+        position_noise: None,
+        acceleration_noise: None,
+        acceleration_offset: Default::default(),
+        leak: None,
+        leak_correlation_s: None,
+        ..nuisances.clone()
+    }
+}
+
+/// Returns the caveat that the estimates depend on results of another method.
+fn borrowed_nuisances_caveat(dof: Dof, method: Method, beside: &Fit) -> Caveat {
+    let of = |name: &str, x: Option<Estimate>| Some(format!("{name} {} s", spoken(x?.value)));
+    let nuisances = &beside.nuisances;
+    let named = [of("a lag of", nuisances.lag_s), of("a delay of", nuisances.delay_s)];
+    let named: Vec<String> = named.into_iter().flatten().collect();
+    let named = match named.as_slice() {
+        [] => "neither lag nor delay".to_owned(),
+        named => named.join(" and "),
+    };
+    let message = format!(
+        "{method} takes thrust in {dof} as {} found it to act ({named}), its terms and the currents of its trials; what these are unsure of is in no interval of {method}",
+        beside.method
+    );
+    Caveat::note(CaveatCode::TakenFromAnother, message)
+}
+
+/// Returns the structure of one axis with the requested terms.
+fn axis_structure(dof: Dof, terms: Terms) -> Result<Structure, Error> {
+    let (linear, quadratic) = (Product::linear(dof), Product::quadratic(dof));
+    let structure = Structure::of(&[dof], Symmetry::Diagonal)?.without(|term| match term {
+        Basis::Product(_, product) if *product == linear => !terms.has(Term::Linear),
+        Basis::Product(_, product) if *product == quadratic => !terms.has(Term::Quadratic),
+        Basis::WeightExcess | Basis::Lever(_) | Basis::Effect(_) => true,
+        _ => false,
+    });
+    if terms.has(Term::Bias) { structure.with(Basis::One(dof)) } else { Ok(structure) }
+}
+
+/// Returns the lumped parameter of a term of one axis.
+fn term_of(term: &Basis) -> Term {
+    match term {
+        Basis::Mass(..) => Term::Force,
+        Basis::Product(_, product)
+            if product.factors().count() + usize::from(product.speed() != 0) == 1 =>
+        {
+            Term::Linear
+        }
+        Basis::Product(..) => Term::Quadratic,
+        _ => Term::Bias,
+    }
+}
+
+/// Returns its name in results.
+fn name_of(term: &Basis) -> &'static str {
+    match term_of(term) {
+        Term::Force => "mass",
+        Term::Quadratic => "quadratic_drag",
+        Term::Linear => "linear_drag",
+        Term::Bias => "bias_force",
+    }
+}
+
+fn axis_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
+    let plant = &fit.estimate.plant;
+    let all = plant.structure().terms();
+    let names: Vec<String> = all.iter().map(|term| name_of(term).to_owned()).collect();
+    let (lumped, covariance) = lumped(plant, &fit.estimate.covariance);
+    let inflation = all.iter().zip(&fit.estimate.inflation);
+    let found = LeastSquares {
+        lumped,
+        covariance,
+        t_freedom: fit.samples as f64,
+        condition: (1.0 / fit.estimate.excitation.max(f64::MIN_POSITIVE)).sqrt(),
+        inflation: inflation
+            .map(|(term, x)| (term_of(term), *x))
+            .filter(|(term, _)| *term != Term::Bias)
+            .collect(),
+        samples: fit.samples,
+        effective_samples: fit.estimate.independent_samples,
+        residual_rms: fit.estimate.residual[dof.index()] * lumped.alpha,
+    };
+    let caveats = doubts(dof.name(), &names, fit);
+    let fitted = Fit::of_regression(dof, method, terms, found, Default::default(), caveats);
+    Fit { history: Some(fit.history.result(&names, fit)), ..fitted }
+}
+
+/// Returns the lumped parameters of a plant of one axis, and their covariance.
+fn lumped(plant: &Plant, covariance: &DMatrix<f64>) -> (LumpedParameters, Matrix4<f64>) {
+    let places: Vec<usize> =
+        plant.structure().terms().iter().map(|term| term_of(term) as usize).collect();
+    // Converts m, d_Q, d_L and b to α, β, μ and bias; the same formulas convert back.
+    let (mut physical, mut of_physical) = ([0.0; 4], Matrix4::zeros());
+    for (a, &i) in places.iter().enumerate() {
+        physical[i] = plant.coefficients()[a];
+        for (b, &j) in places.iter().enumerate() {
+            of_physical[(i, j)] = covariance[(a, b)];
+        }
+    }
+    let [alpha, beta, mu, bias] = physical;
+    let physical = LumpedParameters { alpha, beta, mu, bias };
+    let lumped = LumpedParameters {
+        alpha: 1.0 / alpha,
+        beta: -beta / alpha,
+        mu: -mu / alpha,
+        bias: -bias / alpha,
+    };
+    (lumped, physical.physical_covariance(&of_physical))
+}

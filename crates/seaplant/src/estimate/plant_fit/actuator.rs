@@ -1,0 +1,816 @@
+//! How thrust follows what is logged of it: lag, delay and reverse thrust, the same of all thrusters.
+//!
+//! A propeller lags in speed n, and its thrust is k n|n|:
+//!
+//! ```text
+//! T ṅ(t) + n(t) = n_logged(t − D),   F = k n|n|,   times κ in reverse
+//! ```
+//!
+//! T may be another where a propeller slows down, and thrust another power of speed than the second.
+//!
+//! A logged wrench, of which nobody knows what makes it, lags itself:
+//!
+//! ```text
+//! T τ̇(t) + τ(t) = u(t − D)
+//! ```
+//!
+//! The speed of a propeller may have a greatest rate of change: it needs a slew time from rest to the
+//! greatest speed of the trials.
+//!
+//! Thrust may change beside what its log says, as with the voltage of a battery: by a factor e^a from
+//! the beginning to the end of each trial, and by e^b from the first trial to the last, 1 on average;
+//! and by e^(c ℓ) under the load ℓ of all thrusters, since current lowers the voltage:
+//!
+//! ```text
+//! ℓ = Σ (k n²)^(3/2) / Σ (k n_max²)^(3/2)
+//! ```
+//!
+//! The power of a propeller in place grows with its thrust to the power 3/2. A curve is right without load,
+//! as it is measured of one thruster by itself.
+//!
+//! D is negative where thrust acts before its log says. That of commands which are logged every h, while
+//! they are given m times as often, is −h/2 (1 − 1/m) on average: what is held until the next sample has
+//! long become something else. A pilot who works against the motion then looks like mass.
+//!
+//! Both are held between samples. A step of the filter takes the mean of what acts over each slice
+//! in closed form; of a wrench `∫τ dt = ∫u(t − D) dt − T [τ]`.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::Vector6;
+
+use super::super::filter_error::{Drive, Push, Shape, Stop, Unknown, Values};
+use super::super::inputs::Inputs;
+use super::search::ADMITTED;
+use crate::motion::{HeldForce, PUSHED_BY, Slice};
+use crate::plant::Signal;
+use crate::series::union;
+use crate::{Dof, Error, PlacedThruster, ThrusterTrack, Timed, TrialRecord};
+
+/// What stands between logged thrust and the thrust that acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Actuator {
+    /// Time constant T of the lag, s.
+    pub lag_s: f64,
+    /// Delay D, s; negative where thrust acts before its log says.
+    pub delay_s: f64,
+    /// Logarithm of the reverse-thrust ratio κ: what thrusters push in reverse, over what their
+    /// curves say.
+    pub log_reverse_ratio: f64,
+    /// Logarithm of the lag of a propeller that slows down over that of one that speeds up.
+    pub log_lag_ratio: f64,
+    /// Exponent of thrust over propeller speed, less 2.
+    pub beyond_square: f64,
+    /// Time that a propeller needs from rest to `full_speed` at its greatest rate of change, s; 0 without
+    /// a limit.
+    pub slew_s: f64,
+    /// Logarithm of thrust at the end of each trial over that at its beginning, beside what its log
+    /// says.
+    pub log_change_within: f64,
+    /// The same of the last trial over the first.
+    pub log_change_between: f64,
+    /// Logarithm of thrust while all thrusters push at full speed over what their curves say.
+    pub log_change_loaded: f64,
+    /// Logarithm of the scale of all thrust: what acts over what curves and logs say. Only known forces
+    /// reveal it.
+    pub log_scale: f64,
+    /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
+    pub full_speed: f64,
+}
+
+/// How finely a force that lags is held in a simulation, s.
+const FINEST_S: f64 = 0.05;
+
+/// Initial lag, s.
+const FIRST_LAG_S: f64 = 0.1;
+
+/// So many time constants after the last change, a lag is over.
+const OVER: f64 = 8.0;
+
+/// A lag shorter than this is none, s.
+const NO_LAG_S: f64 = 1e-6;
+
+/// What a lag or a delay has to show.
+const LATE_SHOWS: f64 = 9.0;
+
+/// Thrust that acts less than this before its log says, s, acts as it says: no log tells instants
+/// better.
+const LEAST_EARLY_S: f64 = 0.005;
+
+/// Thrust in reverse is in proportion to all thrust if less than this part of it is not.
+const OUT_OF_PROPORTION: f64 = 0.01;
+
+/// What of [`Drive`]'s derivatives belongs to each number of an actuator.
+const SHAPED_BY: [Unknown; 6] = [
+    Unknown::Lag,
+    Unknown::Delay,
+    Unknown::LogReverseRatio,
+    Unknown::LogLagRatio,
+    Unknown::Exponent,
+    Unknown::Slew,
+];
+
+/// Whether what pushes in reverse is in proportion to all that pushes, on all axes and at all times:
+/// of a pair that turns a vehicle one pushes ahead and the other astern, by as much.
+fn is_reverse_in_proportion(records: &[&TrialRecord], axes: &[Dof]) -> bool {
+    let (mut all_all, mut all_reverse, mut reverse_reverse) = (0.0, 0.0, 0.0);
+    for record in records {
+        let times = union(record.thrusters.iter().map(|own| own.track.speed.time_s()));
+        for t in times {
+            let (mut all, mut reverse) = (Vector6::zeros(), Vector6::zeros());
+            for PlacedThruster { track, wrench, .. } in &record.thrusters {
+                let n = track.speed.held_at(t);
+                let k = if n < 0.0 { track.reverse } else { track.forward };
+                let push = wrench * (k * n * n.abs());
+                all += push;
+                reverse += if n < 0.0 { push } else { Vector6::zeros() };
+            }
+            for axis in axes.iter().map(|dof| dof.index()) {
+                all_all += all[axis] * all[axis];
+                all_reverse += all[axis] * reverse[axis];
+                reverse_reverse += reverse[axis] * reverse[axis];
+            }
+        }
+    }
+    // What of reverse thrust is left beside its part of all.
+    let left = reverse_reverse - all_reverse * all_reverse / all_all;
+    all_reverse > 0.0 && left <= OUT_OF_PROPORTION * reverse_reverse
+}
+
+impl Actuator {
+    /// How many numbers that is.
+    pub(super) const COUNT: usize = PUSHED_BY;
+
+    /// Where the lag stands among them, and the delay.
+    pub(super) const LAG: usize = 0;
+    const DELAY: usize = 1;
+
+    /// Where the reverse-thrust ratio stands among them.
+    pub(super) const REVERSE: usize = 2;
+
+    /// Where the ratio of lags stands among them, and the slew time.
+    pub(super) const LAG_RATIO: usize = 3;
+    pub(super) const SLEW: usize = 5;
+
+    /// Where the change of thrust under load stands among them.
+    pub(super) const LOADED: usize = 8;
+    /// Where the scale of all thrust stands among them.
+    pub(super) const SCALE: usize = 9;
+
+    /// Between what they stay.
+    pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [
+        (0.0, 3.0),
+        (-0.5, 3.0),
+        (-1.5, 1.5),
+        (-2.5, 2.5),
+        (-1.0, 1.0),
+        (0.0, 5.0),
+        (-1.5, 1.5),
+        (-1.5, 1.5),
+        (-1.5, 0.5),
+        (-2.5, 2.5),
+    ];
+
+    /// Their standard deviations before anything is measured.
+    pub(super) const PRIOR_STD: [f64; Self::COUNT] =
+        [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3, 1.0];
+
+    /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
+    /// delay once in 500; what contradicts the log or the curve of a thruster has to be seen as clearly
+    /// as a coupling.
+    pub(super) fn shows(k: usize, value: f64) -> f64 {
+        match k {
+            Self::DELAY if value < 0.0 && value > -LEAST_EARLY_S => f64::INFINITY,
+            Self::DELAY if value < 0.0 => ADMITTED,
+            Self::LAG | Self::DELAY => LATE_SHOWS,
+            // Known forces are there to reveal it, even where it is 1.
+            Self::SCALE => 0.0,
+            _ => ADMITTED,
+        }
+    }
+
+    /// Which of its numbers a fit begins with: of a wrench that nobody knows the thrusters of, not how these
+    /// push; of propellers, what their speeds can show; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
+    /// it looks like all of them stronger; of one trial, no change from trial to trial; without a known
+    /// force, no scale. A slew time has no slope where it is zero, and the change under load imitates
+    /// thrusters that are not alike: both are tried later.
+    pub(super) fn fitted(records: &[&TrialRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
+        let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
+        let tracks = records.iter().flat_map(|record| &record.thrusters);
+        let inputs = Inputs::new(tracks.map(|thruster| &thruster.track));
+        let reverse = inputs.show_reverse_ratio() && !is_reverse_in_proportion(records, axes);
+        let (lag_ratio, exponent) = (inputs.show_lag_ratio(), inputs.show_exponent());
+        let scale = lag && records.iter().any(|record| !record.known.is_empty());
+        let between = lag && records.len() > 1;
+        [lag, lag, reverse, lag_ratio, exponent, false, lag, between, false, scale]
+    }
+
+    /// What is fitted of it, in the order of its fields.
+    pub(super) const fn numbers(&self) -> [f64; Self::COUNT] {
+        [
+            self.lag_s,
+            self.delay_s,
+            self.log_reverse_ratio,
+            self.log_lag_ratio,
+            self.beyond_square,
+            self.slew_s,
+            self.log_change_within,
+            self.log_change_between,
+            self.log_change_loaded,
+            self.log_scale,
+        ]
+    }
+
+    /// How far thrust goes from its mean in the course of the trials, beside what its log says: the
+    /// logarithm of the greatest part.
+    pub(super) fn greatest_from_mean(&self) -> f64 {
+        let [within, between] = [self.log_change_within, self.log_change_between];
+        0.5 * (within + between).abs().max(within.abs()).max(between.abs())
+    }
+
+    /// The logarithm of thrust under the mean load of a trial over that of the curves.
+    pub(super) fn under_mean_load(&self, logged: &LoggedThrust) -> f64 {
+        let Some((load, _)) = &logged.load else { return 0.0 };
+        let times = load.time_s().iter();
+        let all: f64 = times.map(|t| logged.load(*t, self.full_speed)).sum();
+        self.log_change_loaded * all / load.len() as f64
+    }
+
+    /// How far thrust at half of full speed is from a square law that is right at full speed: the
+    /// logarithm of the part.
+    pub(super) fn at_half_speed(&self) -> f64 {
+        self.beyond_square.abs() * std::f64::consts::LN_2
+    }
+
+    /// The same with such numbers.
+    pub(super) const fn with(&self, numbers: [f64; Self::COUNT]) -> Self {
+        let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, slew_s, ..] = numbers;
+        let [.., log_change_within, log_change_between, log_change_loaded, log_scale] = numbers;
+        Self {
+            lag_s,
+            delay_s,
+            log_reverse_ratio,
+            log_lag_ratio,
+            beyond_square,
+            slew_s,
+            log_change_within,
+            log_change_between,
+            log_change_loaded,
+            log_scale,
+            full_speed: self.full_speed,
+        }
+    }
+
+    /// One that does nothing, for thrusters that turn as fast as in these trials.
+    pub(super) fn prompt(records: &[&TrialRecord]) -> Self {
+        let thrusters = records.iter().flat_map(|record| &record.thrusters);
+        let speeds = thrusters.flat_map(|thruster| thruster.track.speed.values());
+        let full_speed = speeds.fold(0.0, |most: f64, n| most.max(n.abs()));
+        Self { full_speed, ..Self::default() }
+    }
+
+    /// Returns the actuator from which a fit begins: with some lag where thrust is known.
+    pub(super) fn first(records: &[&TrialRecord]) -> Self {
+        let has_thrust = records.iter().any(|record| record.force.iter().any(Option::is_some));
+        let lag_s = if has_thrust { FIRST_LAG_S } else { 0.0 };
+        Self { lag_s, ..Self::prompt(records) }
+    }
+
+    /// The force on each axis as it acts, held over steps of at most 0.05 s where it lags.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] or another of [`Timed::new`] if a number is not finite.
+    pub fn acting(&self, record: &TrialRecord) -> Result<[Option<Timed>; 6], Error> {
+        if self.numbers() == [0.0; Self::COUNT] {
+            return Ok(record.force.clone());
+        }
+        let slices = self.slices(&record.force);
+        let pushes = self.pushes(&LoggedThrust::of(record, 0.0), &slices);
+        let mut acting = [const { None }; 6];
+        for (axis, _) in record.force.iter().enumerate().filter(|(_, logged)| logged.is_some()) {
+            let values = pushes.iter().map(|push| push.force[axis]).collect::<Vec<f64>>();
+            let times = slices.iter().map(|slice| slice.from_s).collect::<Vec<f64>>();
+            acting[axis] = Some(Timed::new("force", times, values)?);
+        }
+        Ok(acting)
+    }
+
+    /// How long after its last change thrust still changes, s.
+    fn settles_s(&self) -> f64 {
+        // From full speed ahead to full speed astern takes two slew times.
+        OVER * self.lag_s + 2.0 * self.slew_s
+    }
+
+    /// From change to change as these act, finely where they lag, until the lag is over.
+    fn slices(&self, logged: &[Option<Timed>; 6]) -> Vec<Slice> {
+        let changes = union(logged.iter().flatten().map(Timed::time_s));
+        let mut edges: Vec<f64> = changes.first().copied().into_iter().collect();
+        edges.extend(changes.iter().map(|t| t + self.delay_s).filter(|t| *t > changes[0]));
+        edges.extend(edges.last().map(|last| last + self.settles_s().max(FINEST_S)));
+        let mut slices = Vec::new();
+        for pair in edges.windows(2) {
+            let length_s = pair[1] - pair[0];
+            let count =
+                if self.settles_s() < NO_LAG_S { 1.0 } else { (length_s / FINEST_S).ceil() };
+            let length_s = length_s / count;
+            slices.extend((0..count as usize).map(|k| {
+                let from_s = pair[0] + k as f64 * length_s;
+                Slice { from_s, length_s, ..Slice::default() }
+            }));
+        }
+        slices
+    }
+
+    /// The mean force over each of some slices, one after the other, with its derivatives by the
+    /// numbers of the actuator.
+    pub(super) fn pushes(&self, logged: &LoggedThrust, slices: &[Slice]) -> Vec<HeldForce> {
+        let mut pushes = vec![HeldForce::default(); slices.len()];
+        for thruster in &logged.thrusters {
+            self.add_thruster(thruster, slices, &mut pushes);
+        }
+        for (axis, series) in logged.wrench.iter().enumerate() {
+            let Some(series) = series else { continue };
+            let lagging = Lagging::new(series, *self);
+            let mut reader = lagging.reader();
+            for (push, slice) in pushes.iter_mut().zip(slices) {
+                let before = reader.at(slice.from_s);
+                let after = reader.at(slice.from_s + slice.length_s);
+                let (mean, by) = lagging.mean(&before, &after, slice.length_s);
+                push.force[axis] = mean;
+                for (column, by) in push.by.iter_mut().zip(by) {
+                    column[axis] = by;
+                }
+            }
+        }
+        for (push, slice) in pushes.iter_mut().zip(slices) {
+            let middle_s = slice.from_s + 0.5 * slice.length_s;
+            let load = logged.load(middle_s - self.delay_s, self.full_speed);
+            self.change(push, logged.phases(middle_s), load);
+        }
+        pushes
+    }
+
+    /// Scales a force, and changes it by how far it is through its trial and through all trials, from −½ to ½, and by the
+    /// load of all thrusters.
+    fn change(&self, push: &mut HeldForce, [within, between]: [f64; 2], load: f64) {
+        let slow = self.log_change_within * within + self.log_change_between * between;
+        let ratio = (self.log_scale + slow + self.log_change_loaded * load).exp();
+        push.force *= ratio;
+        push.by.iter_mut().for_each(|by| *by *= ratio);
+        let [.., by_within, by_between, by_load, by_scale] = &mut push.by;
+        *by_scale = push.force;
+        *by_within = push.force * within;
+        *by_between = push.force * between;
+        *by_load = push.force * load;
+    }
+
+    fn add_thruster(
+        &self,
+        PlacedThruster { track, wrench, .. }: &PlacedThruster,
+        slices: &[Slice],
+        pushes: &mut [HeldForce],
+    ) {
+        let mut pushes = pushes.iter_mut();
+        self.drive(track, slices, |push| {
+            let Some(sum) = pushes.next() else { return };
+            sum.force += wrench * push.tau;
+            for (column, unknown) in sum.by.iter_mut().zip(SHAPED_BY) {
+                *column += wrench * push.by(unknown);
+            }
+        });
+    }
+
+    /// What a thruster does over each of some slices, one after the other.
+    fn drive(&self, track: &ThrusterTrack, slices: &[Slice], mut each: impl FnMut(&Push)) {
+        let Some(first) = slices.first() else { return };
+        let full_speed = self.full_speed;
+        let mut values = Values::none(Shape { full_speed, exponent: true, ..Shape::default() });
+        for (unknown, number) in SHAPED_BY.into_iter().zip(self.numbers()) {
+            values.set(unknown, number);
+        }
+        // What it was told shortly before is still on its way.
+        let lead_s = (first.from_s - track.speed.first_s()).clamp(0.0, self.settles_s());
+        let steps = (lead_s / FINEST_S).ceil();
+        let from_s = first.from_s - lead_s;
+        let mut drive = Drive::new(std::slice::from_ref(track), None, &values, from_s);
+        for k in 0..steps as usize {
+            let length_s = lead_s / steps;
+            let time_s = from_s + (k as f64 + 1.0) * length_s;
+            drive.until(&Stop { time_s, length_s, ..Stop::default() });
+        }
+        for slice in slices {
+            let time_s = slice.from_s + slice.length_s;
+            each(&drive.until(&Stop { time_s, length_s: slice.length_s, ..Stop::default() }));
+        }
+    }
+
+    /// The signals of a record, with the speed that each propeller has in place of the one that is
+    /// logged, rad/s, and with its thrust, N: the mean size over each slice, with the sign of thrust.
+    ///
+    /// # Errors
+    /// As [`Self::acting`].
+    pub(crate) fn signals(&self, record: &TrialRecord) -> Result<BTreeMap<Signal, Timed>, Error> {
+        let mut signals = record.signals.clone();
+        if self.numbers()[..SHAPED_BY.len()] == [0.0; SHAPED_BY.len()] {
+            return Ok(signals);
+        }
+        let none: [Option<Timed>; 6] = [const { None }; 6];
+        for PlacedThruster { name, track, .. } in &record.thrusters {
+            let mut alone = none.clone();
+            alone[0] = Some(track.speed.clone());
+            let slices = self.slices(&alone);
+            let (mut speeds, mut thrust) = (Vec::with_capacity(slices.len()), Vec::new());
+            self.drive(track, &slices, |push| {
+                speeds.push(push.gamma.iter().sum::<f64>().copysign(push.tau));
+                thrust.push(push.tau);
+            });
+            let times = slices.iter().map(|slice| slice.from_s).collect::<Vec<f64>>();
+            let of = |values| Timed::new(name, times.clone(), values);
+            signals.insert(Signal::PropellerSpeed(name.clone()), of(speeds)?);
+            signals.insert(Signal::Thrust(name.clone()), of(thrust)?);
+        }
+        Ok(signals)
+    }
+}
+
+/// What pushes a vehicle in a trial, as logged.
+pub(super) struct LoggedThrust {
+    thrusters: Vec<PlacedThruster>,
+    /// The force on each axis on which no thruster acts, held.
+    wrench: [Option<Timed>; 6],
+    /// From when to when the trial lasts, s.
+    window_s: (f64, f64),
+    /// How far through all trials it is, from −½ to ½.
+    between: f64,
+    /// `Σ (k n²)^(3/2)` of all thrusters, and what it is of each at a speed of 1 rad/s; none of a wrench.
+    load: Option<(Timed, f64)>,
+}
+
+impl LoggedThrust {
+    /// What pushes in a trial that is so far through all trials, from −½ of the first to ½ of the last.
+    pub(super) fn of(record: &TrialRecord, between: f64) -> Arc<Self> {
+        let is_of_thrusters =
+            |axis: usize| record.thrusters.iter().any(|thruster| thruster.wrench[axis] != 0.0);
+        let wrench = std::array::from_fn(|axis| match is_of_thrusters(axis) {
+            true => None,
+            false => record.force[axis].clone(),
+        });
+        let (thrusters, window_s) = (record.thrusters.clone(), record.window_s);
+        let load = total_load(&thrusters);
+        Arc::new(Self { thrusters, wrench, window_s, between, load })
+    }
+
+    /// The load of all thrusters at an instant of their logs, 1 if all have a speed.
+    fn load(&self, time_s: f64, full_speed: f64) -> f64 {
+        let of = |(load, each): &(Timed, f64)| load.held_at(time_s) / (each * full_speed.powi(3));
+        self.load.as_ref().filter(|_| full_speed > 0.0).map_or(0.0, of)
+    }
+
+    /// How far through its trial an instant is, and how far through all trials.
+    fn phases(&self, time_s: f64) -> [f64; 2] {
+        let (from_s, to_s) = self.window_s;
+        [((time_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0) - 0.5, self.between]
+    }
+}
+
+/// `Σ (k n²)^(3/2)` of some thrusters over time, and `Σ k^(3/2)`; none of fewer than two.
+fn total_load(thrusters: &[PlacedThruster]) -> Option<(Timed, f64)> {
+    if thrusters.len() < 2 {
+        return None;
+    }
+    let times = union(thrusters.iter().map(|own| own.track.speed.time_s()));
+    let of = |track: &ThrusterTrack, t: f64| {
+        let n = track.speed.held_at(t);
+        let k = if n < 0.0 { track.reverse } else { track.forward };
+        (k.abs() * n * n).powf(1.5)
+    };
+    let sum = |t: &f64| thrusters.iter().map(|own| of(&own.track, *t)).sum::<f64>();
+    let values: Vec<f64> = times.iter().map(sum).collect();
+    let each = thrusters.iter().map(|own| own.track.forward.abs().powf(1.5)).sum::<f64>();
+    let load = Timed::new("load", times, values).ok()?;
+    (each > 0.0).then_some((load, each))
+}
+
+/// A logged force and what lags behind it at each of its samples.
+struct Lagging<'a> {
+    logged: &'a Timed,
+    actuator: Actuator,
+    /// τ and ∂τ/∂T at the samples, without the delay.
+    states: Vec<(f64, f64)>,
+    /// ∫u dt up to the samples.
+    integrals: Vec<f64>,
+}
+
+/// What is known at an instant.
+struct At {
+    integral: f64,
+    force: f64,
+    by_lag: f64,
+}
+
+impl<'a> Lagging<'a> {
+    fn new(logged: &'a Timed, actuator: Actuator) -> Self {
+        let (t, u) = (logged.time_s(), logged.values());
+        let mut lagging = Self {
+            logged,
+            actuator,
+            states: Vec::with_capacity(t.len()),
+            integrals: Vec::with_capacity(t.len()),
+        };
+        // Before its first sample the force was as there.
+        lagging.states.push((u[0], 0.0));
+        lagging.integrals.push(0.0);
+        for k in 1..t.len() {
+            let at = lagging.after(k - 1, t[k] - t[k - 1]);
+            lagging.states.push((at.force, at.by_lag));
+            lagging.integrals.push(at.integral);
+        }
+        lagging
+    }
+
+    /// Some time after a sample, before the next.
+    fn after(&self, sample: usize, s: f64) -> At {
+        let u = self.logged.values()[sample];
+        let (state, by_lag) = self.states[sample];
+        let lag = self.actuator.lag_s;
+        let integral = self.integrals[sample] + u * s;
+        if lag < NO_LAG_S {
+            return At { integral, force: u, by_lag: 0.0 };
+        }
+        // Before the first sample there is no change that anything could lag behind.
+        let s = s.max(0.0);
+        let left = (-s / lag).exp();
+        At {
+            integral,
+            force: u + (state - u) * left,
+            by_lag: (by_lag + (state - u) * s / (lag * lag)) * left,
+        }
+    }
+
+    fn reader(&'a self) -> Reader<'a> {
+        Reader { lagging: self, sample: 0 }
+    }
+
+    /// The mean between two instants, and its derivatives by lag and delay.
+    fn mean(&self, before: &At, after: &At, length_s: f64) -> (f64, [f64; Actuator::COUNT]) {
+        let lag = self.actuator.lag_s;
+        let change = after.force - before.force;
+        let mean = (after.integral - before.integral - lag * change) / length_s;
+        let by_lag = -(change + lag * (after.by_lag - before.by_lag)) / length_s;
+        let mut by = [0.0; Actuator::COUNT];
+        [by[0], by[1]] = [by_lag, -change / length_s];
+        (mean, by)
+    }
+}
+
+/// Reads a force at instants that do not decrease by more than a slice.
+struct Reader<'a> {
+    lagging: &'a Lagging<'a>,
+    sample: usize,
+}
+
+impl Reader<'_> {
+    fn at(&mut self, t: f64) -> At {
+        let times = self.lagging.logged.time_s();
+        let t = t - self.lagging.actuator.delay_s;
+        while self.sample > 0 && times[self.sample] > t {
+            self.sample -= 1;
+        }
+        while times.get(self.sample + 1).is_some_and(|next| *next <= t) {
+            self.sample += 1;
+        }
+        self.lagging.after(self.sample, t - times[self.sample])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ThrustUncertainty, ThrusterTrack};
+
+    fn steps() -> Timed {
+        Timed::new("force", vec![0.0, 0.3, 0.5, 1.0], vec![0.0, 10.0, -4.0, 3.0]).expect("valid")
+    }
+
+    fn of_wrench(axis: usize) -> LoggedThrust {
+        let mut wrench = [const { None }; 6];
+        wrench[axis] = Some(steps());
+        LoggedThrust { wrench, ..logged(Vec::new()) }
+    }
+
+    fn of(numbers: [f64; Actuator::COUNT]) -> Actuator {
+        Actuator { full_speed: 10.0, ..Actuator::default() }.with(numbers)
+    }
+
+    const WRENCH: [f64; 6] = [0.8, -0.6, 0.0, 0.0, 0.0, 0.3];
+
+    /// A propeller with the speeds of [`steps`], that pushes obliquely.
+    fn thruster() -> PlacedThruster {
+        let track = ThrusterTrack {
+            lever: 1.0,
+            speed: steps(),
+            forward: 2.0,
+            reverse: 1.5,
+            uncertainty: ThrustUncertainty::default(),
+        };
+        PlacedThruster { name: "a".to_owned(), track, wrench: WRENCH.into() }
+    }
+
+    fn logged(thrusters: Vec<PlacedThruster>) -> LoggedThrust {
+        let load = total_load(&thrusters);
+        let (wrench, window_s) = ([const { None }; 6], (0.0, 2.0));
+        LoggedThrust { thrusters, wrench, window_s, between: 0.3, load }
+    }
+
+    fn of_thruster() -> LoggedThrust {
+        logged(vec![thruster()])
+    }
+
+    fn of_two_thrusters() -> LoggedThrust {
+        let astern = PlacedThruster { wrench: -0.4 * thruster().wrench, ..thruster() };
+        logged(vec![thruster(), astern])
+    }
+
+    /// What lags behind steps, and the integral of what that makes, by many small steps of Euler's
+    /// method.
+    fn by_small_steps(actuator: Actuator, until_s: f64, makes: impl Fn(f64) -> f64) -> (f64, f64) {
+        let (u, h) = (steps(), 1e-6);
+        let (mut x, mut integral) = (0.0, 0.0);
+        for k in 0..(until_s / h).round() as usize {
+            let t = (k as f64 + 0.5) * h - actuator.delay_s;
+            integral += makes(x) * h;
+            x += h / actuator.lag_s * (u.held_at(t.max(0.0)) - x);
+        }
+        (x, integral)
+    }
+
+    fn slices(length_s: f64, count: usize) -> Vec<Slice> {
+        let slice = |k: usize| Slice { from_s: length_s * k as f64, length_s, ..Slice::default() };
+        (0..count).map(slice).collect()
+    }
+
+    #[test]
+    fn a_wrench_lags_as_its_equation_says() {
+        let actuator = Actuator { lag_s: 0.2, delay_s: 0.13, ..Actuator::default() };
+        let u = steps();
+        let lagging = Lagging::new(&u, actuator);
+        let mut reader = lagging.reader();
+        let (from, to) = (reader.at(0.0), reader.at(0.9));
+        let (expected, integral) = by_small_steps(actuator, 0.9, |x| x);
+        assert!((to.force - expected).abs() < 1e-3, "{} {expected}", to.force);
+        let (mean, _) = lagging.mean(&from, &to, 0.9);
+        assert!((mean * 0.9 - integral).abs() < 1e-4, "{} {integral}", mean * 0.9);
+    }
+
+    #[test]
+    fn a_propeller_lags_in_speed() {
+        let ratio: f64 = 0.7;
+        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18));
+        let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
+        let (_, integral) = by_small_steps(actuator, 0.9, thrust);
+        for (axis, lever) in WRENCH.into_iter().enumerate() {
+            let found: f64 = pushes.iter().map(|push| 0.05 * push.force[axis]).sum();
+            // The speed asked for changes within a slice, by a third at most of the greatest.
+            let off = (found - lever * integral).abs();
+            assert!(off < 5e-3 * integral.abs(), "{found}, {}", lever * integral);
+        }
+    }
+
+    #[test]
+    fn a_piece_of_a_trial_begins_with_propellers_on_their_way() {
+        let actuator = Actuator { lag_s: 0.2, delay_s: 0.13, ..Actuator::default() };
+        let all = slices(0.05, 30);
+        let whole = actuator.pushes(&of_thruster(), &all);
+        let piece = actuator.pushes(&of_thruster(), &all[13..]);
+        for (piece, whole) in piece.iter().zip(&whole[13..]) {
+            let off = (piece.force - whole.force).norm();
+            assert!(off < 1e-3 * whole.force.norm().max(1.0), "{piece:?} {whole:?}");
+        }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_means() {
+        let slices = slices(0.05, 30);
+        for logged in [of_wrench(0), of_thruster(), of_two_thrusters()] {
+            // With another exponent, how long a propeller reverses within a slice is held.
+            let some = [
+                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.2, -0.1, 0.0, 0.0], 0.1),
+                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
+            ];
+            for (base, near) in some {
+                let pushes = |k: usize, step: f64| {
+                    let mut moved = base;
+                    moved[k] += step;
+                    of(moved).pushes(&logged, &slices)
+                };
+                let here = of(base).pushes(&logged, &slices);
+                let has_slope = |k: &usize| *k != Actuator::SLEW || base[*k] > 0.0;
+                for k in (0..Actuator::COUNT).filter(has_slope) {
+                    let (up, down) = (pushes(k, 1e-6), pushes(k, -1e-6));
+                    for ((here, up), down) in here.iter().zip(&up).zip(&down) {
+                        let slope = (up.force[0] - down.force[0]) / 2e-6;
+                        let off = (slope - here.by[k][0]).abs();
+                        assert!(off < near * slope.abs().max(1.0), "{k}: {slope}, {here:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0]);
+        let slices = slices(0.05, 40);
+        let (logged, changed) = [Actuator::default(), actuator]
+            .map(|actuator| actuator.pushes(&of_wrench(0), &slices))
+            .into();
+        for (slice, (logged, changed)) in slices.iter().zip(logged.iter().zip(&changed)) {
+            let within = (slice.from_s + 0.025) / 2.0 - 0.5;
+            let expected = logged.force[0] * (0.3_f64 * 0.1 - 0.2 * within).exp();
+            assert!((changed.force[0] - expected).abs() < 1e-9, "{} s", slice.from_s);
+        }
+    }
+
+    #[test]
+    fn thrust_under_the_load_of_all_thrusters_is_less_by_its_share() {
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0]);
+        let slices = slices(0.1, 12);
+        let (logged, changed) = [Actuator::default(), actuator]
+            .map(|actuator| actuator.pushes(&of_two_thrusters(), &slices))
+            .into();
+        for (slice, (logged, changed)) in slices.iter().zip(logged.iter().zip(&changed)) {
+            let n = steps().held_at(slice.from_s + 0.05);
+            let k: f64 = if n < 0.0 { 1.5 } else { 2.0 };
+            // Both are as fast, so that the load is that of one.
+            let load = (k * n * n).powf(1.5) / (2.0_f64 * 100.0).powf(1.5);
+            let expected = logged.force[0] * (-0.3 * load).exp();
+            assert!((changed.force[0] - expected).abs() < 1e-9, "{} s", slice.from_s);
+        }
+        // One thruster has no others, whose load it could feel.
+        let alone = actuator.pushes(&of_thruster(), &slices);
+        let plain = Actuator::default().pushes(&of_thruster(), &slices);
+        assert!(alone.iter().zip(&plain).all(|(a, b)| a.force == b.force));
+    }
+
+    #[test]
+    fn a_wrench_that_changes_where_a_slice_ends_lags_alike() {
+        let slices = slices(0.1, 12);
+        let pushes = |delay_s| {
+            let actuator = Actuator { lag_s: 0.2, delay_s, ..Actuator::default() };
+            actuator.pushes(&of_wrench(0), &slices)
+        };
+        for (at, later) in pushes(0.0).iter().zip(pushes(1e-9)) {
+            assert!((at.force[0] - later.force[0]).abs() < 1e-6, "{at:?} {later:?}");
+        }
+    }
+
+    #[test]
+    fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
+        let record = TrialRecord { thrusters: vec![thruster()], ..TrialRecord::empty("a", 2.0) };
+        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+            .signals(&record)
+            .expect("finite");
+        let [speed, thrust] = [Signal::PropellerSpeed("a".into()), Signal::Thrust("a".into())]
+            .map(|signal| signals[&signal].values().to_vec());
+        assert!(speed.iter().zip(&thrust).all(|(n, t)| n * t >= 0.0));
+        assert!(speed.iter().any(|n| *n < -0.1) && speed.iter().any(|n| *n > 0.1));
+    }
+
+    #[test]
+    fn what_acts_is_what_the_filter_is_pushed_by() {
+        let force = |axis: usize| {
+            let lever = WRENCH[axis];
+            let thrust = move |n: f64| lever * n * n.abs() * if n < 0.0 { 1.5 } else { 2.0 };
+            (lever != 0.0).then(|| steps().map(thrust))
+        };
+        let record = TrialRecord {
+            force: std::array::from_fn(force),
+            thrusters: vec![thruster()],
+            ..TrialRecord::empty("a", 2.0)
+        };
+        assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
+        let some = [
+            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, -0.2, 0.0, 0.0, 0.0],
+            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0],
+        ];
+        for numbers in some {
+            let actuator = of(numbers);
+            let acting = actuator.acting(&record).expect("finite");
+            let surge = acting[0].as_ref().expect("pushed");
+            let pushes = actuator.pushes(&of_thruster(), &slices(0.01, 200));
+            let sum: f64 = pushes.iter().map(|push| 0.01 * push.force[0]).sum();
+            let held: f64 = (0..2000).map(|k| 0.001 * surge.held_at(0.001 * f64::from(k))).sum();
+            assert!((sum - held).abs() < 0.02 * sum.abs(), "{numbers:?}: {sum}, {held}");
+            assert!(acting[2].is_none());
+        }
+    }
+}

@@ -1,0 +1,575 @@
+//! Thrusters that do not push as their curves say: a gain for each, all of them together, and those
+//! that stand still or push the other way in one of several trials.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::filter::Slope;
+use super::fit::Tolerance;
+use super::search;
+use super::start::begun;
+use super::uncertainty::inverse;
+use super::{Actuator, Fitted};
+use crate::plant::{Basis, EffectForce, Parameterisation, Plant, Structure};
+use crate::{Dof, Error, ThrusterFault, TrialRecord};
+
+/// Gains are admitted whose gain in likelihood chance makes as rarely: once in 100 000.
+const CHANCE: f64 = 1e-5;
+
+/// Gains that differ by less are those of thrusters that are alike.
+const LEAST_MINDED: f64 = 0.01;
+
+/// The least standard deviation between thrusters of one kind: no two are more alike.
+const LEAST_SPREAD: f64 = 0.01;
+
+/// A gain so many spreads from the median, and by so much, is not like the others.
+const OUTLYING: f64 = 4.0;
+const LEAST_OUTLYING: f64 = 0.1;
+
+/// Spread of normal numbers over their median distance from the median.
+const NORMAL: f64 = 1.4826;
+
+/// A thruster may stand still in a trial whose gain there, to first order from a plant that was fitted
+/// as if it did not, is so much less …
+const STILL: f64 = -0.35;
+
+/// … and push the other way if it is as much less as this.
+const TURNED_ROUND: f64 = -1.2;
+
+/// A thruster is tried the other way in all trials if its gain, to the same order, is so much less.
+const PERHAPS_TURNED: f64 = -0.8;
+
+/// Excess gain of a thruster that pushes the other way.
+const TURNED: f64 = -2.0;
+
+/// A gain is known well enough for that if its standard deviation is less.
+const KNOWN: f64 = 0.2;
+
+/// So many thrusters at most stand still in trials.
+const MOST_FAULTS: usize = 3;
+
+/// A gain of one thruster in one trial beside that in all.
+struct OfTrial {
+    trial: usize,
+    thruster: String,
+    /// Twice what the likelihood gains by it.
+    worth: f64,
+    gain: f64,
+}
+
+impl<const N: usize, const M: usize> Fitted<N, M> {
+    /// The same without the thrust of thrusters that stand still in one of several trials, or push the
+    /// other way there, and the records with these; none where all act as logged.
+    pub(super) fn with_thrusters_that_act(
+        mut self,
+        records: &[&TrialRecord],
+    ) -> Result<(Self, Vec<TrialRecord>), Error> {
+        let mut found: Vec<TrialRecord> = Vec::new();
+        let group = gains(&self.problem.structure, false);
+        if group.len() < 2 || records.len() < 2 {
+            return Ok((self, found));
+        }
+        self = self.with_speeds_as_they_are(records)?;
+        while self.faults.len() < MOST_FAULTS {
+            let Some(worst) = self.worst_of_trials(&group)? else { break };
+            let gain = if worst.gain < 1.0 + TURNED_ROUND { -1.0 } else { 0.0 };
+            let now = || records.iter().map(|record| (*record).clone()).collect();
+            let mut tried = if found.is_empty() { now() } else { found.clone() };
+            tried[worst.trial] = tried[worst.trial].with_gain(&worst.thruster, gain)?;
+            let seen: Vec<&TrialRecord> = tried.iter().collect();
+            let seen = self.speeds_as_they_are(&seen)?;
+            let problem = self.problem.of(&seen.iter().collect::<Vec<_>>());
+            let point = self.optimum.point.clone();
+            let Ok(optimum) = problem.descent(point, Tolerance::COARSE) else { break };
+            let iterations = self.optimum.iterations + optimum.iterations;
+            let optimum = super::Optimum { iterations, ..optimum };
+            let acting = Self {
+                problem,
+                optimum,
+                tried: Vec::new(),
+                reported: self.reported,
+                faults: self.faults.clone(),
+                exchanged: self.exchanged.clone(),
+            };
+            // The fault itself colours innovations; what counts is what is left of that.
+            let gained = 2.0 * (self.optimum.cost - acting.optimum.cost);
+            if gained < search::ADMITTED * acting.colour_of(&group)? {
+                break;
+            }
+            self = acting;
+            let trial = tried[worst.trial].trial.clone();
+            self.faults.push(ThrusterFault { trial, thruster: worst.thruster, gain });
+            found = tried;
+        }
+        Ok((self, found))
+    }
+
+    /// Returns the thruster that most clearly stands still or pushes the other way in a trial, and not in
+    /// all trials: one gain is wrong in all of them.
+    fn worst_of_trials(&self, group: &[Basis]) -> Result<Option<OfTrial>, Error> {
+        let structure = search::with_all(&self.problem.structure, group)?;
+        let wide = self.problem.with_terms(structure);
+        let point = search::widened(&wide, &self.problem, &self.optimum.point);
+        let Some((all, parts)) = wide.by_trial(&point) else { return Ok(None) };
+        let (p, n) = (self.problem.structure.terms().len(), group.len());
+        let is_fitted = |k: &usize| wide.fits.get(k - p - n).is_none_or(|fits| *fits);
+        let others = (p + n..all.gradient.len()).filter(is_fitted);
+        let rest: Vec<usize> = (0..p).chain(others).collect();
+        let of_rest = inverse(&all.information.select_rows(&rest).select_columns(&rest));
+        let mut worst: Option<OfTrial> = None;
+        for (k, term) in group.iter().enumerate() {
+            let Some(thruster) = thruster_of(&wide.structure, term) else { continue };
+            let of_trial = |(trial, part): (usize, &Slope)| {
+                let cross = part.information.column(p + k).select_rows(&rest);
+                let left = part.information[(p + k, p + k)] - cross.dot(&(&of_rest * &cross));
+                let by = -part.gradient[p + k] / left;
+                let (worth, gain) = (by * by * left, 1.0 + by);
+                let of = OfTrial { trial, thruster: thruster.clone(), worth, gain };
+                (left > KNOWN.powi(-2)).then_some(of)
+            };
+            let known: Vec<OfTrial> = parts.iter().enumerate().filter_map(of_trial).collect();
+            let is_wrong = |of: &OfTrial| of.gain < 1.0 + STILL && of.worth > search::ADMITTED;
+            if known.iter().all(is_wrong) {
+                continue;
+            }
+            let wrong = known.into_iter().filter(is_wrong).chain(worst);
+            worst = wrong.max_by(|a, b| a.worth.total_cmp(&b.worth));
+        }
+        Ok(worst)
+    }
+
+    /// What each thruster gives beside the others, to first order from a plant in which all give what
+    /// their curves say; none of a plant with gains, and of motion left to itself.
+    pub(super) fn gains_to_first_order(&self) -> Result<BTreeMap<String, GainBeside>, Error> {
+        let structure = &self.problem.structure;
+        let group = gains(structure, false);
+        let has_gains = structure.terms().iter().any(|term| is_gain(structure, term));
+        if group.len() < 2 || has_gains || self.problem.is_free {
+            return Ok(BTreeMap::new());
+        }
+        let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
+        let covariance = inverse(&beside.left) * self.colour_of(&group)?;
+        let known = beside_most(&beside.step(), &with_common(covariance, structure));
+        let of = |(term, known): (&Basis, Option<[f64; 2]>)| {
+            let [excess, std] = known?;
+            let (gain, is_fitted, of_curve) = (1.0 + excess, false, None);
+            let gain = GainBeside { gain, std, is_fitted, of_curve };
+            Some((thruster_of(structure, term)?, gain))
+        };
+        Ok(group.iter().zip(known).filter_map(of).collect())
+    }
+
+    /// The optimum with a group of gains; those in reverse are in place of the ratio of all.
+    pub(super) fn with_group(&self, group: &[Basis], in_reverse: bool) -> Result<Self, Error> {
+        let structure = search::with_all(&self.problem.structure, group)?;
+        let mut problem = self.problem.with_terms(structure);
+        let mut start = search::widened(&problem, &self.problem, &self.optimum.point);
+        if in_reverse {
+            problem.fits[Actuator::REVERSE] = false;
+            start.actuator.log_reverse_ratio = 0.0;
+        }
+        let optimum = problem.optimum(start, Tolerance::COARSE)?;
+        let (reported, faults) = (self.reported, self.faults.clone());
+        let exchanged = self.exchanged.clone();
+        Ok(Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged })
+    }
+
+    /// What terms are worth together, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the
+    /// last where one number could stand for all.
+    fn worth_of(&self, terms: &[Basis], differing: bool) -> Result<(f64, f64), Error> {
+        let plant = self.problem.plant(&self.optimum.point.free)?;
+        let places: Vec<usize> =
+            terms.iter().filter_map(|term| plant.structure().index_of(term)).collect();
+        let theta = DVector::from_row_slice(plant.coefficients()).select_rows(&places);
+        let covariance = self.covariance().select_rows(&places).select_columns(&places);
+        let n = places.len();
+        let contrasts = match differing {
+            true => DMatrix::from_fn(n - 1, n, |i, j| match j {
+                _ if j == i => 1.0,
+                _ if j == n - 1 => -1.0,
+                _ => 0.0,
+            }),
+            false => DMatrix::identity(n, n),
+        };
+        let theta = &contrasts * theta;
+        let covariance = &contrasts * covariance * contrasts.transpose();
+        Ok((theta.dot(&(inverse(&covariance) * &theta)), theta.amax()))
+    }
+
+    /// The greatest colour of the innovations of the axes that terms act on, at least 1.
+    pub(super) fn colour_of(&self, terms: &[Basis]) -> Result<f64, Error> {
+        let white = self.whiteness()?;
+        let axes = terms.iter().flat_map(|term| self.problem.structure.axes_of(term));
+        Ok(axes.map(|dof: Dof| white(dof)).fold(1.0, f64::max))
+    }
+}
+
+impl<const N: usize> Fitted<N, N> {
+    /// The same with gains of thrusters, if the trials ask for them: first both ways together, then in
+    /// reverse.
+    ///
+    /// Thrust as many times larger on all of them looks like mass and drag as many times larger: unless
+    /// a coefficient is held, one that is like most others keeps the gain of its curve, and
+    /// [`Scaled::of`] then has the mean of all be that of the curves.
+    pub(super) fn with_gains_that_show(mut self, records: &[&TrialRecord]) -> Result<Self, Error> {
+        if gains(&self.problem.structure, false).len() < 2 {
+            return Ok(self);
+        }
+        self = self.with_speeds_as_they_are(records)?;
+        for in_reverse in [false, true] {
+            let mut group = gains(&self.problem.structure, in_reverse);
+            let needed = needed(group.len());
+            let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
+            let step = beside.step();
+            if -step.dot(&beside.beyond) < needed {
+                continue;
+            }
+            let lowest = (0..group.len()).min_by(|a, b| step[*a].total_cmp(&step[*b]));
+            let turned = lowest.filter(|k| !in_reverse && step[*k] < PERHAPS_TURNED);
+            let turned = turned.map(|k| group[k]);
+            if !in_reverse && !has_scale(&self.problem.structure) {
+                let middle = median(step.iter().copied().collect());
+                let off = |k: &usize| (step[*k] - middle).abs();
+                let usual = (0..group.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+                usual.map(|k| group.remove(k));
+            }
+            // A plant that does not settle with them says that they are not told. Far from the
+            // optimum one stands for another.
+            let plain = self.with_group(&group, in_reverse).ok();
+            let turned = turned.filter(|term| group.contains(term));
+            let turned = turned.and_then(|term| self.with_turned(&group, &term, records));
+            let likeliest = |a: &Self, b: &Self| a.optimum.cost.total_cmp(&b.optimum.cost);
+            let Some(wider) = plain.into_iter().chain(turned).min_by(likeliest) else { continue };
+            // Other faults colour innovations, which exaggerates the score; what counts is what is
+            // left of them.
+            let (mut worth, greatest) = wider.worth_of(&group, in_reverse)?;
+            if greatest > -STILL {
+                // So far from curves likelihood is no parabola.
+                worth = worth.max(2.0 * (self.optimum.cost - wider.optimum.cost));
+            }
+            if worth > needed * wider.colour_of(&group)? && greatest > LEAST_MINDED {
+                self = wider.with_speeds_as_they_are(records)?;
+            }
+        }
+        Ok(self)
+    }
+
+    /// The optimum with a group of gains, from a plant that was fitted as if the thruster of one of them
+    /// pushed the other way: no small step leads there from one that was fitted as if it did not. None
+    /// if there is no such plant.
+    fn with_turned(&self, group: &[Basis], term: &Basis, records: &[&TrialRecord]) -> Option<Self> {
+        let thruster = thruster_of(&self.problem.structure, term)?;
+        let turned = records.iter().map(|record| record.with_gain(&thruster, -1.0));
+        let turned: Vec<TrialRecord> = turned.collect::<Result<_, Error>>().ok()?;
+        let turned: Vec<&TrialRecord> = turned.iter().collect();
+        let again = |records: &[&TrialRecord]| {
+            let mut problem = self.problem.of(records);
+            problem.fits = Actuator::fitted(records, self.problem.structure.axes());
+            problem
+        };
+        let (.., begun) = begun::<N>(again(&turned), &turned).ok()?;
+        let mut base = Fitted::new(again(records), begun.optimum);
+        base = base.with_speeds_as_they_are(records).ok()?;
+        let structure = search::with_all(&base.problem.structure, group).ok()?;
+        let problem = base.problem.with_terms(structure);
+        let mut start = search::widened(&problem, &base.problem, &base.optimum.point);
+        let mut coefficients = problem.physical.coefficients(&start.free);
+        coefficients[problem.structure.index_of(term)?] = TURNED;
+        start.free = problem.physical.free(&coefficients);
+        let optimum = problem.optimum(start, Tolerance::COARSE).ok()?;
+        let (reported, faults) = (self.reported, self.faults.clone());
+        let exchanged = self.exchanged.clone();
+        Some(Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged })
+    }
+}
+
+/// What a thruster gives over what its curve says, where most others give what theirs say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GainBeside {
+    /// The part of the curve's thrust ahead, and in reverse as well unless the plant has another there.
+    pub gain: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Whether the plant has it; else the trials do not ask for it, and it is known to first order.
+    pub is_fitted: bool,
+    /// Thrust over what its curve says, others being as they are, and its standard deviation; where known
+    /// forces reveal the scale.
+    pub of_curve: Option<[f64; 2]>,
+}
+
+/// The scale of thrust that known forces reveal.
+pub(super) struct OfScale {
+    pub(super) scale: f64,
+    /// Covariance of its logarithm with the coefficients …
+    pub(super) covariance: DVector<f64>,
+    /// … and its variance.
+    pub(super) variance: f64,
+}
+
+impl GainBeside {
+    /// The same with the scale of thrust, of a plant in which all thrusters give what their curves say times
+    /// that.
+    pub(super) fn scaled(self, of: Option<&OfScale>) -> Self {
+        let of_curve = of.map(|of| {
+            let std = of.scale * self.std.hypot(of.variance.sqrt());
+            [of.scale, std]
+        });
+        Self { of_curve, ..self }
+    }
+}
+
+/// The gains that a plant has of its thrusters beside each other; none of a plant without gains both ways.
+pub(super) fn of_plant(
+    plant: &Plant,
+    covariance: &DMatrix<f64>,
+    of_scale: Option<&OfScale>,
+) -> Option<BTreeMap<String, GainBeside>> {
+    let structure = plant.structure();
+    let fitted: Vec<Basis> =
+        structure.terms().iter().copied().filter(|term| is_gain(structure, term)).collect();
+    if fitted.is_empty() {
+        return None;
+    }
+    // One without a coefficient gives what its curve says.
+    let all = [fitted, gains(structure, false)].concat();
+    let places: Vec<Option<usize>> = all.iter().map(|term| structure.index_of(term)).collect();
+    let scale = of_scale.map_or(1.0, |of| of.scale);
+    let value = |k: usize| places[k].map_or(0.0, |at| plant.coefficients()[at]);
+    let between =
+        |i: usize, j: usize| places[i].zip(places[j]).map_or(0.0, |(i, j)| covariance[(i, j)]);
+    let n = all.len();
+    let excess = DVector::from_fn(n, |k, _| value(k) / scale);
+    let own = DMatrix::from_fn(n, n, |i, j| between(i, j) / (scale * scale));
+    let known = beside_most(&excess, &with_common(own, structure));
+    let of = |(k, known): (usize, Option<[f64; 2]>)| {
+        let [excess, std] = known?;
+        let of_curve = of_scale.map(|of| {
+            let cross = places[k].map_or(0.0, |at| of.covariance[at]);
+            let variance = scale * scale * of.variance + between(k, k) + 2.0 * scale * cross;
+            [scale + value(k), variance.max(0.0).sqrt()]
+        });
+        let gain = GainBeside { gain: 1.0 + excess, std, is_fitted: true, of_curve };
+        Some((thruster_of(structure, &all[k])?, gain))
+    };
+    Some(known.into_iter().enumerate().filter_map(of).collect())
+}
+
+/// The information on gains beside each other: what all have in common is the scale of thrust, unless a
+/// coefficient is held.
+fn with_common(mut covariance: DMatrix<f64>, structure: &Structure) -> DMatrix<f64> {
+    if !has_scale(structure) {
+        covariance.iter_mut().for_each(|x| *x += 1.0);
+    }
+    inverse(&covariance)
+}
+
+/// Moves what gains exceed 1 by, along directions that the trials do not determine, such as all thrusters of
+/// heave together, to where most of them exceed it least: each with its standard deviation beside
+/// the others, none of one that only such directions move.
+fn beside_most(excess: &DVector<f64>, information: &DMatrix<f64>) -> Vec<Option<[f64; 2]>> {
+    let eigen = information.clone().symmetric_eigen();
+    let n = excess.len();
+    let is_open = |k: &usize| eigen.eigenvalues[*k] < UNDETERMINED.powi(-2);
+    let (open, known): (Vec<usize>, Vec<usize>) = (0..n).partition(is_open);
+    let open = eigen.eigenvectors.select_columns(&open);
+    let mut left = excess - &open * (open.transpose() * excess);
+    if open.ncols() > 0 {
+        left = nearest_of_most(&left, &open);
+    }
+    let std = |i: usize| {
+        let of = |k: &usize| eigen.eigenvectors[(i, *k)].powi(2) / eigen.eigenvalues[*k];
+        known.iter().map(of).sum::<f64>().sqrt()
+    };
+    let own = |i: usize| 1.0 - open.row(i).norm_squared();
+    (0..n).map(|i| (own(i) > LEAST_OWN).then(|| [left[i], std(i)])).collect()
+}
+
+/// `x + V u` with the least `Σ |x_i + (V u)_i|`, by least squares with weights made anew.
+fn nearest_of_most(x: &DVector<f64>, open: &DMatrix<f64>) -> DVector<f64> {
+    let mut left = x.clone();
+    for _ in 0..REWEIGHTED {
+        let weights = left.map(|x| 1.0 / x.abs().max(NOTHING));
+        let weighted = DMatrix::from_diagonal(&weights) * open;
+        let u = inverse(&(open.transpose() * &weighted)) * (weighted.transpose() * x);
+        left = x - open * u;
+    }
+    left
+}
+
+/// A direction of gains whose standard deviation would be more is not determined: it is hardly less than
+/// before anything is measured.
+const UNDETERMINED: f64 = 0.15;
+
+/// A thruster that determined directions move by less than this part of it has no gain of its own: of two
+/// with an open common gain, each has half, and which of them is weak is not determined.
+const LEAST_OWN: f64 = 0.6;
+
+/// A gain that is so little from 1 is 1.
+const NOTHING: f64 = 1e-4;
+
+/// How often weights are made anew.
+const REWEIGHTED: usize = 40;
+
+/// A plant with thrusters whose gains are those of their curves in the mean.
+pub(super) struct Scaled {
+    pub(super) plant: Plant,
+    /// Covariance of its coefficients, and the part of it that is of the scale of thrust.
+    pub(super) covariance: DMatrix<f64>,
+    pub(super) thrust_covariance: DMatrix<f64>,
+    /// What forces are as many times as great as before.
+    pub(super) scale: f64,
+}
+
+impl Scaled {
+    /// Scales all forces of a plant such that the gains of its thrusters are 1 in the mean, but for
+    /// those far off; none of a plant without such gains, or with a coefficient that is held.
+    ///
+    /// Motion stays the same. How far that mean is from the true one is the spread of n gains over √n.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the scaled coefficients are not finite.
+    pub(super) fn of(
+        plant: &Plant,
+        (covariance, of_thrust): (&DMatrix<f64>, &DMatrix<f64>),
+    ) -> Result<Option<Self>, Error> {
+        let structure = plant.structure();
+        let fitted: Vec<Basis> =
+            structure.terms().iter().copied().filter(|term| is_gain(structure, term)).collect();
+        if fitted.is_empty() || has_scale(structure) {
+            return Ok(None);
+        }
+        let usual = gains(structure, false);
+        let wide = search::with_all(structure, &usual)?;
+        let p = structure.terms().len();
+        let all: Vec<f64> = fitted
+            .iter()
+            .chain(&usual)
+            .map(|term| plant.coefficient(term).unwrap_or(0.0))
+            .collect();
+        let (mean, std) = mean_of_alike(&all);
+        let scale = 1.0 / (1.0 + mean);
+        let n = wide.terms().len();
+        let mut coefficients = DVector::zeros(n);
+        // How each moves with the scale.
+        let mut by_scale = DVector::zeros(n);
+        for (k, term) in wide.terms().iter().enumerate() {
+            let before = plant.coefficients().get(k).copied().unwrap_or(0.0);
+            let beyond = if is_gain(&wide, term) { 1.0 } else { 0.0 };
+            by_scale[k] = scale * (before + beyond);
+            coefficients[k] = by_scale[k] - beyond;
+        }
+        let widened = |own: &DMatrix<f64>| {
+            let mut wider = DMatrix::zeros(n, n);
+            wider.view_mut((0, 0), (p, p)).copy_from(&(own * (scale * scale)));
+            wider
+        };
+        let of_scale = &by_scale * by_scale.transpose() * (std * std);
+        Ok(Some(Self {
+            plant: Plant::new(wide, coefficients.iter().copied().collect())?,
+            covariance: widened(covariance) + &of_scale,
+            thrust_covariance: widened(of_thrust) + of_scale,
+            scale,
+        }))
+    }
+}
+
+/// Whether a coefficient is held, which tells the scale of all.
+fn has_scale(structure: &Structure) -> bool {
+    structure.terms().iter().any(|term| structure.held(term).is_some())
+}
+
+/// Whether a term is the gain of a thruster both ways.
+fn is_gain(structure: &Structure, term: &Basis) -> bool {
+    let Basis::Effect(k) = term else { return false };
+    matches!(structure.effects()[*k].force, EffectForce::Gain { reverse: false, .. })
+}
+
+/// What gains have to be worth together.
+pub(super) fn needed(count: usize) -> f64 {
+    ChiSquared::new(count as f64).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - CHANCE))
+}
+
+/// The gains that a plant may have of its thrusters, both ways or in reverse only.
+pub(super) fn gains(structure: &Structure, in_reverse: bool) -> Vec<Basis> {
+    let is_one = |k: &usize| match &structure.effects()[*k].force {
+        EffectForce::Gain { reverse, .. } => *reverse == in_reverse,
+        _ => false,
+    };
+    let all = (0..structure.effects().len()).filter(is_one).map(Basis::Effect);
+    all.filter(|term| structure.index_of(term).is_none()).collect()
+}
+
+/// The thruster of a gain.
+fn thruster_of(structure: &Structure, term: &Basis) -> Option<String> {
+    let Basis::Effect(k) = term else { return None };
+    match &structure.effects()[*k].force {
+        EffectForce::Gain { thruster, .. } => Some(thruster.name.clone()),
+        _ => None,
+    }
+}
+
+/// The mean of numbers that are alike, but for those far off, and its standard deviation.
+fn mean_of_alike(values: &[f64]) -> (f64, f64) {
+    let middle = median(values.to_vec());
+    let distances: Vec<f64> = values.iter().map(|x| (x - middle).abs()).collect();
+    let spread = (NORMAL * median(distances)).max(LEAST_SPREAD);
+    let far = (OUTLYING * spread).max(LEAST_OUTLYING);
+    let alike: Vec<f64> = values.iter().copied().filter(|x| (x - middle).abs() <= far).collect();
+    let n = alike.len().max(1) as f64;
+    (alike.iter().sum::<f64>() / n, spread / n.sqrt())
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    match n {
+        0 => 0.0,
+        _ => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dead_thruster_does_not_move_the_mean_of_the_others() {
+        let alike = [0.03, -0.02, 0.05, -0.04, 0.0, 0.01, -0.03];
+        let (mean, std) = mean_of_alike(&[&alike[..], &[-1.0]].concat());
+        assert!(mean.abs() < 1e-15, "{mean}");
+        assert!((0.005..0.03).contains(&std), "{std}");
+    }
+
+    #[test]
+    fn thrusters_that_are_exactly_alike_are_not_known_to_be() {
+        assert_eq!(mean_of_alike(&[0.0; 4]), (0.0, 0.5 * LEAST_SPREAD));
+    }
+
+    /// Six thrusters in two groups, of each of which the common gain is open.
+    fn two_groups() -> DMatrix<f64> {
+        let in_group = |i: usize, j: usize| if (i < 3) == (j < 3) { 1.0 / 3.0 } else { 0.0 };
+        let common = DMatrix::from_fn(6, 6, in_group);
+        (DMatrix::identity(6, 6) - &common) * 1e4 + common * 10.0
+    }
+
+    #[test]
+    fn gains_are_beside_the_others_of_a_group_whose_common_gain_is_open() {
+        // One of the first group is weak, and the fit left half of that to all of the second.
+        let excess = DVector::from_row_slice(&[0.1, -0.1, 0.1, 0.1, 0.1, 0.1]);
+        let known = beside_most(&excess, &two_groups());
+        for (k, known) in known.iter().enumerate() {
+            let [excess, std] = known.expect("determined beside the others");
+            let truth = if k == 1 { -0.2 } else { 0.0 };
+            assert!((excess - truth).abs() < 1e-3 && (std - 0.00816).abs() < 1e-4, "{known:?}");
+        }
+    }
+
+    #[test]
+    fn a_thruster_without_others_beside_it_has_no_gain_of_its_own() {
+        let information = DMatrix::from_diagonal(&DVector::from_row_slice(&[1e4, 1e4, 11.0]));
+        let known = beside_most(&DVector::from_row_slice(&[0.02, -0.02, 0.3]), &information);
+        assert!(known[0].is_some() && known[1].is_some() && known[2].is_none(), "{known:?}");
+    }
+}

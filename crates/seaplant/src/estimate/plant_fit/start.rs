@@ -1,0 +1,124 @@
+//! Start of a fit: the optimum from the likeliest of several initial points.
+
+use super::equation_error::{self, Solved};
+use super::fit::{Optimum, Point, Problem, Tolerance, first_noise};
+use super::{Fitted, free, search};
+use crate::plant::{Basis, Parameterisation, Plant};
+use crate::{Error, TrialRecord};
+
+/// Lengths of the test functions for equation error, s: short for small vehicles, long for ships.
+const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
+
+/// Finds the first optimum. If the fit does not converge, starts from one with fewer terms: first
+/// without products of three or more velocities, then without couplings.
+///
+/// # Errors
+/// The error of the complete structure, if fewer terms are not possible or do not help.
+pub(super) fn begun<const N: usize>(
+    problem: Problem,
+    records: &[&TrialRecord],
+) -> Result<(Plant, Solved, Fitted<N, N>), Error> {
+    let refused = match first_optimum::<N>(&problem, records) {
+        Ok((start, found, optimum)) => {
+            return Ok((start, found, Fitted::new(problem, optimum)));
+        }
+        Err(error) => error,
+    };
+    let without = |is_left_out: fn(&Basis) -> bool| {
+        let lower = problem.structure.without(is_left_out);
+        (lower.terms().len() < problem.structure.terms().len()).then_some(lower)
+    };
+    for lower in [without(is_high), without(is_coupling)].into_iter().flatten() {
+        let lower = problem.with_terms(lower);
+        let Ok((start, found, optimum)) = first_optimum::<N>(&lower, records) else { continue };
+        let start_of_complete = search::widened(&problem, &lower, &optimum.point);
+        if let Ok(optimum) = problem.optimum(start_of_complete, Tolerance::COARSE) {
+            return Ok((start, found, Fitted::new(problem, optimum)));
+        }
+    }
+    Err(refused)
+}
+
+/// Returns true if a term is a product of three or more velocities.
+fn is_high(term: &Basis) -> bool {
+    matches!(term, Basis::Product(_, product) if product.factors().count() > 2)
+}
+
+/// Returns true if a term couples axes.
+fn is_coupling(term: &Basis) -> bool {
+    match term {
+        Basis::Mass(a, b) => a != b,
+        Basis::Product(axis, product) => product.factors().any(|factor| factor.of != *axis),
+        _ => false,
+    }
+}
+
+/// Finds the optimum from the likeliest of several starts; tries the next if it does not converge.
+///
+/// # Errors
+/// The error of the likeliest start, if none converges.
+fn first_optimum<const N: usize>(
+    problem: &Problem,
+    records: &[&TrialRecord],
+) -> Result<(Plant, Solved, Optimum<N, N>), Error> {
+    let mut refused = None;
+    let tries = if problem.has_rival() { 1 } else { usize::MAX };
+    let mut starts = starts::<N>(problem, records, &mut refused);
+    if problem.is_free {
+        starts = problem.nearer(starts);
+    }
+    for (point, found) in starts.into_iter().take(tries) {
+        let start = problem.plant(&point.free)?;
+        match problem.optimum(point, Tolerance::COARSE) {
+            Ok(optimum) => return Ok((start, found, optimum)),
+            Err(error) => {
+                refused.get_or_insert(error);
+            }
+        }
+    }
+    Err(refused.unwrap_or(Error::TooShort { name: "the fit".to_owned(), found: 0, needed: 1 }))
+}
+
+/// Computes starts by equation error with test functions of several lengths, sorted by cost.
+fn starts<const N: usize>(
+    problem: &Problem,
+    records: &[&TrialRecord],
+    refused: &mut Option<Error>,
+) -> Vec<(Point<N, N>, Solved)> {
+    let mut found = Vec::new();
+    let pieces = problem.in_pieces();
+    for window_s in WINDOWS_S {
+        let (structure, physical) = (&problem.structure, &problem.physical);
+        match equation_error::fits(structure, physical, records, window_s) {
+            Ok(fits) => found.extend(fits.into_iter().map(|least_squares| {
+                let point = first_point(problem, records, &least_squares);
+                let cost = pieces.as_ref().unwrap_or(problem).cost(&point);
+                (cost, point, least_squares)
+            })),
+            Err(error) => drop(refused.get_or_insert(error)),
+        }
+    }
+    if found.iter().any(|(cost, ..)| cost.is_finite()) {
+        *refused = None;
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
+}
+
+fn first_point<const N: usize>(
+    problem: &Problem,
+    records: &[&TrialRecord],
+    least_squares: &Solved,
+) -> Point<N, N> {
+    let mut point = Point {
+        free: problem.physical.free(&least_squares.coefficients),
+        actuator: problem.first_actuator,
+        currents: vec![[0.0; 2]; records.len()],
+        noise: first_noise(problem, &least_squares.residual),
+    };
+    if problem.is_free {
+        point.noise = free::first_noise(problem, records);
+        problem.in_pieces().as_ref().unwrap_or(problem).step_misfit(&mut point, Tolerance::COARSE);
+    }
+    point
+}

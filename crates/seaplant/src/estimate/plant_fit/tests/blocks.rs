@@ -1,0 +1,237 @@
+//! What a fit has beside the plant only where the trials show it: constant forces, the lag of a
+//! velocity sensor, and what thrusters push in reverse.
+
+use std::f64::consts::TAU;
+
+use super::*;
+use crate::plant::Parameterisation;
+
+fn admitted(fit: &PlantFit, structure: &Structure) -> Vec<String> {
+    let own = fit.plant.structure().terms().iter();
+    own.filter(|term| structure.index_of(term).is_none()).map(Basis::to_string).collect()
+}
+
+fn check_within(fit: &PlantFit, truth: &Plant) {
+    for term in truth.structure().terms() {
+        let (found, expected) = (fit.plant.coefficient(term), truth.coefficient(term));
+        let off = found.zip(expected).map_or(f64::INFINITY, |(a, b)| (a - b).abs());
+        let std = fit.std(term).expect("fitted");
+        assert!(off < 4.0 * std, "{term}: {found:?} ± {std}, not {expected:?}");
+    }
+}
+
+/// A tether that pulls astern, and a trim that turns: with them mass and drag come back; a search of
+/// trials without has no constant force left.
+#[test]
+fn constant_forces_are_found_where_they_are_and_nowhere_else() {
+    let usual = planar();
+    let structure = usual.structure();
+    let pulled = [Dof::Surge, Dof::Yaw].map(Basis::One);
+    let structure_of_truth = search::with_all(structure, &pulled).expect("new terms");
+    let coefficients = usual.coefficients().iter().copied().chain([-4.0, 0.2]).collect();
+    let truth = Plant::new(structure_of_truth, coefficients).expect("possible");
+    let fit = |plant: &Plant| {
+        let records =
+            [("a", 5), ("b", 6)].map(|(name, seed)| record(plant, name, seed, 150, 0.005));
+        let records: Vec<&TrialRecord> = records.iter().collect();
+        fit_plant(structure, &records, None, true).expect("an optimum")
+    };
+    let found = fit(&truth);
+    assert_eq!(admitted(&found, structure), ["surge: 1", "yaw: 1"]);
+    check_within(&found, &truth);
+    let found = fit(&usual);
+    assert_eq!(admitted(&found, structure), [""; 0]);
+    check_within(&found, &usual);
+}
+
+/// Surge and sway of a vehicle that does not turn, and of which nothing tells how it does.
+fn of_translations(lag_s: f64) -> (Plant, [TrialRecord; 2]) {
+    let structure = Structure::of(&PLANAR[..2], Symmetry::Diagonal).expect("two axes");
+    let truth = Plant::new(structure, vec![20.0, 21.0, 5.0, 40.0, 8.0, 90.0]).expect("possible");
+    let report = VelocityReport { lag_s, ..VelocityReport::default() };
+    let records = [("a", 5), ("b", 6)].map(|(name, seed)| {
+        let mut random = random(seed + 100);
+        let clean = record(&truth, name, seed, 150, 0.0);
+        let mut velocity = [const { None }; 6];
+        for (axis, velocity) in velocity.iter_mut().enumerate().take(2) {
+            let actual = clean.velocity[axis].as_ref().expect("is logged");
+            let behind = report.behind_lag(actual.time_s(), actual.values().to_vec());
+            let noisy = behind.into_iter().map(|v| v + 0.005 * random()).collect();
+            *velocity = Some(actual.with_values("velocity", noisy).expect("valid"));
+        }
+        TrialRecord { velocity, ..clean }
+    });
+    (truth, records)
+}
+
+#[test]
+fn a_velocity_behind_a_filter_is_found_beside_thrust_alone() {
+    let (truth, records) = of_translations(0.3);
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    let fit = fit_plant(truth.structure(), &records, None, false).expect("an optimum");
+    let std = fit.report_std[1].expect("is shown");
+    assert!((fit.report.lag_s - 0.3).abs() < 4.0 * std.max(0.005), "{:?} ± {std}", fit.report);
+    assert_eq!(fit.report.delay_s, 0.0);
+    check_within(&fit, &truth);
+    let (truth, records) = of_translations(0.0);
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    let fit = fit_plant(truth.structure(), &records, None, false).expect("an optimum");
+    assert_eq!(fit.report, VelocityReport::default());
+    check_within(&fit, &truth);
+}
+
+/// A plant that is fitted without the delay makes up for it: no small step leads to it.
+#[test]
+fn a_velocity_that_is_late_beside_rates_is_found() {
+    const LATE_S: f64 = 0.4;
+    let truth = planar();
+    let records = [("a", 5), ("b", 6)].map(|(name, seed)| {
+        let mut late = record(&truth, name, seed, 150, 0.005);
+        let translations = late.velocity.iter_mut().take(2).flatten();
+        translations.for_each(|velocity| *velocity = velocity.shifted(LATE_S));
+        late.window_s.0 += LATE_S;
+        late
+    });
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    let fit = fit_plant(truth.structure(), &records, None, false).expect("an optimum");
+    let std = fit.report_std[0].expect("is shown");
+    assert!((fit.report.delay_s - LATE_S).abs() < 4.0 * std.max(0.005), "{:?} ± {std}", fit.report);
+    assert_eq!(fit.report.lag_s, 0.0);
+    check_within(&fit, &truth);
+}
+
+/// Standard deviation of the waves' force on surge and sway, N, and their mean period, s.
+const WAVES: (f64, f64) = (4.0, 6.0);
+
+/// A trial in waves: forces of a dozen sines about one frequency.
+fn in_waves(plant: &Plant, name: &str, seed: u64) -> TrialRecord {
+    const SINES: usize = 12;
+    let quiet = record(plant, name, seed, 300, 0.0);
+    let time_s = quiet.velocity[0].as_ref().expect("is logged").time_s().to_vec();
+    let mut random = random(seed + 200);
+    let mut waves = || -> Vec<f64> {
+        let amplitude = WAVES.0 * (2.0 / SINES as f64).sqrt();
+        let sine = |(frequency, phase): (f64, f64)| {
+            move |t: &f64| amplitude * (frequency * t + phase).sin()
+        };
+        let mut one = || sine((TAU / WAVES.1 * (1.0 + 0.05 * random()), 3.0 * random()));
+        let sines: Vec<_> = (0..SINES).map(|_| one()).collect();
+        time_s.iter().map(|t| sines.iter().map(|sine| sine(t)).sum::<f64>()).collect()
+    };
+    let mut acting = quiet.force.clone();
+    for force in acting.iter_mut().take(2).flatten() {
+        let pushed = time_s.iter().zip(waves()).map(|(t, wave)| force.held_at(*t) + wave);
+        *force = Timed::new("force", time_s.clone(), pushed.collect::<Vec<f64>>()).expect("valid");
+    }
+    driven(plant, quiet, acting, (&time_s, 0.005, &mut random))
+}
+
+#[test]
+fn waves_are_found_where_they_are_and_do_not_pass_for_mass_or_drag() {
+    let truth = planar();
+    let fit = |records: [TrialRecord; 2]| {
+        let records: Vec<&TrialRecord> = records.iter().collect();
+        fit_plant(truth.structure(), &records, None, false).expect("an optimum")
+    };
+    assert_eq!(fit([3, 4].map(|seed| record(&truth, "calm", seed, 300, 0.005))).swell, None);
+    let found = fit([3, 4].map(|seed| in_waves(&truth, "waves", seed)));
+    let swell = found.swell.as_ref().expect("is found");
+    assert!((swell.period_s.0 / WAVES.1 - 1.0).abs() < 0.1, "{swell:?}");
+    for dof in [Dof::Surge, Dof::Sway] {
+        assert!((swell.force[&dof].0 / WAVES.0 - 1.0).abs() < 0.35, "{swell:?}");
+    }
+    assert!(swell.force[&Dof::Yaw].0 < 0.05, "{swell:?}");
+    check_within(&found, &truth);
+}
+
+/// One thruster pushes ahead while the other pushes astern, by as much, or a fifth less.
+fn pair(astern: f64) -> TrialRecord {
+    let mut random = random(9);
+    let time_s: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
+    let speed = stepped(&time_s, &mut random, (3.0, 20));
+    let thruster = |(name, sign): (&str, f64)| {
+        let speed = speed.map(|n| sign * n * if sign * n < 0.0 { astern } else { 1.0 });
+        let track = ThrusterTrack {
+            lever: 1.0,
+            speed,
+            forward: 2.0,
+            reverse: 1.5,
+            uncertainty: ThrustUncertainty::default(),
+        };
+        let wrench = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.3 * sign);
+        PlacedThruster { name: name.into(), track, wrench }
+    };
+    let thrusters = [("port", 1.0), ("starboard", -1.0)].map(thruster).to_vec();
+    let force = [Some(speed.clone()), None, None, None, None, Some(speed)];
+    TrialRecord { force, thrusters, ..TrialRecord::empty("a", 60.0) }
+}
+
+/// More thrust in reverse of a pair that only turns looks like more thrust of all.
+#[test]
+fn what_a_pair_pushes_in_reverse_is_fitted_only_where_that_can_be_told() {
+    let fits = |astern: f64, axes: &[Dof]| Actuator::fitted(&[&pair(astern)], axes)[2];
+    assert!(!fits(1.0, &[Dof::Yaw]));
+    assert!(!fits(0.8, &[Dof::Yaw]));
+    // Along surge the two do not cancel in the same proportion.
+    assert!(fits(1.0, &[Dof::Surge, Dof::Yaw]));
+}
+
+/// Over a gap a vehicle may turn round: whoever removes jumps loses a turn.
+#[test]
+fn a_heading_counts_without_the_whole_turns_that_a_log_lost() {
+    let (plant, record) = without_velocity(5, 40);
+    let later = record.heading.as_ref().expect("is logged");
+    let turned = later.values().iter().enumerate().map(|(k, x)| if k < 150 { *x } else { x + TAU });
+    let heading = Some(later.with_values("heading", turned.collect()).expect("valid"));
+    let turned = TrialRecord { heading, ..record.clone() };
+    let problem = |record: &TrialRecord| {
+        Problem::new(plant.structure(), &[record], None, false, Attitude::Known)
+    };
+    let logged = problem(&record);
+    let point = fit::Point::<6, 6> {
+        free: logged.physical.free(&DVector::from_row_slice(plant.coefficients())),
+        actuator: Actuator::default(),
+        currents: vec![[0.0; 2]],
+        noise: fit::first_noise(&logged, &[1.0; 6]),
+    };
+    let slopes = |record: &TrialRecord| {
+        let problem = problem(record);
+        let (by_plant, gains) = problem.by_plant(&point).expect("bounded");
+        let (_, by_noise) = problem.by_noise(&point).expect("bounded");
+        let costs = [problem.cost(&point), problem.at_gains(&point, &gains)];
+        (by_plant.gradient, by_noise, DVector::from(costs.to_vec()))
+    };
+    let (as_it_was, lost) = (slopes(&record), slopes(&turned));
+    let near = |a: &DVector<f64>, b: &DVector<f64>| (a - b).amax() <= 1e-6 * a.amax();
+    assert!(near(&as_it_was.0, &lost.0));
+    assert!(near(&as_it_was.1, &lost.1));
+    assert!(near(&as_it_was.2, &lost.2));
+}
+
+/// The same without what was measured in a window.
+fn without(series: &Timed, gap: &std::ops::Range<f64>) -> Timed {
+    let samples = series.time_s().iter().zip(series.values());
+    let left = samples.filter(|(t, _)| !gap.contains(t));
+    let (time_s, values): (Vec<f64>, Vec<f64>) = left.unzip();
+    Timed::new("motion", time_s, values).expect("valid")
+}
+
+#[test]
+fn after_a_gap_a_trial_begins_anew() {
+    let truth = planar();
+    let gap = 40.0..52.0;
+    let with_gap = |record: TrialRecord| TrialRecord {
+        velocity: record.velocity.map(|series| series.map(|series| without(&series, &gap))),
+        ..record
+    };
+    let records =
+        [("a", 5), ("b", 6)].map(|(name, seed)| with_gap(record(&truth, name, seed, 150, 0.005)));
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    let schedules = Schedule::complete(&records, truth.structure(), Attitude::Known);
+    let trials: Vec<usize> = schedules.iter().map(|schedule| schedule.trial).collect();
+    assert_eq!(trials, [0, 0, 1, 1]);
+    // What is measured first in a stretch is its start: 1380 samples of three axes are left.
+    assert_eq!(schedules[..2].iter().map(Schedule::samples).sum::<usize>(), 3 * (1380 - 2));
+    let fit = fit_plant(truth.structure(), &records, None, false).expect("an optimum");
+    check_within(&fit, &truth);
+}

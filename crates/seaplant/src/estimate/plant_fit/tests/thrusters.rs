@@ -1,0 +1,183 @@
+//! Thrusters that do not push as their curves and logs say.
+
+use super::*;
+use crate::ThrusterFault;
+use crate::plant::Basis;
+
+const NAMES: [&str; 4] = ["bow-port", "bow-starboard", "stern-port", "stern-starboard"];
+
+/// Four thrusters at the corners of a vehicle, at 45° to its length.
+fn pushers() -> Vec<Pusher> {
+    let part = 0.5_f64.sqrt();
+    let corners = [(0.3, -0.2, 1.0), (0.3, 0.2, -1.0), (-0.3, -0.2, -1.0), (-0.3, 0.2, 1.0)];
+    let pusher = |(name, (x, y, side)): (&str, (f64, f64, f64))| Pusher {
+        name: name.to_owned(),
+        position_m: [x, y, 0.0],
+        direction: [part, side * part, 0.0],
+    };
+    NAMES.into_iter().zip(corners).map(pusher).collect()
+}
+
+/// The plant of these tests without gains, which may be tried.
+fn structure() -> Structure {
+    let gain = |reverse: bool| {
+        move |thruster: Pusher| {
+            let what = if reverse { "excess-reverse-thrust" } else { "excess-thrust" };
+            let name = format!("{}.{what}", thruster.name);
+            Effect { name, force: EffectForce::Gain { thruster, reverse } }
+        }
+    };
+    let all = pushers().into_iter().map(gain(false)).chain(pushers().into_iter().map(gain(true)));
+    let with = |structure: Structure, effect| structure.with_effect(effect, false);
+    all.into_iter().try_fold(planar().structure().clone(), with).expect("new effects")
+}
+
+/// A trial in which thrusters give these parts of the thrust that is logged of them, ahead and in
+/// reverse.
+fn trial(name: &str, seed: u64, gains: [[f64; 2]; 4]) -> TrialRecord {
+    let mut random = random(seed);
+    let time_s: Vec<f64> = (0..1500).map(|k| 0.1 * f64::from(k)).collect();
+    let mut record = TrialRecord::empty(name, time_s[time_s.len() - 1]);
+    let mut sums: [[Option<Timed>; 6]; 2] = Default::default();
+    for (pusher, [forward, reverse]) in pushers().into_iter().zip(gains) {
+        let logged = stepped(&time_s, &mut random, (12.0, 31));
+        let acting = logged.map(|x| x * if x < 0.0 { reverse } else { forward });
+        let wrench = pusher.way();
+        for (sum, thrust) in sums.iter_mut().zip([&logged, &acting]) {
+            for axis in PLANAR.map(Dof::index) {
+                let own = thrust.map(|x| x * wrench[axis]);
+                let before = sum[axis].take();
+                sum[axis] = Some(match before {
+                    Some(before) => {
+                        let both = before.values().iter().zip(own.values());
+                        let values = both.map(|(a, b)| a + b).collect();
+                        before.with_values("force", values).expect("finite")
+                    }
+                    None => own,
+                });
+            }
+        }
+        let track = ThrusterTrack::of_force(1.0, &logged);
+        record.thrusters.push(PlacedThruster { name: pusher.name, track, wrench });
+    }
+    record.signals = record.thrusters.iter().flat_map(PlacedThruster::signals).collect();
+    let [logged, acting] = sums;
+    record.force = logged;
+    driven(&planar(), record, acting, (&time_s, 0.005, &mut random))
+}
+
+fn fitted(records: &[TrialRecord]) -> PlantFit {
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    fit_plant(&structure(), &records, None, true).expect("an optimum")
+}
+
+fn excess(fit: &PlantFit, what: &str) -> Vec<Option<f64>> {
+    let structure = fit.plant.structure();
+    let of = |name: &str| fit.plant.coefficient(&structure.term_named(&format!("{name}.{what}"))?);
+    NAMES.map(of).to_vec()
+}
+
+/// By how many standard deviations each coefficient of the planar plant is off.
+fn off(fit: &PlantFit) -> Vec<(String, f64)> {
+    let truth = planar();
+    let of = |term: &Basis| {
+        let found = fit.plant.coefficient(term).expect("fitted");
+        let std = fit.std(term).expect("fitted");
+        let off = (found - truth.coefficient(term).expect("true")) / std;
+        (truth.structure().name_of(term), off)
+    };
+    truth.structure().terms().iter().map(of).collect()
+}
+
+#[test]
+fn thrusters_that_are_not_alike_do_not_pass_for_mass_or_drag() {
+    let gains = [0.96, 1.07, 1.03, 0.94];
+    let records = ["a", "b"].map(|name| {
+        let seed = if name == "a" { 21 } else { 22 };
+        trial(name, seed, gains.map(|gain| [gain; 2]))
+    });
+    let fit = fitted(&records);
+    let found = excess(&fit, "excess-thrust");
+    let found: Vec<f64> = found.into_iter().map(|x| 1.0 + x.expect("admitted")).collect();
+    // Motion shows gains beside each other; the mean of the true ones is 1 here.
+    for (found, truth) in found.iter().zip(gains) {
+        assert!((found - truth).abs() < 0.01, "{found} {truth}");
+    }
+    assert_eq!(excess(&fit, "excess-reverse-thrust"), [None; 4]);
+    assert!(off(&fit).iter().all(|(_, off)| off.abs() < 3.5), "{:?}", off(&fit));
+    // Their mean is known no better than they are alike.
+    let mass = fit.plant.structure().term_named("mass.surge").expect("there");
+    let part = fit.std(&mass).expect("fitted") / 20.0;
+    assert!((0.01..0.08).contains(&part), "{part}");
+}
+
+#[test]
+fn a_thruster_that_is_weak_in_reverse_is_named_so() {
+    let gains = [[1.0; 2], [1.0, 0.7], [1.0; 2], [1.0; 2]];
+    let fit = fitted(&[trial("a", 23, gains), trial("b", 24, gains)]);
+    let found = excess(&fit, "excess-reverse-thrust");
+    let found: Vec<f64> = found.into_iter().map(|x| x.expect("admitted")).collect();
+    for (k, found) in found.iter().enumerate() {
+        let truth = if k == 1 { -0.3 } else { 0.0 };
+        assert!((found - truth).abs() < 0.03, "{k}: {found}");
+    }
+}
+
+#[test]
+fn a_thruster_that_stands_still_in_one_trial_is_found_there() {
+    let mut dead = [[1.0; 2]; 4];
+    dead[2] = [0.0; 2];
+    let fit = fitted(&[trial("a", 25, [[1.0; 2]; 4]), trial("b", 26, dead)]);
+    let thruster = NAMES[2].to_owned();
+    let expected = ThrusterFault { trial: "b".to_owned(), thruster, gain: 0.0 };
+    assert_eq!(fit.faults, [expected]);
+    assert_eq!(excess(&fit, "excess-thrust"), [None; 4]);
+    assert!(off(&fit).iter().all(|(_, off)| off.abs() < 3.5), "{:?}", off(&fit));
+}
+
+#[test]
+fn a_thruster_that_pushes_the_other_way_in_all_trials_has_a_gain_below_zero() {
+    let mut reversed = [[1.0; 2]; 4];
+    reversed[1] = [-1.0; 2];
+    let fit = fitted(&[trial("a", 29, reversed), trial("b", 30, reversed)]);
+    assert_eq!(fit.faults, []);
+    let found = excess(&fit, "excess-thrust");
+    let found: Vec<f64> = found.into_iter().map(|x| 1.0 + x.expect("admitted")).collect();
+    // Beside the others, whose mean is known to be 1 no better than they are alike.
+    let usual = (found[0] + found[2] + found[3]) / 3.0;
+    assert!((found[1] / usual + 1.0).abs() < 0.03, "{found:?}");
+}
+
+#[test]
+fn thrusters_that_do_as_they_say_have_no_gains() {
+    let fit = fitted(&[trial("a", 27, [[1.0; 2]; 4]), trial("b", 28, [[1.0; 2]; 4])]);
+    assert!(fit.faults.is_empty());
+    for what in ["excess-thrust", "excess-reverse-thrust"] {
+        assert_eq!(excess(&fit, what), [None; 4]);
+    }
+}
+
+#[test]
+fn gains_of_thrusters_that_are_alike_are_known_without_being_fitted() {
+    let fit = fitted(&[trial("a", 27, [[1.0; 2]; 4]), trial("b", 28, [[1.0; 2]; 4])]);
+    assert_eq!(fit.gains.len(), 4);
+    for (name, own) in &fit.gains {
+        assert!(!own.is_fitted && own.std < 0.02, "{name}: {own:?}");
+        assert!((own.gain - 1.0).abs() < 4.0 * own.std, "{name}: {own:?}");
+    }
+}
+
+#[test]
+fn a_thruster_with_a_loss_is_beside_others_that_have_none() {
+    let mut fouled = [[1.0; 2]; 4];
+    fouled[2] = [0.8; 2];
+    let fit = fitted(&[trial("a", 35, fouled), trial("b", 36, fouled)]);
+    for (k, name) in NAMES.iter().enumerate() {
+        let own = fit.gains[*name];
+        let truth = if k == 2 { 0.8 } else { 1.0 };
+        assert!(
+            own.is_fitted && (own.gain - truth).abs() < 0.03 && own.std < 0.03,
+            "{name}: {own:?}"
+        );
+    }
+}

@@ -1,0 +1,612 @@
+//! Reasons to doubt a plant of several axes.
+
+use super::{Records, correlation, known, scale, thrusters, under_way};
+use crate::caveat::{estimated, spoken};
+use crate::estimate::{Actuator, NEGLIGIBLE_POWER, PlantFit, damping_power};
+use crate::judge::{LEAST_R2, NOT_WHITE, PREDICTS};
+use crate::plant::{Basis, EffectForce};
+use crate::results::{AxisChange, AxisScore, FittedPlant, PlantScore, ToldBy};
+use crate::{Caveat, CaveatCode, Dof, Method, TrialRecord, Vehicle};
+use std::cmp::Ordering;
+
+/// Two coefficients that are correlated by more cannot be told apart.
+const COLLINEAR: f64 = 0.98;
+/// By more than this they can where both are known well.
+const ALIKE: f64 = 0.9;
+/// A variance that others make ten times as large is inflated, by the usual rule.
+const INFLATED: f64 = 10.0;
+/// A coefficient with a standard deviation of more than this part of it is not known well.
+const BLURRED: f64 = 0.05;
+
+/// All doubts, the worst first; `of_axes` are those that [`known::doubts`] has of single axes.
+///
+/// [`known::doubts`]: super::known::doubts
+pub(super) fn doubts(
+    fit: &PlantFit,
+    plant: &FittedPlant,
+    records: &Records<'_>,
+    vehicle: &Vehicle,
+    of_axes: &[(Dof, Caveat)],
+) -> Vec<Caveat> {
+    let of_vehicle = under_way::doubts(plant, records, vehicle);
+    let mut all = records.of_logs.clone();
+    let records = records.fit.as_slice();
+    all.extend(records.iter().flat_map(|record| record.caveats.clone()));
+    all.extend(untold(plant));
+    all.extend(of_axes.iter().map(|(_, caveat)| caveat.clone()));
+    all.extend(known::wide(fit, records));
+    all.extend(collinear(&fit.of_sure_thrust()));
+    all.extend(not_driven(fit, plant, records));
+    all.extend(turned_round(fit));
+    all.extend(of_vehicle);
+    all.extend(not_dissipative(fit, records));
+    all.extend(restoring(fit, vehicle));
+    all.extend(scores(&plant.fit, plant.hold_out.as_ref()));
+    all.extend(not_white(fit));
+    all.extend(unsure_thrust(fit));
+    all.extend(scale::doubts(fit, records));
+    all.extend(another_power(fit));
+    all.extend(loaded_thrust(fit));
+    all.extend(early_thrust(fit));
+    all.extend(thrusters::doubts(plant));
+    let [.., within_std, between_std, _, _] = fit.actuator_std;
+    all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
+    all.extend(late(fit));
+    all.extend(measured_elsewhere(fit));
+    all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
+    all
+}
+
+/// That translations are measured late, by what they were taken to be earlier.
+fn late(fit: &PlantFit) -> Option<Caveat> {
+    let of =
+        |value: f64, std: Option<f64>| std.map(|std| format!("{} s", estimated(value.abs(), std)));
+    let way = if fit.report.delay_s > 0.0 { "later" } else { "earlier" };
+    let [delay_std, lag_std] = fit.report_std;
+    let delay = of(fit.report.delay_s, delay_std)
+        .map(|delay| format!("{delay} {way} than thrust and rates of turn"));
+    let lag = of(fit.report.lag_s, lag_std).map(|lag| format!("behind a lag of {lag}"));
+    let advice = match &delay {
+        Some(_) => "; `offset_s` of the trial corrects the clock of a file",
+        None => "; log what the instrument measures before it is smoothed",
+    };
+    let both: Vec<String> = delay.into_iter().chain(lag).collect();
+    (!both.is_empty()).then(|| {
+        let message = format!(
+            "velocities are measured {}, as a DVL's that are averaged or smoothed; this was allowed for{advice}",
+            both.join(" and ")
+        );
+        Caveat::note(CaveatCode::ClockOffset, message)
+    })
+}
+
+/// That translations are measured elsewhere than is stated.
+fn measured_elsewhere(fit: &PlantFit) -> Option<Caveat> {
+    let words = [("forward", "aft"), ("to starboard", "to port"), ("down", "up")];
+    let parts: Vec<String> = words
+        .into_iter()
+        .zip(fit.report.lever_m)
+        .zip(fit.lever_std)
+        .filter_map(|(((ahead, behind), metres), std)| {
+            let way = if metres < 0.0 { behind } else { ahead };
+            Some(format!("{} m {way}", estimated(metres.abs(), std?)))
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        let message = format!(
+            "velocities are those of an instrument that sits {} of where it is stated to sit; this was allowed for; measure where it sits, and state it (`position_m` of `[sensor.dvl]`)",
+            parts.join(", ")
+        );
+        Caveat::warning(CaveatCode::InstrumentElsewhere, message)
+    })
+}
+
+/// That most of what is uncertain of a mass is the scale of thrust.
+fn unsure_thrust(fit: &PlantFit) -> Option<Caveat> {
+    let terms = fit.plant.structure().terms().iter().zip(fit.plant.coefficients()).enumerate();
+    let parts = terms.filter(|(_, (term, _))| matches!(term, Basis::Mass(i, j) if i == j));
+    let parts = parts.map(|(k, (term, mass))| {
+        let of_thrust = fit.thrust_covariance[(k, k)];
+        (of_thrust / fit.covariance[(k, k)], term, of_thrust.sqrt() / mass)
+    });
+    let most = parts.filter(|(part, ..)| *part > MOST_OF_VARIANCE);
+    let (part, term, std) = most.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let message = format!(
+        "thrust is not known better than ± {} %, and moves every mass, drag and lever by as much, together: that is {:.0} % of the variance of `{}`; motion, and simulations from the same thrust, do not depend on it",
+        spoken(196.0 * std),
+        100.0 * part,
+        fit.plant.structure().name_of(term)
+    );
+    Some(Caveat::note(CaveatCode::ThrustScale, message))
+}
+
+/// Where thrust makes more than this of a mass's variance, it is told.
+const MOST_OF_VARIANCE: f64 = 0.5;
+
+/// That thrust is no square law, so that its scale depends on where its curve is right.
+fn another_power(fit: &PlantFit) -> Option<Caveat> {
+    let (actuator, [_, _, _, _, exponent_std, ..]) = (fit.actuator, fit.actuator_std);
+    let at_half = 100.0 * (actuator.beyond_square.exp2() - 1.0).abs();
+    exponent_std.filter(|_| at_half > ANOTHER_POWER_PERCENT).map(|_| {
+        let message = format!(
+            "thrust grows with the power {:.2} of propeller speed, while its curve says 2: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table",
+            2.0 + actuator.beyond_square
+        );
+        Caveat::warning(CaveatCode::ThrustScale, message)
+    })
+}
+
+/// Says that thrust falls while other thrusters push, so that its scale depends on the load at which curves
+/// are right.
+fn loaded_thrust(fit: &PlantFit) -> Option<Caveat> {
+    let [.., std, _] = fit.actuator_std;
+    let change = 100.0 * fit.actuator.log_change_loaded.exp_m1();
+    std.filter(|_| change.abs() > LOADED_PERCENT).map(|_| {
+        let message = format!(
+            "thrust changes by {change:+.0} % while all thrusters push at full speed, as with a battery whose voltage falls under load; mass and drag are right if the curves hold for one thruster by itself; how far they are off if the curves hold at the mean load of the trials the intervals include; log propeller speeds, or the supply voltage"
+        );
+        Caveat::warning(CaveatCode::ThrustScale, message)
+    })
+}
+
+/// A loss of thrust under full load above this is a warning.
+const LOADED_PERCENT: f64 = 5.0;
+
+/// What another power of speed makes of thrust at half of full speed is told if it is more than this.
+const ANOTHER_POWER_PERCENT: f64 = 1.0;
+
+/// That thrust acts before its log says.
+fn early_thrust(fit: &PlantFit) -> Option<Caveat> {
+    let [_, delay_std, ..] = fit.actuator_std;
+    let (early_s, std) = (-fit.actuator.delay_s, delay_std?);
+    (early_s > 0.0).then(|| {
+        let message = format!(
+            "thrust acts {} ± {} s before its log says, as it does where its log is late, or where it is logged less often than it changes and held until the next sample; mass and drag are those of thrust that much earlier, and what it did between samples nobody knows; log what thrusters are told at every change, on the clock of the sensors",
+            spoken(early_s),
+            spoken(1.96 * std)
+        );
+        Caveat::warning(CaveatCode::ThrustBetweenSamples, message)
+    })
+}
+
+/// Whether thrust acts so long before its log says that too little is known of it.
+pub(super) fn is_too_early(fit: &PlantFit) -> bool {
+    -fit.actuator.delay_s > TOO_EARLY_S
+}
+
+/// Thrust that acts so long before its log says, s, is hardly known: a small vehicle rolls to and fro
+/// within a second or two.
+const TOO_EARLY_S: f64 = 0.25;
+
+/// That thrust changes from the beginning of a trial to its end, or from the first trial to the last,
+/// so that its scale depends on when its curve is right.
+fn changing_thrust(
+    actuator: &Actuator,
+    [within_std, between_std]: [Option<f64>; 2],
+) -> Option<Caveat> {
+    let Actuator { log_change_within, log_change_between, .. } = *actuator;
+    let of = |change: f64, std: Option<f64>, over: &str| {
+        let said = format!(
+            "by {:+.1} ± {:.1} % {over}",
+            100.0 * change.exp_m1(),
+            196.0 * std? * change.exp()
+        );
+        Some((change, said))
+    };
+    let found: Vec<(f64, String)> = [
+        of(log_change_within, within_std, "from the beginning to the end of each trial"),
+        of(log_change_between, between_std, "from the first trial to the last"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let said: Vec<&str> = found.iter().map(|(_, said)| said.as_str()).collect();
+    let all: f64 = found.iter().map(|(change, _)| change).sum();
+    let to_mean = 0.5 * all;
+    let each = found.iter().map(|(change, _)| *change);
+    each.chain([all]).any(|change| change.exp_m1().abs() > CHANGING_PART).then(|| {
+        let message = format!(
+            "thrust changes {} beside what its log says, as with a battery that loses voltage; mass and drag are right if the thruster curve holds for the mean; if it holds at the beginning, they are {:+.0} % off, which the intervals include; log the voltage or the propeller speed",
+            said.join(" and "),
+            100.0 * (-to_mean).exp_m1(),
+        );
+        Caveat::warning(CaveatCode::PlantDrifts, message)
+    })
+}
+
+/// A change of thrust below this part, in a trial, between trials or in both together, is none that a
+/// user minds.
+const CHANGING_PART: f64 = 0.05;
+
+fn untold(plant: &FittedPlant) -> Option<Caveat> {
+    let of = |told_by| {
+        let found = plant.parameters.iter().filter(move |(_, x)| x.told_by == told_by);
+        found.map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>()
+    };
+    let nothing = of(ToldBy::Nothing);
+    (!nothing.is_empty()).then(|| {
+        let message = format!(
+            "the trials hardly determine {}: the 95 % interval is wider than the number; drive these axes more, and several at once, or leave them out",
+            nothing.join(", ")
+        );
+        Caveat::note(CaveatCode::Collinear, message)
+    })
+}
+
+/// Pairs that the trials hardly tell apart: correlated nearly fully; or strongly, where others
+/// inflate the variance of one and its error is more than a user minds.
+fn collinear(fit: &PlantFit) -> Option<Caveat> {
+    let correlation = correlation(fit);
+    let looks_alike = |i: usize, j: usize| {
+        let r = correlation.value[i][j].abs();
+        r > COLLINEAR || r > ALIKE && (is_blurred(fit, i) || is_blurred(fit, j))
+    };
+    let mut pairs = Vec::new();
+    for i in 0..correlation.names.len() {
+        for j in (0..i).filter(|j| looks_alike(i, *j)) {
+            pairs.push(format!("`{}` and `{}`", correlation.names[j], correlation.names[i]));
+        }
+    }
+    (!pairs.is_empty()).then(|| {
+        let message = format!(
+            "the trials hardly separate {}: one may be off by more than its interval where the plant lacks something, and the other makes up for it; vary speed within turns, drive at more than one speed, or hold one of two in [[plant]]",
+            pairs.join("; ")
+        );
+        Caveat::warning(CaveatCode::Collinear, message)
+    })
+}
+
+/// Whether a coefficient is known badly because others look like it.
+fn is_blurred(fit: &PlantFit, k: usize) -> bool {
+    let (value, std) = (fit.plant.coefficients()[k], fit.covariance[(k, k)].sqrt());
+    fit.inflation.get(k).is_some_and(|inflation| *inflation > INFLATED)
+        && std > BLURRED * value.abs()
+}
+
+/// Whether a logged force, or a rudder, fin or propeller of unknown strength, acts on an axis.
+pub(super) fn is_pushed(fit: &PlantFit, records: &[&TrialRecord], dof: Dof) -> bool {
+    let structure = fit.plant.structure();
+    let mut effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+    effects.any(|term| structure.axes_of(term).contains(&dof))
+        || records.iter().any(|record| record.is_driven(dof))
+}
+
+fn not_driven(fit: &PlantFit, plant: &FittedPlant, records: &[&TrialRecord]) -> Option<Caveat> {
+    let undriven = |dof: &&Dof| !is_pushed(fit, records, **dof);
+    let names: Vec<&str> = plant.axes.iter().filter(undriven).map(|dof| dof.name()).collect();
+    (!names.is_empty()).then(|| {
+        let message = format!(
+            "no force or moment acts on {}: only coupling with other axes determines {} coefficients; map a wrench or thrusters there if there are any",
+            names.join(" and "),
+            if names.len() == 1 { "its" } else { "their" },
+        );
+        Caveat::note(CaveatCode::UndrivenAxis, message)
+    })
+}
+
+/// A fin or propeller whose coefficient ends at zero pushes the other way than stated.
+fn turned_round(fit: &PlantFit) -> Option<Caveat> {
+    let structure = fit.plant.structure();
+    let is_zero = |term: &&Basis| match term {
+        Basis::Effect(k) => {
+            let effect = &structure.effects()[*k];
+            let is_main = matches!(
+                effect.force,
+                EffectForce::Lift { .. }
+                    | EffectForce::Slipstream { .. }
+                    | EffectForce::Thrust { .. }
+            );
+            is_main && fit.plant.coefficient(term).is_some_and(|x| x <= 0.0)
+        }
+        _ => false,
+    };
+    let names: Vec<String> =
+        structure.terms().iter().filter(is_zero).map(|term| structure.name_of(term)).collect();
+    (!names.is_empty()).then(|| {
+        let message = format!(
+            "{} is estimated as zero: in the trials it acts against the direction in vehicle.toml, or hardly at all; reverse its axis or direction, or negate the channel",
+            names.join(" and ")
+        );
+        Caveat::warning(CaveatCode::WrongSign, message)
+    })
+}
+
+/// Where the vehicle was, damping must take power.
+fn not_dissipative(fit: &PlantFit, records: &[&TrialRecord]) -> Option<Caveat> {
+    let ranges = records.iter().map(|record| damping_power(&fit.plant, record));
+    let (worst, greatest) =
+        ranges.fold((0.0_f64, 0.0_f64), |all, own| (all.0.min(own.0), all.1.max(own.1)));
+    (worst < -NEGLIGIBLE_POWER * greatest).then(|| {
+        let message = format!(
+            "damping adds up to {} W to the motion at speeds of the trials, which is unphysical; drop a coupled damping term, or use trials in which its axes move apart",
+            spoken(-worst)
+        );
+        Caveat::warning(CaveatCode::NotDissipative, message)
+    })
+}
+
+/// Weight and buoyancy as stated must be those that the motion shows. Where both that and the righting
+/// lever are as many times too large, thrust is.
+fn restoring(fit: &PlantFit, vehicle: &Vehicle) -> Option<Caveat> {
+    let known = restored(fit, vehicle);
+    if let Some(caveat) = thrust_by_weight(&known) {
+        return Some(caveat);
+    }
+    let Restored { term, stated, estimated: (value, std), .. } =
+        known.into_iter().find(|own| own.is_off)?;
+    let message = format!(
+        "`{term}` is {} {}, but by the vehicle file it is {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
+        estimated(value, std),
+        term.unit(),
+        spoken(stated)
+    );
+    Some(Caveat::warning(CaveatCode::RestoringContradicts, message))
+}
+
+/// Returns true if weight and buoyancy as stated say that thrust is clearly too large (`Greater`) or too small.
+pub(super) fn restoring_says(fit: &PlantFit, vehicle: &Vehicle, way: Ordering) -> bool {
+    restored(fit, vehicle).iter().any(|own| own.says(way))
+}
+
+/// Returns weight minus buoyancy and the righting lever, where both the vehicle file and the plant have them.
+fn restored(fit: &PlantFit, vehicle: &Vehicle) -> Vec<Restored> {
+    let Some((body, buoyancy)) = vehicle.rigid_body.zip(vehicle.buoyancy) else {
+        return Vec::new();
+    };
+    let (excess, lever) = buoyancy.restoring(&body);
+    let sure = fit.of_sure_thrust();
+    let of = |(term, stated): (Basis, f64)| {
+        let (value, std) = (fit.plant.coefficient(&term)?, fit.std(&term)?);
+        let is_off =
+            (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
+        let times = (value / stated, sure.std(&term)? / stated.abs());
+        Some(Restored { term, stated, estimated: (value, std), times, is_off })
+    };
+    let known = [(Basis::WeightExcess, excess), (Basis::Lever(2), lever.z)];
+    known.into_iter().filter_map(of).collect()
+}
+
+/// A moment or force of weight and buoyancy, as stated and as the motion shows it.
+struct Restored {
+    term: Basis,
+    stated: f64,
+    estimated: (f64, f64),
+    /// How many times what is stated the motion shows, and the standard deviation of that if thrust were
+    /// known for sure.
+    times: (f64, f64),
+    is_off: bool,
+}
+
+impl Restored {
+    /// Returns true if it says that thrust is clearly too large (`Greater`) or too small.
+    fn says(&self, way: Ordering) -> bool {
+        let (times, _) = self.times;
+        let is_far = match way {
+            Ordering::Greater => times > MOST_OFF,
+            Ordering::Less => times > 0.0 && times < 1.0 / MOST_OFF,
+            Ordering::Equal => false,
+        };
+        self.is_off && is_far
+    }
+}
+
+/// That thrust is off by a factor, which weight and lever show alike.
+fn thrust_by_weight(known: &[Restored]) -> Option<Caveat> {
+    let [weight, lever] = known else { return None };
+    let [(first, first_std), (second, second_std)] = [weight.times, lever.times];
+    let mean = 0.5 * (first + second);
+    let apart = CONTRADICTION * first_std.hypot(second_std) + CONTRADICTION_PART * mean;
+    let are_sure = [weight, lever].iter().all(|own| {
+        let (times, std) = own.times;
+        own.is_off && times > 0.0 && std < CONTRADICTION_PART * times
+    });
+    if !are_sure || (first - second).abs() > apart {
+        return None;
+    }
+    let message = format!(
+        "weight minus buoyancy is {} times that of the vehicle file, and the righting lever {} times: thrust is as many times too large (its curve, its unit), and with it all masses and drags, or the vehicle file has weight in another unit; correct it and identify again",
+        spoken(first),
+        spoken(second)
+    );
+    Some(match (1.0 / MOST_OFF..MOST_OFF).contains(&mean) {
+        true => Caveat::warning(CaveatCode::RestoringContradicts, message),
+        false => Caveat::severe(CaveatCode::RestoringContradicts, message),
+    })
+}
+
+/// More than so many times what it is, or less than that part, thrust has another unit or another curve.
+const MOST_OFF: f64 = 1.25;
+
+/// So many standard deviations, and this part of it, is an estimate off what was stated.
+const CONTRADICTION: f64 = 3.0;
+const CONTRADICTION_PART: f64 = 0.1;
+
+/// What the error on held-out trials says against a plant, or on fitted ones where none are held
+/// out.
+pub(super) fn scores(fit: &PlantScore, hold_out: Option<&PlantScore>) -> Vec<Caveat> {
+    let (score, where_) = match hold_out {
+        Some(held) => (held, "the held-out trials"),
+        None => (fit, "the trials that it was fitted to"),
+    };
+    let mut all = no_better(score, where_);
+    if hold_out.is_none() {
+        let message =
+            "the error is that on fitted trials; hold out one trial with role = \"hold-out\"";
+        all.push(Caveat::note(CaveatCode::ScoredOnFit, message));
+    }
+    all.extend(hold_out.and_then(another_plant));
+    all
+}
+
+/// That held-out trials ask for another mass or drag, in the axis where they do most.
+fn another_plant(score: &PlantScore) -> Option<Caveat> {
+    let beyond = |dof: &Dof| score.by_axis[dof].change.and_then(|change| change.beyond());
+    let axes = score.by_axis.keys().filter_map(|dof| Some((dof, beyond(dof)?)));
+    let (dof, _) = axes.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let change = score.by_axis[dof].change?;
+    let message = format!(
+        "allowing for forces that are not logged, the held-out trials ask for another plant in {dof}: mass {}, drag {}; the model lacks something, or the trials differ in vehicle, trim or thrust",
+        change.mass.spoken(),
+        change.drag.spoken()
+    );
+    Some(Caveat::warning(CaveatCode::AnotherPlantFits, message))
+}
+
+/// Whether the error is too near to that of a model that never moves.
+fn fails(score: &AxisScore) -> bool {
+    score.mean_abs_error.is_some_and(|error| error > PREDICTS * score.null_error)
+}
+
+/// Whether it is too near to that of a model that keeps its mean speed.
+fn explains_nothing(score: &AxisScore) -> bool {
+    score.r2.is_some_and(|r2| r2 < LEAST_R2)
+}
+
+/// Whether an axis is predicted no better than without a plant.
+pub(super) fn falls_short(score: &AxisScore) -> bool {
+    fails(score) || explains_nothing(score)
+}
+
+/// How an axis falls short of what it takes over some trials, if it does.
+pub(super) fn shortfall(dof: Dof, score: &AxisScore, where_: &str) -> Option<String> {
+    let unit = dof.units().velocity;
+    if fails(score) {
+        let error = score.mean_abs_error.map_or("unbounded".to_owned(), spoken);
+        let null = spoken(score.null_error);
+        return Some(format!(
+            "on {where_} the error of {dof} is {error} {unit}, too near to that of a model that never moves, {null} {unit}"
+        ));
+    }
+    explains_nothing(score).then(|| {
+        format!(
+            "on {where_} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
+            100.0 * score.r2.unwrap_or(0.0).max(0.0)
+        )
+    })
+}
+
+fn no_better(score: &PlantScore, where_: &str) -> Vec<Caveat> {
+    let of = |(dof, score): (&Dof, &AxisScore)| {
+        if score.mean_abs_error.is_none() {
+            let message = format!("simulated over {where_}, the plant diverges");
+            return Some(Caveat::severe(CaveatCode::Unstable, message));
+        }
+        let what = shortfall(*dof, score, where_)?;
+        if let Some(change) = score.change.filter(AxisChange::vouches) {
+            return Some(Caveat::note(
+                CaveatCode::NoBetterThanNull,
+                format!(
+                    "{what}, as forces that are not logged add up; allowing for these, the trials ask for the same plant: mass {}, drag {}",
+                    change.mass.spoken(),
+                    change.drag.spoken()
+                ),
+            ));
+        }
+        let why = if !fails(score) {
+            ""
+        } else if score.is_of_disturbance() {
+            ", about as much as forces that are not logged cause: these trials hardly test the plant there; excite the axis more"
+        } else if score.is_followed() {
+            "; begun anew every 10 s from what is measured it follows the axis: over a whole trial it loses the phase"
+        } else {
+            ""
+        };
+        Some(Caveat::warning(CaveatCode::NoBetterThanNull, format!("{what}{why}")))
+    };
+    let mut found: Vec<Caveat> = score.by_axis.iter().filter_map(of).collect();
+    found.dedup();
+    found
+}
+
+/// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
+const COLOURED: f64 = 4.0;
+
+/// Whether the innovations of an axis are strongly correlated in time; output error has none.
+pub(super) fn is_coloured(fit: &PlantFit, dof: Dof) -> bool {
+    fit.method != Method::OutputError && fit.whiteness.get(&dof).is_some_and(|x| *x > COLOURED)
+}
+
+/// Smallest probability at which correlation of innovations with the thrusters counts as chance.
+const CHANCE: f64 = 0.01;
+
+/// Returns true if the innovations of an axis were tested for dependence on the thrusters, and none was
+/// found.
+pub(super) fn shows_no_dependence(fit: &PlantFit, dof: Dof) -> bool {
+    fit.independence.get(&dof).is_some_and(|probability| *probability > CHANCE)
+}
+
+/// Intervals of output error allow for the colour of its misfit.
+fn not_white(fit: &PlantFit) -> Option<Caveat> {
+    if fit.method == Method::OutputError {
+        return None;
+    }
+    let far = |(dof, ratio): (&Dof, &f64)| {
+        (*ratio > NOT_WHITE).then(|| format!("{dof} ({})", spoken(*ratio)))
+    };
+    let axes: Vec<String> = fit.whiteness.iter().filter_map(far).collect();
+    let mut far = fit.whiteness.iter().filter(|(_, ratio)| **ratio > NOT_WHITE);
+    let why = if far.all(|(dof, _)| shows_no_dependence(fit, *dof)) {
+        "no dependence on thrust or on the speeds that it causes was found, so it may be waves, gusts or a tether, which intervals allow for; a small missing effect is not excluded"
+    } else {
+        "the model lacks something, such as waves, a thruster's lag or another coupling; intervals allow for the correlation, not for what is missing"
+    };
+    (!axes.is_empty()).then(|| {
+        let message = format!(
+            "what the plant fails to predict is correlated in time in {} (1 for white noise): {why}",
+            axes.join(", ")
+        );
+        Caveat::warning(CaveatCode::ResidualsNotWhite, message)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Severity;
+
+    #[test]
+    fn weight_and_lever_that_are_off_alike_say_that_thrust_is() {
+        let of = |term, times: f64| Restored {
+            term,
+            stated: 10.0,
+            estimated: (10.0 * times, 0.1),
+            times: (times, 0.01),
+            is_off: (times - 1.0).abs() > 0.13,
+        };
+        let severity = |weight: f64, lever: f64| {
+            let known = [of(Basis::WeightExcess, weight), of(Basis::Lever(2), lever)];
+            thrust_by_weight(&known).map(|caveat| caveat.severity)
+        };
+        assert_eq!(severity(2.0, 2.04), Some(Severity::Severe));
+        assert_eq!(severity(0.45, 0.45), Some(Severity::Severe));
+        assert_eq!(severity(1.18, 1.2), Some(Severity::Warning));
+        // One that is off alone is wrong in the vehicle file.
+        assert_eq!(severity(2.0, 1.0), None);
+        assert_eq!(severity(2.0, 3.0), None);
+        assert_eq!(severity(-2.0, -2.0), None);
+        let ways = [Ordering::Less, Ordering::Equal, Ordering::Greater];
+        let says = |times: f64| ways.map(|way| of(Basis::Lever(2), times).says(way));
+        assert_eq!(says(2.0), [false, false, true]);
+        assert_eq!(says(0.5), [true, false, false]);
+        for unclear in [1.0, 1.2, -2.0] {
+            assert_eq!(says(unclear), [false; 3], "{unclear}");
+        }
+    }
+
+    /// Two small changes of the same sign leave the scale as open as a large one.
+    #[test]
+    fn thrust_that_changes_is_told_by_what_it_changes_in_all() {
+        let told = |log_change_within: f64, log_change_between: f64| {
+            let actuator =
+                Actuator { log_change_within, log_change_between, ..Actuator::default() };
+            changing_thrust(&actuator, [Some(0.001); 2])
+        };
+        assert_eq!(told(-0.03, -0.01), None);
+        assert_eq!(told(-0.03, 0.03), None);
+        let caveat = told(-0.04, -0.04).expect("eight percent");
+        assert!(caveat.message.contains("they are +4 % off"), "{}", caveat.message);
+        assert!(told(0.08, -0.08).is_some());
+        let actuator = Actuator { log_change_within: -0.2, ..Actuator::default() };
+        assert_eq!(changing_thrust(&actuator, [None; 2]), None);
+    }
+}

@@ -1,0 +1,606 @@
+//! How far a plant's free motion is from what was measured.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use nalgebra::Vector6;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::LEVERS;
+use crate::estimate::{Actuator, PlantFit};
+use crate::exchange::{Actuation, PlantModel};
+use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
+use crate::plant::Plant;
+use crate::random::{gauss_markov, normal, stochastic_cycle};
+use crate::results::{AxisScore, FittedPlant, Parameter, PlantScore, plant_of_result};
+use crate::series::union;
+use crate::signal::sample_noise;
+use crate::{
+    Agreement, Comparison, Dof, Error, Method, ScoredMotion, Timed, Trial, TrialRecord, Vehicle,
+    VelocityReport, parallel,
+};
+
+/// Sums that make a score.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    n: usize,
+    error: f64,
+    null: f64,
+    squares: f64,
+    sum: f64,
+    of_squares: f64,
+    disturbed: f64,
+    restarted: f64,
+    kept: f64,
+    diverged: bool,
+}
+
+impl Sums {
+    fn add(&mut self, model: Option<f64>, measured: f64) {
+        self.n += 1;
+        self.null += measured.abs();
+        self.sum += measured;
+        self.of_squares += measured * measured;
+        match model {
+            Some(model) => {
+                self.error += (model - measured).abs();
+                self.squares += (model - measured).powi(2);
+            }
+            None => self.diverged = true,
+        }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            n: self.n + other.n,
+            error: self.error + other.error,
+            null: self.null + other.null,
+            squares: self.squares + other.squares,
+            sum: self.sum + other.sum,
+            of_squares: self.of_squares + other.of_squares,
+            disturbed: self.disturbed + other.disturbed,
+            restarted: self.restarted + other.restarted,
+            kept: self.kept + other.kept,
+            diverged: self.diverged || other.diverged,
+        }
+    }
+
+    fn score(self) -> AxisScore {
+        let n = self.n.max(1) as f64;
+        let spread = self.of_squares - self.sum * self.sum / n;
+        let of = |x: f64| (!self.diverged).then_some(x);
+        AxisScore {
+            mean_abs_error: of(self.error / n),
+            null_error: self.null / n,
+            disturbance_error: of(self.disturbed / n).filter(|x| x.is_finite()),
+            restarted_error: Some(self.restarted / n).filter(|x| x.is_finite()),
+            kept_error: Some(self.kept / n).filter(|x| x.is_finite()),
+            change: None,
+            r2: of(1.0 - self.squares / spread).filter(|r2| r2.is_finite()),
+            samples: self.n,
+        }
+    }
+}
+
+/// The error of a coupled plant of results on trials, each simulated freely from its start.
+///
+/// Water is taken to move as in the trials that the plant was fitted to, in their mean.
+///
+/// # Errors
+/// That of the first trial, if none was read for the plant's axes; as [`plant_of_result`].
+pub fn score_fitted_plant(result: &FittedPlant, trials: &[&Trial]) -> Result<PlantScore, Error> {
+    let plant = plant_of_result(result)?;
+    let exchanged = |record: &TrialRecord| record.with_all_exchanged(&result.thrusters_exchanged);
+    let read: Vec<_> =
+        trials.iter().map(|trial| trial.record(&result.axes).and_then(exchanged)).collect();
+    let records: Vec<&TrialRecord> = read.iter().filter_map(|x| x.as_ref().ok()).collect();
+    if let (true, Some(Err(error))) = (records.is_empty(), read.first()) {
+        return Err(error.clone());
+    }
+    let current = mean_current(result);
+    score(&plant, &Standing::of_result(result), &records, |_| current)
+}
+
+/// The error of a table of several axes on trials, each simulated freely from its start in water
+/// that stands still.
+///
+/// Thrust acts behind the lag, delay and reverse ratio that the table states for its first axis, and
+/// is that of the table's curves where these read the inputs of the trials' `vehicle`.
+///
+/// # Errors
+/// That of the first trial, if none was read for the table's axes; as [`simulate`].
+pub fn score_table(
+    model: &PlantModel,
+    vehicle: &Vehicle,
+    trials: &[&Trial],
+) -> Result<PlantScore, Error> {
+    let axes = model.plant.axes();
+    let of = |trial: &&Trial| with_curves_of(model, vehicle, trial.record(axes)?);
+    let records = trials.iter().map(of).collect::<Result<Vec<_>, Error>>()?;
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    score(&model.plant, &Standing::of_table(model), &records, |_| [0.0; 2])
+}
+
+/// A record with the thrust that the curves of a plant give; a wrench that was logged is scaled as where
+/// the plant was fitted.
+fn with_curves_of(
+    model: &PlantModel,
+    vehicle: &Vehicle,
+    record: &TrialRecord,
+) -> Result<TrialRecord, Error> {
+    let of_axis = |dof: &Dof| model.actuation.get(dof)?.thrust_scale.as_ref();
+    let scale = model.plant.axes().iter().find_map(of_axis).map_or(1.0, |scale| scale.value);
+    let scaled = record.with_wrench_scaled(scale)?;
+    let over = model.thrust_over(vehicle);
+    over.iter().try_fold(scaled, |record, (name, ways)| record.with_gains(name, *ways))
+}
+
+/// Measured and simulated velocity of each axis over a trial, simulated freely from its start with
+/// the current of that trial, or of a trial that was not fitted with the mean of the others.
+///
+/// A simulation that runs away has none.
+///
+/// # Errors
+/// That of the trial, if it was not read for the plant's axes; as [`plant_of_result`].
+pub fn compare_fitted_plant(result: &FittedPlant, trial: &Trial) -> Result<Vec<Comparison>, Error> {
+    let plant = plant_of_result(result)?;
+    let record = &trial.record(&result.axes)?.with_all_exchanged(&result.thrusters_exchanged)?;
+    let own = |direction: &str| {
+        result.nuisances.get(&format!("{direction}{}", record.trial)).map(|x| x.value)
+    };
+    let own = own(CURRENT_NORTH).zip(own(CURRENT_EAST)).map(|(north, east)| [north, east]);
+    let current = own.unwrap_or_else(|| mean_current(result));
+    let motions = motions(&plant, &Standing::of_result(result), record, current)?;
+    let comparison = |motion: AxisMotion| {
+        let AxisMotion { dof, measured, simulated, .. } = motion;
+        let simulated = simulated?;
+        let force = record.force[dof.index()].as_ref();
+        let held = |t: &f64| force.map_or(0.0, |force| force.held_at(*t));
+        Some(Comparison {
+            quantity: ScoredMotion::Velocity,
+            dof,
+            trial: record.trial.clone(),
+            force: measured.time_s().iter().map(held).collect(),
+            velocity: Agreement::of(measured.values(), &simulated, 0.0),
+            time_s: measured.time_s().to_vec(),
+            measured: measured.values().to_vec(),
+            simulated,
+            position: None,
+        })
+    };
+    Ok(motions.into_iter().filter_map(comparison).collect())
+}
+
+/// How results name the current of a trial.
+const CURRENT_NORTH: &str = "current north: ";
+const CURRENT_EAST: &str = "current east: ";
+
+/// The mean of the currents that were fitted, each by its certainty, m/s north and east.
+fn mean_current(result: &FittedPlant) -> [f64; 2] {
+    [CURRENT_NORTH, CURRENT_EAST].map(|direction| {
+        let own = result.nuisances.iter().filter(|(name, _)| name.starts_with(direction));
+        let weighted = own.map(|(_, x)| (x.value, 1.0 / (x.std * x.std).max(f64::MIN_POSITIVE)));
+        let (sum, weight) = weighted.fold((0.0, 0.0), |(s, w), (x, own)| (s + own * x, w + own));
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    })
+}
+
+/// Simulates trials freely from their start, with thrust as it acts, and compares velocities.
+///
+/// The plant is simulated again with draws of what nobody knows: the disturbance that was found on
+/// each axis, the start, the coefficients within their covariance. So far does that alone take the
+/// true plant from what is measured, and far where motion is unstable.
+///
+/// # Errors
+/// [`Error::Plant`] if M is singular; a simulation that diverges is no error but has no score.
+pub(super) fn score(
+    plant: &Plant,
+    stands: &Standing<'_>,
+    records: &[&TrialRecord],
+    current: impl Fn(&TrialRecord) -> [f64; 2],
+) -> Result<PlantScore, Error> {
+    let mut score = PlantScore::default();
+    let mut all: BTreeMap<Dof, Sums> = BTreeMap::new();
+    for record in records {
+        let sums = of_trial(plant, stands, record, current(record))?;
+        for (dof, sums) in &sums {
+            let total = all.entry(*dof).or_default();
+            *total = total.plus(*sums);
+        }
+        let by_axis = sums.into_iter().map(|(dof, sums)| (dof, sums.score())).collect();
+        score.trials.insert(record.trial.clone(), by_axis);
+    }
+    score.by_axis = all.into_iter().map(|(dof, sums)| (dof, sums.score())).collect();
+    Ok(score)
+}
+
+fn of_trial(
+    plant: &Plant,
+    stands: &Standing<'_>,
+    record: &TrialRecord,
+    current: [f64; 2],
+) -> Result<BTreeMap<Dof, Sums>, Error> {
+    let sums = |motion: AxisMotion| {
+        let slopes = record.by_slope[motion.dof.index()].then(|| stands.noise(motion.dof));
+        (motion.dof, motion.sums(slopes))
+    };
+    Ok(motions(plant, stands, record, current)?.into_iter().map(sums).collect())
+}
+
+/// Velocity of one axis over a trial.
+struct AxisMotion {
+    dof: Dof,
+    measured: Timed,
+    /// At the instants of `measured`; `None` if the simulation runs away.
+    simulated: Option<Vec<f64>>,
+    /// The same with each draw of what is not known that does not run away.
+    drawn: Vec<Vec<f64>>,
+    /// Of roll and pitch: simulated anew from the beginning of each span of [`RESTARTED_S`], and as
+    /// it is at that beginning.
+    restarted: Option<[Vec<f64>; 2]>,
+}
+
+/// Simulates a trial freely from its start, with thrust as it acts, and again with draws of what is
+/// not known.
+fn motions(
+    plant: &Plant,
+    stands: &Standing<'_>,
+    record: &TrialRecord,
+    current: [f64; 2],
+) -> Result<Vec<AxisMotion>, Error> {
+    let record = &record.with_translations_in_time(&stands.report);
+    let (from, to) = record.window_s;
+    let velocity = |dof: Dof| record.velocity[dof.index()].as_ref();
+    let measured: Vec<(Dof, Timed)> = plant
+        .axes()
+        .iter()
+        .filter_map(|&dof| Some((dof, velocity(dof)?.window(from, to)?)))
+        .collect();
+    let mut times: Vec<f64> =
+        measured.iter().flat_map(|(_, series)| series.time_s()).copied().collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let first = times.first().copied().unwrap_or(from);
+    let start = record.velocity_at(first);
+    let inputs = stands.inputs(record, current)?;
+    let followed = |plant: &Plant, inputs: &Inputs, start: &Vector6<f64>| match simulate(
+        plant, inputs, start, &times,
+    ) {
+        Ok(mut simulated) => {
+            simulated.velocity = record.as_gained(&times, &simulated.velocity);
+            Ok(Some(simulated))
+        }
+        Err(Error::Diverged { .. }) => Ok(None),
+        Err(other) => Err(other),
+    };
+    let simulated = followed(plant, &inputs, &start)?;
+    let drawn = parallel::map(&stands.draws(), |draw| {
+        let (plant, inputs, start) = draw.of(plant, &inputs, &start, record)?;
+        let water = draw.water(record)?;
+        Ok(followed(&plant, &inputs, &start)?.map(|motion| (motion, water)))
+    });
+    let drawn: Vec<Option<_>> = drawn.into_iter().collect::<Result<_, Error>>()?;
+    let drawn: Vec<(Simulated, Option<Water>)> = drawn.into_iter().flatten().collect();
+    let swings = |(dof, _): &(Dof, Timed)| matches!(dof, Dof::Roll | Dof::Pitch);
+    let anew = match measured.iter().any(swings) {
+        true => restarted(plant, &inputs, record, &times)?,
+        false => None,
+    };
+    let motion = |(dof, measured): (Dof, Timed)| {
+        let at = |t: &f64| times.partition_point(|known| known < t);
+        let places: Vec<usize> = measured.time_s().iter().map(at).collect();
+        let is_reported = record.may_be_late(dof.index());
+        let report = if is_reported { stands.report } else { VelocityReport::default() };
+        let reported = |moved: Vec<f64>| report.behind_lag(measured.time_s(), moved);
+        let moved = |found: &Simulated| -> Vec<f64> {
+            places.iter().map(|k| found.velocity[*k][dof.index()]).collect()
+        };
+        let of = |found: &Simulated| reported(moved(found));
+        let in_water = |(found, water): &(Simulated, Option<Water>)| {
+            let seen = |t: f64| water.as_ref().map_or(0.0, |water| water.seen(record, dof, t));
+            let moved = moved(found).into_iter().zip(measured.time_s());
+            reported(moved.map(|(v, t)| v + seen(*t)).collect())
+        };
+        let drawn = drawn.iter().map(in_water).collect();
+        let own = |of: &[Vector6<f64>]| places.iter().map(|k| of[*k][dof.index()]).collect();
+        let anew = anew.as_ref().filter(|_| matches!(dof, Dof::Roll | Dof::Pitch));
+        let restarted = anew.map(|[simulated, kept]| [own(simulated), own(kept)]);
+        AxisMotion { dof, simulated: simulated.as_ref().map(of), drawn, restarted, measured }
+    };
+    Ok(measured.into_iter().map(motion).collect())
+}
+
+/// Roll and pitch are simulated anew after so long, s: a few swings.
+const RESTARTED_S: f64 = 10.0;
+
+/// Velocity at some instants, simulated anew from the first of each span of [`RESTARTED_S`], and as it
+/// is there; none if a simulation runs away.
+fn restarted(
+    plant: &Plant,
+    inputs: &Inputs,
+    record: &TrialRecord,
+    times: &[f64],
+) -> Result<Option<[Vec<Vector6<f64>>; 2]>, Error> {
+    let Some(first) = times.first() else { return Ok(None) };
+    let span = |t: &f64| ((t - first) / RESTARTED_S).floor();
+    let (mut simulated, mut kept) = (Vec::new(), Vec::new());
+    for few in times.chunk_by(|a, b| span(a) == span(b)) {
+        let start = record.velocity_at(few[0]);
+        match simulate(plant, inputs, &start, few) {
+            Ok(motion) => simulated.extend(motion.velocity),
+            Err(Error::Diverged { .. }) => return Ok(None),
+            Err(other) => return Err(other),
+        }
+        kept.extend(few.iter().map(|_| start));
+    }
+    Ok(Some([simulated, kept]))
+}
+
+impl AxisMotion {
+    /// How far the simulation is from the samples, or from means of `slopes` of that noise over
+    /// spans.
+    fn sums(&self, slopes: Option<f64>) -> Sums {
+        let series = &self.measured;
+        let span = |t: f64| ((t - series.first_s()) / SPAN_OF_SLOPES_S).floor();
+        let samples: Vec<(usize, f64)> = series.time_s().iter().copied().enumerate().collect();
+        let mut sums = Sums::default();
+        for few in samples.chunk_by(|a, b| slopes.is_some() && span(a.1) == span(b.1)) {
+            let places = few[0].0..few[0].0 + few.len();
+            let part = 1.0 / few.len() as f64;
+            let mean = |x: &[f64]| part * x[places.clone()].iter().sum::<f64>();
+            let model = self.simulated.as_deref().map(mean);
+            sums.add(model, mean(series.values()));
+            // What one slope is too large by its neighbour is too small by: their sum has the noise
+            // of one.
+            let noise = MEAN_OF_NORMAL * part * slopes.unwrap_or(0.0);
+            let off = self
+                .drawn
+                .iter()
+                .map(|other| model.map_or(f64::NAN, |model| (mean(other) - model).hypot(noise)));
+            let off = off.sum::<f64>();
+            // Nothing is known where there are no draws, or of an axis that is not begun anew.
+            let [anew, kept] = self.restarted.as_ref().map_or([f64::NAN; 2], |both| {
+                both.each_ref().map(|model| (mean(model) - mean(series.values())).abs())
+            });
+            sums.restarted += anew;
+            sums.kept += kept;
+            sums.disturbed += off / self.drawn.len() as f64;
+        }
+        sums
+    }
+}
+
+/// Mean |x| of a normal x with a standard deviation of one.
+const MEAN_OF_NORMAL: f64 = 0.797_884_56;
+
+/// Slopes of positions are compared as means over so long, s, in which their noise cancels.
+const SPAN_OF_SLOPES_S: f64 = 1.0;
+
+/// What stands beside a plant: how thrust acts, and what is not known.
+pub(super) struct Standing<'a> {
+    actuator: Actuator,
+    /// How late translations are measured.
+    report: VelocityReport,
+    /// The fit, where it knows what disturbs the axes.
+    fit: Option<&'a PlantFit>,
+}
+
+/// A draw of how the current changes: north and east, m/s.
+struct Water([Timed; 2]);
+
+impl Water {
+    /// What it adds to the velocity of an axis over ground.
+    fn seen(&self, record: &TrialRecord, dof: Dof, t: f64) -> f64 {
+        if dof.is_rotation() {
+            return 0.0;
+        }
+        let angle = |angle: &Option<_>| interpolated_attitude(angle.as_ref(), t);
+        let body = body_from_world(record.attitude.each_ref().map(angle));
+        let Self([north, east]) = self;
+        body[(dof.index(), 0)] * north.at(t) + body[(dof.index(), 1)] * east.at(t)
+    }
+}
+
+/// A disturbance is drawn anew after this part of its correlation time …
+const DRAWN_PART: f64 = 0.1;
+/// … and no more often than so, s.
+const LEAST_DRAW_S: f64 = 0.05;
+
+/// The draws are the same at every call.
+const DRAW_SEED: u64 = 5;
+
+/// How many there are.
+const DRAWS: u64 = 3;
+
+impl<'a> Standing<'a> {
+    /// What a fit found beside its plant; output error takes all misfit for the measurement's.
+    pub(super) fn beside(fit: &'a PlantFit) -> Self {
+        let has_disturbances = fit.method != Method::OutputError;
+        Self { actuator: fit.actuator, report: fit.report, fit: has_disturbances.then_some(fit) }
+    }
+
+    /// Standard deviation of a sample of an axis's velocity, m/s or rad/s; zero if not known.
+    fn noise(&self, dof: Dof) -> f64 {
+        let of_axis = self.fit.and_then(|fit| fit.disturbances.get(&dof));
+        of_axis.map_or(0.0, |noise| noise.velocity.0)
+    }
+
+    fn draws(&self) -> Vec<Draw<'a>> {
+        let of = |fit| (0..DRAWS).map(move |k| Draw { fit, seed: DRAW_SEED + k });
+        self.fit.into_iter().flat_map(of).collect()
+    }
+
+    /// What results hold of it; they do not keep the disturbances as they were fitted.
+    fn of_result(result: &FittedPlant) -> Self {
+        let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
+        let ratio = |name: &str| result.nuisances.get(name).map_or(1.0, |x| x.value);
+        let exponent = result.nuisances.get("thrust_exponent");
+        let actuator = Actuator {
+            lag_s: number("lag").max(number("force_lag")),
+            delay_s: number("delay"),
+            log_reverse_ratio: ratio("reverse_ratio").ln(),
+            log_lag_ratio: ratio("lag_ratio").ln(),
+            beyond_square: exponent.map_or(0.0, |exponent| exponent.value - 2.0),
+            log_change_within: number("thrust_change_within").ln_1p(),
+            slew_s: number("slew"),
+            log_change_between: number("thrust_change_between").ln_1p(),
+            log_change_loaded: number("thrust_change_loaded").ln_1p(),
+            log_scale: ratio("thrust_scale").ln(),
+            full_speed: ratio("full_speed"),
+        };
+        let report = VelocityReport {
+            delay_s: number("translation_delay"),
+            lag_s: number("translation_lag"),
+            lever_m: LEVERS.map(number),
+        };
+        Self { actuator, report, fit: None }
+    }
+
+    /// What a table states of it.
+    fn of_table(model: &PlantModel) -> Self {
+        let first = model.plant.axes().first().and_then(|dof| model.actuation.get(dof));
+        let value = |of: fn(&Actuation) -> &Option<Parameter>, otherwise: f64| {
+            let found = first.and_then(|actuation| of(actuation).as_ref());
+            found.map_or(otherwise, |parameter| parameter.value)
+        };
+        let actuator = Actuator {
+            lag_s: value(|x| &x.lag, 0.0).max(value(|x| &x.force_lag, 0.0)),
+            delay_s: value(|x| &x.delay, 0.0),
+            log_reverse_ratio: value(|x| &x.reverse_ratio, 1.0).ln(),
+            ..Actuator::default()
+        };
+        Self { actuator, report: VelocityReport::default(), fit: None }
+    }
+
+    /// What drives a trial, with thrust as it acts.
+    fn inputs(&self, record: &TrialRecord, current: [f64; 2]) -> Result<Inputs, Error> {
+        Ok(Inputs {
+            force: self.actuator.acting(record)?,
+            velocity: record.velocity.clone(),
+            attitude: record.attitude.clone(),
+            current,
+            signals: self.actuator.signals(record)?,
+            wind: None,
+            known: record.known.clone(),
+        })
+    }
+}
+
+/// A draw of what is not known beside a fit.
+struct Draw<'a> {
+    fit: &'a PlantFit,
+    seed: u64,
+}
+
+/// Streams of a draw, after those of the axes.
+const OF_WATER: usize = 6;
+const OF_START: usize = 8;
+const OF_PLANT: usize = 9;
+const OF_WAVES: usize = 10;
+
+impl Draw<'_> {
+    fn random(&self, stream: usize) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(stream as u64);
+        random
+    }
+
+    /// The plant within its covariance; inputs with a Gauss–Markov force on each axis; a start with
+    /// the noise of the instruments.
+    fn of(
+        &self,
+        plant: &Plant,
+        inputs: &Inputs,
+        start: &Vector6<f64>,
+        record: &TrialRecord,
+    ) -> Result<(Plant, Inputs, Vector6<f64>), Error> {
+        let (mut inputs, mut start) = (inputs.clone(), *start);
+        let mut random = self.random(OF_START);
+        for (dof, noise) in &self.fit.disturbances {
+            let k = dof.index();
+            start[k] += noise.velocity.0 * normal(&mut random);
+            let process = (noise.disturbance.0, noise.correlation_s.0);
+            push(&mut inputs.force[k], drawn(self.random(k), process, record.window_s)?)?;
+            if let Some(waves) = self.waves(*dof, record.window_s)? {
+                push(&mut inputs.force[k], waves)?;
+            }
+        }
+        for angle in inputs.attitude.iter_mut().flatten() {
+            let off = sample_noise([&*angle]).unwrap_or(0.0) * normal(&mut random);
+            *angle = angle.map(|x| x + off);
+        }
+        Ok((self.plant(plant), inputs, start))
+    }
+
+    /// One that no vehicle can have is as it was.
+    fn plant(&self, plant: &Plant) -> Plant {
+        // Thrust and plant of another scale move alike.
+        let covariance = &self.fit.covariance - &self.fit.thrust_covariance;
+        if covariance.nrows() != plant.coefficients().len() {
+            return plant.clone();
+        }
+        let mut random = self.random(OF_PLANT);
+        let eigen = covariance.symmetric_eigen();
+        let along = eigen.eigenvalues.map(|x| x.max(0.0).sqrt() * normal(&mut random));
+        let off = eigen.eigenvectors * along;
+        let coefficients = plant.coefficients().iter().zip(off.iter()).map(|(x, off)| x + off);
+        let drawn = Plant::new(plant.structure().clone(), coefficients.collect());
+        let is_possible = |plant: &Plant| plant.mass_matrix().cholesky().is_some();
+        drawn.ok().filter(is_possible).unwrap_or_else(|| plant.clone())
+    }
+
+    /// The force of waves on an axis, if there are any.
+    fn waves(&self, dof: Dof, window_s: (f64, f64)) -> Result<Option<Timed>, Error> {
+        let Some(swell) = &self.fit.swell else { return Ok(None) };
+        let (period_s, std) = (swell.period_s.0, swell.force[&dof].0);
+        let times = draw_times(DRAWN_PART * period_s, window_s);
+        let angle = TAU * (times[1] - times[0]) / period_s;
+        let step = (angle, (-swell.damping.0 * angle).exp());
+        let random = self.random(OF_WAVES + dof.index());
+        let path = stochastic_cycle(random, std, step, times.len());
+        Timed::new("waves", times, path).map(Some)
+    }
+
+    /// How the current changes, if it does.
+    fn water(&self, record: &TrialRecord) -> Result<Option<Water>, Error> {
+        let Some(drift) = self.fit.current_drift else { return Ok(None) };
+        let process = (drift.std_m_s.0, drift.correlation_s.0);
+        let of = |k: usize| drawn(self.random(OF_WATER + k), process, record.window_s);
+        Ok(Some(Water([of(0)?, of(1)?])))
+    }
+}
+
+/// A Gauss–Markov process of some standard deviation and correlation time over a trial.
+fn drawn(
+    random: ChaCha8Rng,
+    (std, correlation_s): (f64, f64),
+    (from, to): (f64, f64),
+) -> Result<Timed, Error> {
+    let times = draw_times(DRAWN_PART * correlation_s, (from, to));
+    let path = gauss_markov(random, std, correlation_s / (times[1] - times[0]), times.len());
+    Timed::new("disturbance", times, path)
+}
+
+/// The instants at which a force is drawn anew over a trial, two at least.
+fn draw_times(period_s: f64, (from, to): (f64, f64)) -> Vec<f64> {
+    let h = period_s.max(LEAST_DRAW_S);
+    let count = ((to - from) / h).ceil().max(2.0) as usize;
+    (0..count).map(|k| from + k as f64 * h).collect()
+}
+
+/// Adds a force to one that may not have been logged.
+fn push(force: &mut Option<Timed>, added: Timed) -> Result<(), Error> {
+    *force = Some(match force.take() {
+        Some(force) => held_sum(&force, &added)?,
+        None => added,
+    });
+    Ok(())
+}
+
+/// The sum of two held series.
+fn held_sum(a: &Timed, b: &Timed) -> Result<Timed, Error> {
+    let times = union([a.time_s(), b.time_s()].into_iter());
+    let values: Vec<f64> = times.iter().map(|t| a.held_at(*t) + b.held_at(*t)).collect();
+    Timed::new("force", times, values)
+}
