@@ -1,4 +1,4 @@
-//! Coupled plants: the filter error method on any set of axes, from a start by equation
+//! Plants of any axes: the filter error method on any set of axes, from a start by equation
 //! error.
 
 mod actuator;
@@ -296,6 +296,13 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         Self { problem, optimum, tried, reported, faults, exchanged }
     }
 
+    /// Another optimum of the same trials, with what was found of sensors and thrusters before.
+    fn moved_to(&self, problem: Problem, optimum: Optimum<N, M>) -> Self {
+        let (reported, faults) = (self.reported, self.faults.clone());
+        let exchanged = self.exchanged.clone();
+        Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged }
+    }
+
     /// The same where what reads the speed of propellers reads that which they have, behind the one
     /// that is logged. The optimum is that of speeds before: the next descent begins there.
     fn with_speeds_as_they_are(mut self, records: &[&TrialRecord]) -> Result<Self, Error> {
@@ -358,8 +365,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         } else {
             problem.descent_at_noise(start, Tolerance::COARSE)?
         };
-        let (faults, exchanged) = (self.faults.clone(), self.exchanged.clone());
-        Ok(Self { optimum, problem, tried: Vec::new(), reported: self.reported, faults, exchanged })
+        Ok(self.moved_to(problem, optimum))
     }
 
     /// The same without what the trials do not show of the terms beside those of a structure.

@@ -21,6 +21,13 @@ pub fn down_body(roll: f64, pitch: f64) -> Vector3<f64> {
     Vector3::new(-pitch.sin(), pitch.cos() * roll.sin(), pitch.cos() * roll.cos())
 }
 
+/// Returns T(Θ), which turns p, q and r into the rates of roll, pitch and heading; rad in, shape (3, 3)
+/// out [Fossen2021, eq. 2.41].
+pub(crate) fn euler_rates(roll: f64, pitch: f64) -> Matrix3<f64> {
+    let ((s, c), tangent, cosine) = (roll.sin_cos(), pitch.tan(), pitch.cos());
+    Matrix3::new(1.0, s * tangent, c * tangent, 0.0, c, -s, 0.0, s / cosine, c / cosine)
+}
+
 /// Interpolates a series by the cubic through the four samples around a time; zero without a
 /// series.
 ///

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 use super::SixAxisPlant;
-use super::attitude::{body_from_world, down_body};
+use super::attitude::{body_from_world, down_body, euler_rates};
 use super::held::{HeldTurn, held_turn};
 use super::known::{KnownForce, Load};
 use crate::plant::Plant;
@@ -221,8 +221,7 @@ const STRAIGHT: f64 = 1e-9;
 /// Returns the matrix from p, q, r to the rates of roll, pitch and heading.
 fn turning(pose: &Pose) -> Matrix3<f64> {
     let [roll, pitch, _] = pose.angles;
-    let ((s, c), tangent, cosine) = (roll.sin_cos(), pitch.tan(), pitch.cos());
-    Matrix3::new(1.0, s * tangent, c * tangent, 0.0, c, -s, 0.0, s / cosine, c / cosine)
+    euler_rates(roll, pitch)
 }
 
 /// Returns the derivative of those rates by roll and pitch.

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::Recording;
 use super::attitude::AttitudeRecord;
+use crate::motion::euler_rates;
 use crate::quantity::Axis;
 use crate::series::Reader;
 use crate::{Caveat, CaveatCode, Dof, Quantity, Timed};
@@ -21,9 +22,12 @@ const LEAST_BIAS: f64 = 2e-4;
 /// Significance of a bias, in standard errors.
 const SIGMAS: f64 = 4.0;
 
-/// Prior standard deviation of the error of a gyroscope's scale, beside which a vehicle that turns
-/// one way all the time does not show a bias.
-const SCALE_STD: f64 = 0.02;
+/// Prior standard deviation of the error of a gyroscope's scale: beside it a vehicle that turns one way
+/// all the time shows no bias.
+const SCALE_STD: f64 = 0.5;
+
+/// Error of scale above which a rate contradicts its angle in another way than by a bias.
+const WRONG_SCALE: f64 = 0.1;
 
 /// Least cosine of pitch, below which spans are left out.
 const LEAST_LEVEL: f64 = 0.3;
@@ -34,7 +38,8 @@ const LONGEST_STEP_S: f64 = 1.0;
 /// Subtracts the constant biases of rates that contradict the logged attitude; returns a note on them.
 ///
 /// With Θ = [φ θ ψ] and `Θ̇ = T(Θ) ω`, the bias b and the errors of scale s follow by least squares from
-/// `ΔΘ − ∫T ω dt = ∫T diag(ω) dt s − ∫T dt b` over spans of ten seconds, with a prior on s.
+/// `ΔΘ − ∫T ω dt = ∫T diag(ω) dt s − ∫T dt b` over spans of ten seconds, with a prior on s. Where a rate
+/// contradicts its angle by its scale, as of another sign or unit, all rates stay as they are.
 ///
 /// # Source
 /// [Fossen2021, ch. 2]: T(Θ).
@@ -48,10 +53,13 @@ pub(super) fn subtract_biases(
     let rates = channels.each_ref().map(|channel| recording.get(channel.as_ref()?));
     let is_sought = [0, 1, 2].map(|axis| has_angle[axis] && rates[axis].is_some());
     let spans = spans(rates, attitude, has_angle)?;
-    let (biases, stds) = biases(&spans, is_sought)?;
+    let (errors, stds) = errors(&spans, is_sought)?;
+    if errors.iter().skip(3).any(|scale| scale.abs() > WRONG_SCALE) {
+        return None;
+    }
     let mut found = Vec::new();
     for (axis, channel) in channels.iter().enumerate() {
-        let (Some(channel), bias, std) = (channel, biases[axis], stds[axis]) else { continue };
+        let (Some(channel), bias, std) = (channel, errors[axis], stds[axis]) else { continue };
         if !is_sought[axis] || bias.abs() <= LEAST_BIAS.max(SIGMAS * std) {
             continue;
         }
@@ -150,18 +158,7 @@ impl Open {
 
     /// Adds a step of h seconds.
     fn add(&mut self, h: f64, angles: &Vector3<f64>, omega: &Vector3<f64>) {
-        let ((sin, cos), level, slope) = (angles.x.sin_cos(), angles.y.cos(), angles.y.tan());
-        let t = Matrix3::new(
-            1.0,
-            sin * slope,
-            cos * slope, //
-            0.0,
-            cos,
-            -sin, //
-            0.0,
-            sin / level,
-            cos / level,
-        );
+        let t = euler_rates(angles.x, angles.y);
         self.turned += t * omega * h;
         self.by_bias += t * h;
         self.by_scale += t * Matrix3::from_diagonal(omega) * h;
@@ -184,8 +181,8 @@ impl Open {
     }
 }
 
-/// Returns biases and their standard deviations; `None` where spans are too few.
-fn biases(spans: &[Span], is_sought: [bool; 3]) -> Option<(Vector3<f64>, Vector3<f64>)> {
+/// Returns b and s with their standard deviations; `None` where spans are too few.
+fn errors(spans: &[Span], is_sought: [bool; 3]) -> Option<(Vector6<f64>, Vector6<f64>)> {
     if spans.len() < LEAST_SPANS {
         return None;
     }
@@ -213,10 +210,9 @@ fn biases(spans: &[Span], is_sought: [bool; 3]) -> Option<(Vector3<f64>, Vector3
         let theta = inverse * right;
         let square = |(missing, by): &(f64, Vector6<f64>)| (missing - theta.dot(by)).powi(2);
         variance = rows.iter().map(square).sum::<f64>() / freedom;
-        let std = (inverse * variance).diagonal().map(f64::sqrt);
-        found = Some((theta.fixed_rows::<3>(0).into_owned(), std.fixed_rows::<3>(0).into_owned()));
+        found = Some((theta, (inverse * variance).diagonal().map(f64::sqrt)));
     }
-    found.filter(|(bias, std)| bias.iter().chain(std).all(|x| x.is_finite()))
+    found.filter(|(errors, std)| errors.iter().chain(std).all(|x| x.is_finite()))
 }
 
 #[cfg(test)]
@@ -278,6 +274,15 @@ mod tests {
     fn rates_without_bias_stay_as_they_are() {
         for scale in [1.0, 1.01] {
             let (found, caveat) = subtracted(turning([0.0; 3], scale, 0.005));
+            assert_eq!((found, caveat), ([0.0; 3], None), "{scale}");
+        }
+    }
+
+    /// Of a vehicle that turns one way most of the time half of the rate would pass for a bias.
+    #[test]
+    fn a_rate_of_another_sign_or_scale_is_no_bias() {
+        for scale in [-1.0, 0.5, 1.3] {
+            let (found, caveat) = subtracted(turning([0.0; 3], scale, 0.003));
             assert_eq!((found, caveat), ([0.0; 3], None), "{scale}");
         }
     }

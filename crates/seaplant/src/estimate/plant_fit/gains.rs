@@ -85,14 +85,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             let Ok(optimum) = problem.descent(point, Tolerance::COARSE) else { break };
             let iterations = self.optimum.iterations + optimum.iterations;
             let optimum = super::Optimum { iterations, ..optimum };
-            let acting = Self {
-                problem,
-                optimum,
-                tried: Vec::new(),
-                reported: self.reported,
-                faults: self.faults.clone(),
-                exchanged: self.exchanged.clone(),
-            };
+            let acting = self.moved_to(problem, optimum);
             // The fault itself colours innovations; what counts is what is left of that.
             let gained = 2.0 * (self.optimum.cost - acting.optimum.cost);
             if gained < search::ADMITTED * acting.colour_of(&group)? {
@@ -171,9 +164,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
             start.actuator.log_reverse_ratio = 0.0;
         }
         let optimum = problem.optimum(start, Tolerance::COARSE)?;
-        let (reported, faults) = (self.reported, self.faults.clone());
-        let exchanged = self.exchanged.clone();
-        Ok(Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged })
+        Ok(self.moved_to(problem, optimum))
     }
 
     /// What terms are worth together, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the
@@ -279,9 +270,7 @@ impl<const N: usize> Fitted<N, N> {
         coefficients[problem.structure.index_of(term)?] = TURNED;
         start.free = problem.physical.free(&coefficients);
         let optimum = problem.optimum(start, Tolerance::COARSE).ok()?;
-        let (reported, faults) = (self.reported, self.faults.clone());
-        let exchanged = self.exchanged.clone();
-        Some(Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged })
+        Some(self.moved_to(problem, optimum))
     }
 }
 

@@ -87,15 +87,9 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
                 continue;
             }
             let iterations = self.optimum.iterations + optimum.iterations;
-            let mut exchanged = self.exchanged.clone();
-            exchanged.push([a.to_owned(), b.to_owned()]);
-            let optimum = Optimum { iterations, ..optimum };
-            let (tried_terms, reported) = (Vec::new(), self.reported);
-            let faults = self.faults.clone();
-            best = Some((
-                Self { problem, optimum, tried: tried_terms, reported, faults, exchanged },
-                tried,
-            ));
+            let mut better = self.moved_to(problem, Optimum { iterations, ..optimum });
+            better.exchanged.push([a.to_owned(), b.to_owned()]);
+            best = Some((better, tried));
         }
         let Some((own, records)) = best else { return Ok(None) };
         let gained = 2.0 * (self.optimum.cost - own.optimum.cost);

@@ -15,7 +15,7 @@
 //! # Source
 //! [GriewankWalther2008, ch. 3]: reverse mode; ch. 12: checkpoints.
 
-use nalgebra::{DVector, SMatrix};
+use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::follower::{Change, StepCache};
 use super::noise::Impulse;
@@ -40,7 +40,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         }
         let mut back = Back::new(M + N + self.states(), self.noise.count());
         if !cost.is_finite() || !at.0.motion.iter().all(|v| v.is_finite()) {
-            return (f64::INFINITY, DVector::from_vec(back.gradient));
+            return (f64::INFINITY, back.gradient);
         }
         let mut tape = Tape::default();
         for (segment, mark) in instants.chunks(SEGMENT).zip(marks).rev() {
@@ -58,9 +58,9 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             }
         }
         for (k, first) in self.noise_sensitivities().iter().enumerate() {
-            back.gradient[k] += back.covariance.inner(&first.covariance);
+            back.gradient[k] += back.covariance.dot(&matrix_of(&first.covariance));
         }
-        (cost, DVector::from_vec(back.gradient))
+        (cost, back.gradient)
     }
 
     /// Follows a part of the trial from a mean and a covariance to those at its end; returns its cost.
@@ -110,11 +110,11 @@ struct Tape {
 
 /// A step: state and covariance before it, and its transition matrix.
 struct Step {
-    mean: Vec<f64>,
-    covariance: Square,
-    transition: Square,
+    mean: DVector<f64>,
+    covariance: DMatrix<f64>,
+    transition: DMatrix<f64>,
     /// How the state after it moves with an impulse along each axis.
-    impulses: Vec<Vec<f64>>,
+    impulses: Vec<DVector<f64>>,
     /// The measurements after it.
     measured: std::ops::Range<usize>,
 }
@@ -122,7 +122,7 @@ struct Step {
 /// A measurement.
 struct Measured {
     /// c, covariance of the state with its prediction.
-    column: Vec<f64>,
+    column: DVector<f64>,
     /// Entries of h that are not zero, with their indices.
     row: Vec<(usize, f64)>,
     error: f64,
@@ -149,19 +149,18 @@ impl Tape {
         let end = self.measured.len();
         let moved = transition.rows.as_ref().and_then(|rows| rows.moved.as_deref());
         let impulse = |axis: usize| {
-            let mut impulse = numbers_of(&State::<N, M, K>::zeros(covariance.count));
-            impulse[..N].copy_from_slice(inverse.column(axis).as_slice());
+            let mut impulse = DVector::zeros(M + N + covariance.count);
+            impulse.rows_mut(0, N).copy_from(&inverse.column(axis));
             if let Some([_, after]) = moved {
-                for i in 0..covariance.count {
-                    impulse[M + N + i] = (0..N).map(|k| after[(i, k)] * impulse[k]).sum();
-                }
+                let moved = after.rows(0, covariance.count).columns(0, N) * inverse.column(axis);
+                impulse.rows_mut(M + N, covariance.count).copy_from(&moved);
             }
             impulse
         };
         self.steps.push(Step {
             mean: numbers_of(mean),
-            covariance: Square::of_covariance(covariance),
-            transition: Square::of_transition(transition, covariance.count),
+            covariance: matrix_of(covariance),
+            transition: transition_of(transition, covariance.count),
             impulses: (0..N).map(impulse).collect(),
             measured: end..end,
         });
@@ -177,43 +176,43 @@ impl Tape {
 
 /// Derivatives of the cost by state, covariance and noise.
 struct Back {
-    mean: Vec<f64>,
-    covariance: Square,
-    gradient: Vec<f64>,
-    /// Room for a product.
-    product: Square,
+    mean: DVector<f64>,
+    covariance: DMatrix<f64>,
+    gradient: DVector<f64>,
 }
 
 impl Back {
     fn new(states: usize, numbers: usize) -> Self {
         Self {
-            mean: vec![0.0; states],
-            covariance: Square::zeros(states),
-            gradient: vec![0.0; numbers],
-            product: Square::zeros(states),
+            mean: DVector::zeros(states),
+            covariance: DMatrix::zeros(states, states),
+            gradient: DVector::zeros(numbers),
         }
     }
 
     fn reset(&mut self, state: usize) {
         self.mean[state] = 0.0;
-        self.covariance.clear(state);
+        self.covariance.row_mut(state).fill(0.0);
+        self.covariance.column_mut(state).fill(0.0);
     }
 
     fn correct(&mut self, measured: &Measured) {
         let Measured { column: c, row, error: e, variance: s, number, noise } = measured;
-        let by_column = self.covariance.times(c);
-        let (along, across) = (dot(&self.mean, c), dot(&by_column, c));
-        let square = s * s;
-        let by_variance = 0.5 / s + (across - (0.5 * e + along) * e) / square;
+        let by_column = &self.covariance * c;
+        let (along, across) = (self.mean.dot(c), by_column.dot(c));
+        let by_variance = 0.5 / s + (across - (0.5 * e + along) * e) / (s * s);
         self.gradient[*number] += 2.0 * noise * by_variance;
-        let combined = self.mean.iter().zip(&by_column).map(|(x, y)| (e * x - 2.0 * y) / s);
-        let mut by_c: Vec<f64> = combined.collect();
+        let mut by_c = (&self.mean * *e - by_column * 2.0) / *s;
         for (k, h) in row {
             by_c[*k] += by_variance * h;
         }
         for (k, h) in row {
             self.mean[*k] -= h * (e + along) / s;
-            self.covariance.add_to_cross(*k, 0.5 * h, &by_c);
+            let half = &by_c * (0.5 * h);
+            let mut across = self.covariance.row_mut(*k);
+            across += half.transpose();
+            let mut down = self.covariance.column_mut(*k);
+            down += half;
         }
     }
 
@@ -221,12 +220,12 @@ impl Back {
     fn predict(&mut self, m: usize, step: &Step, changes: &[Change]) {
         let Step { mean, covariance, transition, impulses, .. } = step;
         let first = m + impulses.len();
-        self.covariance.times_matrix(transition, &mut self.product);
-        let of_impulse = |(axis, impulse): (usize, &Vec<f64>)| {
+        let product = &self.covariance * transition;
+        let of_impulse = |(axis, impulse): (usize, &DVector<f64>)| {
             let by_force = self.covariance.column(m + axis);
             Impulse {
-                variance: dot(&self.covariance.times(impulse), impulse),
-                with_force: 2.0 * dot(by_force, impulse),
+                variance: (&self.covariance * impulse).dot(impulse),
+                with_force: 2.0 * by_force.dot(impulse),
                 of_force: by_force[m + axis],
             }
         };
@@ -239,187 +238,78 @@ impl Back {
                 by += of.of_force * impulse.of_force;
             }
             for (state, variance) in &change.process {
-                by += self.covariance.column(first + state)[first + state] * variance;
+                by += self.covariance[(first + state, first + state)] * variance;
             }
             if let Some(fade) = &change.fade {
                 let force = m + fade.axis;
                 // The transition changes in a part of how the force moves, and in its decay.
-                let part = transition.column(force).iter().map(|x| x * fade.push);
-                let mut changed: Vec<f64> = part.collect();
+                let mut changed = transition.column(force) * fade.push;
                 changed[force] = fade.by;
-                let with_force = self.product.times(covariance.column(force));
-                by += 2.0 * dot(&with_force, &changed) + dot(&self.mean, &changed) * mean[force];
+                let with_force = &product * covariance.column(force);
+                by += 2.0 * with_force.dot(&changed) + self.mean.dot(&changed) * mean[force];
             }
             for map in &change.map {
                 let (row, from) = (first + map.row, first + map.from);
-                let with_from = self.product.times(covariance.column(from));
-                by += map.by * (2.0 * with_from[row] + self.mean[row] * mean[from]);
+                let with_from = product.row(row).tr_dot(&covariance.column(from));
+                by += map.by * (2.0 * with_from + self.mean[row] * mean[from]);
             }
             self.gradient[k] += by;
         }
-        self.mean = transition.transposed_times(&self.mean);
-        self.product.transpose();
-        self.product.times_matrix(transition, &mut self.covariance);
+        self.mean = transition.tr_mul(&self.mean);
+        self.covariance = transition.transpose() * product;
     }
 }
 
-/// A square matrix by columns.
-struct Square {
-    size: usize,
-    numbers: Vec<f64>,
+/// Returns a covariance as one matrix.
+fn matrix_of<const N: usize, const M: usize, const K: usize>(
+    covariance: &Covariance<N, M, K>,
+) -> DMatrix<f64> {
+    let (first, count) = (M + N, covariance.count);
+    let mut all = DMatrix::zeros(first + count, first + count);
+    all.view_mut((0, 0), (M, M)).copy_from(&covariance.xx);
+    all.view_mut((0, M), (M, N)).copy_from(&covariance.xf);
+    all.view_mut((M, M), (N, N)).copy_from(&covariance.ff);
+    all.view_mut((0, first), (M, count)).copy_from(&covariance.xo.columns(0, count));
+    all.view_mut((M, first), (N, count)).copy_from(&covariance.fo.columns(0, count));
+    all.view_mut((first, first), (count, count))
+        .copy_from(&covariance.oo.view((0, 0), (count, count)));
+    all.fill_lower_triangle_with_upper_triangle();
+    all
 }
 
-impl Square {
-    fn zeros(size: usize) -> Self {
-        Self { size, numbers: vec![0.0; size * size] }
+/// Returns the transition of a step with some navigation states as one matrix.
+fn transition_of<const N: usize, const M: usize, const K: usize>(
+    step: &Transition<N, M, K>,
+    count: usize,
+) -> DMatrix<f64> {
+    let first = M + N;
+    let mut all = DMatrix::identity(first + count, first + count);
+    all.view_mut((0, 0), (M, M)).copy_from(&step.by_motion);
+    all.view_mut((0, M), (M, N)).copy_from(&step.by_disturbance);
+    (0..N).for_each(|k| all[(M + k, M + k)] = step.fade[k]);
+    let Some(rows) = &step.rows else { return all };
+    if let Some(pushing) = step.pushing() {
+        all.view_mut((0, first), (M, count)).copy_from(&pushing.columns(0, count));
     }
-
-    fn of_covariance<const N: usize, const M: usize, const K: usize>(
-        covariance: &Covariance<N, M, K>,
-    ) -> Self {
-        let (first, size) = (M + N, M + N + covariance.count);
-        let mut all = Self::zeros(size);
-        let mut set = |i: usize, j: usize, x: f64| {
-            all.numbers[i + j * size] = x;
-            all.numbers[j + i * size] = x;
-        };
-        for j in 0..M {
-            (0..=j).for_each(|i| set(i, j, covariance.xx[(i, j)]));
-        }
-        for j in 0..N {
-            (0..M).for_each(|i| set(i, M + j, covariance.xf[(i, j)]));
-            (0..=j).for_each(|i| set(M + i, M + j, covariance.ff[(i, j)]));
-        }
-        for j in 0..covariance.count {
-            (0..M).for_each(|i| set(i, first + j, covariance.xo[(i, j)]));
-            (0..N).for_each(|i| set(M + i, first + j, covariance.fo[(i, j)]));
-            (0..=j).for_each(|i| set(first + i, first + j, covariance.oo[(i, j)]));
-        }
-        all
+    for i in 0..count {
+        (0..count).for_each(|j| all[(first + i, first + j)] = rows.entry(i, j));
     }
-
-    fn of_transition<const N: usize, const M: usize, const K: usize>(
-        step: &Transition<N, M, K>,
-        count: usize,
-    ) -> Self {
-        let (first, size) = (M + N, M + N + count);
-        let mut all = Self::zeros(size);
-        for j in 0..M {
-            all.column_mut(j)[..M].copy_from_slice(step.by_motion.column(j).as_slice());
-        }
-        for j in 0..N {
-            let column = all.column_mut(M + j);
-            column[..M].copy_from_slice(step.by_disturbance.column(j).as_slice());
-            column[M + j] = step.fade[j];
-        }
-        let Some(rows) = &step.rows else {
-            (first..size).for_each(|k| all.column_mut(k)[k] = 1.0);
-            return all;
-        };
-        if let Some(pushing) = step.pushing() {
-            for j in 0..count {
-                all.column_mut(first + j)[..M].copy_from_slice(pushing.column(j).as_slice());
-            }
-        }
-        for j in 0..size {
-            let column = all.column_mut(j);
-            let (moved, others) = column.split_at_mut(M);
-            for (i, entry) in others[N..].iter_mut().enumerate() {
-                *entry = j.checked_sub(first).map_or(0.0, |j| rows.entry(i, j));
-                if let Some([before, after]) = rows.moved.as_deref() {
-                    *entry += (0..M).map(|k| after[(i, k)] * moved[k]).sum::<f64>();
-                    *entry += if j < M { before[(i, j)] } else { 0.0 };
-                }
-            }
-        }
-        all
+    if let Some([before, after]) = rows.moved.as_deref() {
+        let by_after = after.rows(0, count) * all.rows(0, M);
+        let mut of_navigation = all.rows_mut(first, count);
+        of_navigation += by_after;
+        let mut by_motion = of_navigation.columns_mut(0, M);
+        by_motion += before.rows(0, count);
     }
-
-    fn column(&self, j: usize) -> &[f64] {
-        &self.numbers[j * self.size..][..self.size]
-    }
-
-    fn column_mut(&mut self, j: usize) -> &mut [f64] {
-        &mut self.numbers[j * self.size..][..self.size]
-    }
-
-    /// Sets a row and a column to zero.
-    fn clear(&mut self, k: usize) {
-        self.column_mut(k).fill(0.0);
-        self.numbers.iter_mut().skip(k).step_by(self.size).for_each(|x| *x = 0.0);
-    }
-
-    /// Adds `h x` to a row and to the column of the same index.
-    fn add_to_cross(&mut self, k: usize, h: f64, x: &[f64]) {
-        add_scaled(self.column_mut(k), x, h);
-        let row = self.numbers.iter_mut().skip(k).step_by(self.size);
-        row.zip(x).for_each(|(entry, x)| *entry += h * x);
-    }
-
-    fn times(&self, x: &[f64]) -> Vec<f64> {
-        let mut product = vec![0.0; self.size];
-        for (column, &x) in self.numbers.chunks_exact(self.size).zip(x) {
-            add_scaled(&mut product, column, x);
-        }
-        product
-    }
-
-    fn transposed_times(&self, x: &[f64]) -> Vec<f64> {
-        self.numbers.chunks_exact(self.size).map(|column| dot(column, x)).collect()
-    }
-
-    /// Writes A B, of a B that is mostly zero, to `product`.
-    fn times_matrix(&self, b: &Self, product: &mut Self) {
-        for (sum, of_b) in product.columns_mut().zip(b.columns()) {
-            sum.fill(0.0);
-            for (column, &x) in self.columns().zip(of_b).filter(|(_, x)| **x != 0.0) {
-                add_scaled(sum, column, x);
-            }
-        }
-    }
-
-    fn transpose(&mut self) {
-        for j in 0..self.size {
-            (0..j).for_each(|i| self.numbers.swap(i + j * self.size, j + i * self.size));
-        }
-    }
-
-    fn columns(&self) -> impl Iterator<Item = &[f64]> {
-        self.numbers.chunks_exact(self.size)
-    }
-
-    fn columns_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        self.numbers.chunks_exact_mut(self.size)
-    }
-
-    /// Returns the sum of products of its entries with those of a covariance.
-    fn inner<const N: usize, const M: usize, const K: usize>(
-        &self,
-        other: &Covariance<N, M, K>,
-    ) -> f64 {
-        let mut sum = 0.0;
-        for j in 0..M {
-            sum += dot(&self.column(j)[..M], other.xx.column(j).as_slice());
-        }
-        for j in 0..N {
-            let (of_motion, rest) = self.column(M + j).split_at(M);
-            sum += 2.0 * dot(of_motion, other.xf.column(j).as_slice());
-            sum += dot(&rest[..N], other.ff.column(j).as_slice());
-        }
-        for j in 0..other.count {
-            let (of_motion, rest) = self.column(M + N + j).split_at(M);
-            sum += 2.0 * dot(of_motion, other.xo.column(j).as_slice());
-            sum += 2.0 * dot(&rest[..N], other.fo.column(j).as_slice());
-            sum += dot(&rest[N..], &other.oo.column(j).as_slice()[..other.count]);
-        }
-        sum
-    }
+    all
 }
 
 /// Returns the numbers of a state in a row: motion, disturbance and navigation states.
-fn numbers_of<const N: usize, const M: usize, const K: usize>(state: &State<N, M, K>) -> Vec<f64> {
+fn numbers_of<const N: usize, const M: usize, const K: usize>(
+    state: &State<N, M, K>,
+) -> DVector<f64> {
     let (motion, disturbance) = (state.motion.as_slice(), state.disturbance.as_slice());
-    [motion, disturbance, &state.navigation[..state.count]].concat()
+    DVector::from_vec([motion, disturbance, &state.navigation[..state.count]].concat())
 }
 
 /// Returns the entries of h that are not zero, with their indices.
@@ -434,19 +324,4 @@ fn row_of<const N: usize, const M: usize>(observation: &Observation) -> Vec<(usi
         Observed::Down(across) => (0..3).map(|i| (N + i, across[i])).collect(),
         Observed::Navigation { state, .. } => vec![(M + N + state, 1.0)],
     }
-}
-
-/// Returns Σ x y, in four sums so that the processor need not wait for each.
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let ((of_x, last_x), (of_y, last_y)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
-    let mut sums = [0.0; 4];
-    for (x, y) in of_x.iter().zip(of_y) {
-        (0..4).for_each(|k| sums[k] += x[k] * y[k]);
-    }
-    let rest: f64 = last_x.iter().zip(last_y).map(|(x, y)| x * y).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
-}
-
-fn add_scaled(sum: &mut [f64], x: &[f64], factor: f64) {
-    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += factor * x);
 }
