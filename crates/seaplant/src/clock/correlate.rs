@@ -1,9 +1,6 @@
 //! Correlation of two series at every lag.
 
-use std::sync::Arc;
-
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use seaplant_fourier::{Complex, RealTransform};
 
 /// The correlation of two series at one lag, over the instants at which both exist.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,14 +26,14 @@ impl AtLag {
 /// `ρ(m) = Σ (y_k − ȳ)(x_{k+m} − x̄) / √(Σ (y_k − ȳ)² Σ (x_{k+m} − x̄)²)`, sums and means over the
 /// common instants at that lag. Six products of Fourier transforms give every sum.
 pub(super) fn correlations(y: &[f64], x: &[f64], least: f64) -> Vec<AtLag> {
-    let transforms = Transforms::new((y.len() + x.len()).next_power_of_two());
+    let transform = RealTransform::new((y.len() + x.len()).next_power_of_two());
     let [of_y, of_x] = [y, x].map(|series| {
         let series = scaled(series);
         let of = |f: fn(f64) -> f64| series.iter().map(|v| v.map_or(0.0, f)).collect();
-        [of(|_| 1.0), of(|v| v), of(|v| v * v)].map(|values| transforms.forward(values))
+        [of(|_| 1.0), of(|v| v), of(|v| v * v)].map(|values| transform.forward(values))
     });
     let sums = [(0, 0), (1, 0), (2, 0), (0, 1), (0, 2), (1, 1)]
-        .map(|(power_y, power_x)| transforms.product(&of_y[power_y], &of_x[power_x]));
+        .map(|(power_y, power_x)| product(&transform, &of_y[power_y], &of_x[power_x]));
     let lags = 1 - y.len() as isize..x.len() as isize;
     lags.filter_map(|lag| at(&sums, lag, least)).collect()
 }
@@ -68,39 +65,10 @@ fn scaled(series: &[f64]) -> Vec<Option<f64>> {
     series.iter().map(|x| (!x.is_nan()).then(|| scale * (x - mean))).collect()
 }
 
-/// Fourier transforms of one length.
-struct Transforms {
-    forward: Arc<dyn RealToComplex<f64>>,
-    backward: Arc<dyn ComplexToReal<f64>>,
-}
-
-impl Transforms {
-    fn new(length: usize) -> Self {
-        let mut planner = RealFftPlanner::new();
-        let forward = planner.plan_fft_forward(length);
-        Self { forward, backward: planner.plan_fft_inverse(length) }
-    }
-
-    fn forward(&self, mut values: Vec<f64>) -> Vec<Complex<f64>> {
-        values.resize(self.forward.len(), 0.0);
-        let mut spectrum = self.forward.make_output_vec();
-        self.forward.process(&mut values, &mut spectrum).expect("lengths are the plan's own");
-        spectrum
-    }
-
-    /// Returns `Σ a_k b_{k+m}` for every m, from both spectra.
-    fn product(&self, a: &[Complex<f64>], b: &[Complex<f64>]) -> Vec<f64> {
-        let length = self.backward.len() as f64;
-        let pairs = a.iter().zip(b);
-        let mut spectrum: Vec<Complex<f64>> = pairs.map(|(a, b)| a.conj() * b / length).collect();
-        // The first and last bins are real but for rounding, since the series are.
-        if let [first, .., last] = &mut spectrum[..] {
-            (first.im, last.im) = (0.0, 0.0);
-        }
-        let mut sums = self.backward.make_output_vec();
-        self.backward.process(&mut spectrum, &mut sums).expect("lengths are the plan's own");
-        sums
-    }
+/// Returns `Σ a_k b_{k+m}` for every m, from both spectra.
+fn product(transform: &RealTransform, a: &[Complex<f64>], b: &[Complex<f64>]) -> Vec<f64> {
+    let length = transform.length() as f64;
+    transform.inverse(a.iter().zip(b).map(|(a, b)| a.conj() * b / length).collect())
 }
 
 /// Returns at most `most` lags with a positive local maximum of correlation, those of the greatest

@@ -25,12 +25,11 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::motion::with_places;
 use crate::plant::{Basis, Plant, RigidBody, Signal, Structure, Symmetry};
 use crate::{Dof, Error, Method, ThrusterFault, TrialRecord, VelocityReport};
 pub use actuator::Actuator;
 use equation_error::Solved;
-use filter::{Drift, InstrumentNoise, Swell};
+use filter::{Drift, InstrumentNoise, NoiseNumber, Swell};
 use fit::{CURRENT_STD, Optimum, Problem, Tolerance};
 pub use gains::GainBeside;
 use gains::{OfScale, Scaled};
@@ -214,7 +213,7 @@ pub(crate) fn fit_alone(
     let rigid_body = rigid_body.map(RigidBody::mass_matrix);
     let problem = Problem::new(&structure, &records, rigid_body, false, Attitude::Known);
     let (first, least_squares, mut fitted) =
-        begun::<1>(problem.with_known_actuator(fit.actuator), &records)?;
+        begun(problem.with_known_actuator(fit.actuator), &records)?;
     fitted.reported = Reported { how: fit.report, ..Reported::default() };
     fitted.finished(first, &least_squares, Method::FilterError)
 }
@@ -226,61 +225,56 @@ fn fit_as(
     (search, method): (bool, Method),
 ) -> Result<PlantFit, Error> {
     let is_free = method == Method::OutputError;
-    with_places!(structure.axes().len(), N => {
-        let rigid_body = rigid_body.map(RigidBody::mass_matrix);
-        let with_constants = match search {
-            true => search::with_constants(structure, records)?,
-            false => structure.clone(),
-        };
-        let problem =
-            Problem::new(&with_constants, records, rigid_body, is_free, Attitude::Known);
-        let (first, least_squares, fitted) = begun::<N>(problem, records)?;
-        let fitted = fitted.without_unseen_beside(structure)?;
-        let (fitted, prompt) = fitted.with_report_that_shows(records)?;
-        let prompt: Vec<&TrialRecord> = prompt.iter().collect();
-        let records = if prompt.is_empty() { records } else { &prompt };
-        let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
-        let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
-        let (fitted, following) = match search {
-            true => fitted.with_thrusters_exchanged(records)?,
-            false => (fitted, Vec::new()),
-        };
-        let following: Vec<&TrialRecord> = following.iter().collect();
-        let records = if following.is_empty() { records } else { &following };
-        let (fitted, acting) = match search {
-            true => fitted.with_thrusters_that_act(records)?,
-            false => (fitted, Vec::new()),
-        };
-        let acting: Vec<&TrialRecord> = acting.iter().collect();
-        let records = if acting.is_empty() { records } else { &acting };
-        let fitted = match search {
-            true => {
-                let before = fitted.optimum.cost;
-                let fitted = fitted.with_gains_that_show(records)?.with_load_that_shows()?;
-                let found = fitted.with_speeds_as_they_are(records)?.searched(records)?;
-                // What a coupling explains an actuator need not.
-                let found = match found.optimum.cost == before {
-                    true => found,
-                    false => found.with_actuator_that_shows()?.with_drift_that_shows()?,
-                };
-                found.with_speeds_as_they_are(records)?
-            }
-            false => fitted,
-        };
-        match Attitude::of(records, structure) {
-            Attitude::State if !is_free => {
-                let fitted = fitted.with_attitude(records)?.with_actuator_that_shows()?;
-                fitted.refined()?.finished(first, &least_squares, method)
-            }
-            _ => fitted.refined()?.finished(first, &least_squares, method),
+    let rigid_body = rigid_body.map(RigidBody::mass_matrix);
+    let with_constants = match search {
+        true => search::with_constants(structure, records)?,
+        false => structure.clone(),
+    };
+    let problem = Problem::new(&with_constants, records, rigid_body, is_free, Attitude::Known);
+    let (first, least_squares, fitted) = begun(problem, records)?;
+    let fitted = fitted.without_unseen_beside(structure)?;
+    let (fitted, prompt) = fitted.with_report_that_shows(records)?;
+    let prompt: Vec<&TrialRecord> = prompt.iter().collect();
+    let records = if prompt.is_empty() { records } else { &prompt };
+    let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
+    let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
+    let (fitted, following) = match search {
+        true => fitted.with_thrusters_exchanged(records)?,
+        false => (fitted, Vec::new()),
+    };
+    let following: Vec<&TrialRecord> = following.iter().collect();
+    let records = if following.is_empty() { records } else { &following };
+    let (fitted, acting) = match search {
+        true => fitted.with_thrusters_that_act(records)?,
+        false => (fitted, Vec::new()),
+    };
+    let acting: Vec<&TrialRecord> = acting.iter().collect();
+    let records = if acting.is_empty() { records } else { &acting };
+    let fitted = match search {
+        true => {
+            let before = fitted.optimum.cost;
+            let fitted = fitted.with_gains_that_show(records)?.with_load_that_shows()?;
+            let found = fitted.with_speeds_as_they_are(records)?.searched(records)?;
+            // What a coupling explains an actuator need not.
+            let found = match found.optimum.cost == before {
+                true => found,
+                false => found.with_actuator_that_shows()?.with_drift_that_shows()?,
+            };
+            found.with_speeds_as_they_are(records)?
         }
-    })
+        false => fitted,
+    };
+    let fitted = match Attitude::of(records, structure) {
+        Attitude::State if !is_free => fitted.with_attitude(records)?.with_actuator_that_shows()?,
+        _ => fitted,
+    };
+    fitted.refined()?.finished(first, &least_squares, method)
 }
 
 /// An optimum and what it is one of.
-struct Fitted<const N: usize, const M: usize> {
+struct Fitted {
     problem: Problem,
-    optimum: Optimum<N, M>,
+    optimum: Optimum,
     tried: Vec<Tried>,
     /// How translations are reported; the problem's are as they were before that.
     reported: Reported,
@@ -290,14 +284,14 @@ struct Fitted<const N: usize, const M: usize> {
     exchanged: Vec<[String; 2]>,
 }
 
-impl<const N: usize, const M: usize> Fitted<N, M> {
-    fn new(problem: Problem, optimum: Optimum<N, M>) -> Self {
+impl Fitted {
+    fn new(problem: Problem, optimum: Optimum) -> Self {
         let (tried, reported, faults, exchanged) = Default::default();
         Self { problem, optimum, tried, reported, faults, exchanged }
     }
 
     /// Another optimum of the same trials, with what was found of sensors and thrusters before.
-    fn moved_to(&self, problem: Problem, optimum: Optimum<N, M>) -> Self {
+    fn moved_to(&self, problem: Problem, optimum: Optimum) -> Self {
         let (reported, faults) = (self.reported, self.faults.clone());
         let exchanged = self.exchanged.clone();
         Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged }
@@ -467,12 +461,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
 
     /// Returns this fit, or that of a problem with more numbers of the actuator if twice the gain in
     /// ln-likelihood exceeds `least`.
-    fn or_if_likelier(
-        self,
-        problem: Problem,
-        found: Optimum<N, M>,
-        least: f64,
-    ) -> Result<Self, Error> {
+    fn or_if_likelier(self, problem: Problem, found: Optimum, least: f64) -> Result<Self, Error> {
         if 2.0 * (self.optimum.cost - found.cost) <= least {
             return Ok(self);
         }
@@ -498,7 +487,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let tried = with(Drift::TRIED);
         let slope = problem.by_noise(&tried).zip(problem.noise_information(&tried));
         let Some(((_, gradient), information)) = slope else { return Ok(self) };
-        let s = optimum.point.noise.first_of_drift();
+        let s = tried.noise.place(NoiseNumber::Drift);
         let rest = inverse(&information.view((0, 0), (s, s)).into_owned());
         let cross = information.view((0, s), (s, 1)).into_owned();
         let left = information[(s, s)] - cross.dot(&(&rest * &cross));
@@ -530,8 +519,8 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let start = |(period_s, part): (f64, f64)| {
             let mut point = optimum.point.clone();
             let frequency = TAU / period_s;
-            let std = noise.disturbance * part.sqrt();
-            point.noise.swell = Some(Swell { std, frequency, damping: Swell::<N>::FIRST_DAMPING });
+            let std = &noise.disturbance * part.sqrt();
+            point.noise.swell = Some(Swell { std, frequency, damping: Swell::FIRST_DAMPING });
             point.noise.disturbance *= (1.0 - part).sqrt();
             (problem.cost(&point), point)
         };
@@ -548,7 +537,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         }
         // A descent that does not settle finds no waves.
         let Ok(found) = problem.descent(start, Tolerance::COARSE) else { return Ok(self) };
-        let is_narrow = found.point.noise.swell.is_some_and(|swell| swell.is_narrow());
+        let is_narrow = found.point.noise.swell.as_ref().is_some_and(Swell::is_narrow);
         if !is_narrow || !is_likelier(found.cost) {
             return Ok(self);
         }
@@ -589,7 +578,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
 
     /// What the colour of an axis's innovations exaggerates likelihood by, at least 1: Box and
     /// Pierce's statistic, or of motion left to itself how many samples say as much as one.
-    fn whiteness(&self) -> Result<impl Fn(Dof) -> f64 + use<N, M>, Error> {
+    fn whiteness(&self) -> Result<impl Fn(Dof) -> f64 + use<>, Error> {
         let white = if self.problem.is_free {
             self.problem.samples_per_independent(&self.optimum.point)?
         } else {
@@ -670,7 +659,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
         let Scaled { plant, covariance: of_plant, thrust_covariance, scale } =
             scaled.unwrap_or(Scaled { plant, covariance: of_plant, thrust_covariance, scale: 1.0 });
         inflation.resize(plant.coefficients().len(), 1.0);
-        let mut noise = optimum.point.noise;
+        let mut noise = optimum.point.noise.clone();
         noise.disturbance *= scale;
         noise.swell = noise.swell.map(|swell| Swell { std: swell.std * scale, ..swell });
         let place = p + Actuator::SCALE;
@@ -721,10 +710,10 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     }
 }
 
-impl<const N: usize> Fitted<N, N> {
+impl Fitted {
     /// The same with attitude as a state: from the optimum with smoothed attitude, which is near and
     /// costs less than half to find.
-    fn with_attitude(self, records: &[&TrialRecord]) -> Result<Fitted<6, 9>, Error> {
+    fn with_attitude(self, records: &[&TrialRecord]) -> Result<Self, Error> {
         let as_they_are = match self.reads_speeds() {
             true => self.speeds_as_they_are(records)?,
             false => Vec::new(),
@@ -737,7 +726,7 @@ impl<const N: usize> Fitted<N, N> {
         let iterations = self.optimum.iterations + optimum.iterations;
         let optimum = Optimum { iterations, ..optimum };
         let Self { tried, reported, faults, exchanged, .. } = self;
-        Ok(Fitted { problem, optimum, tried, reported, faults, exchanged })
+        Ok(Self { problem, optimum, tried, reported, faults, exchanged })
     }
 }
 
@@ -762,17 +751,17 @@ const FIRST_LAG_BESIDE_SLEW_S: f64 = 0.02;
 const MOST_ROUNDS: usize = 4;
 
 /// A search for couplings in damping.
-struct Search<const N: usize, const M: usize> {
+struct Search {
     /// The plant without them.
-    base: Fitted<N, M>,
+    base: Fitted,
     /// The plant with those that are admitted.
-    found: Option<Fitted<N, M>>,
+    found: Option<Fitted>,
     /// What each candidate would have gained when it was last outside.
     scores: BTreeMap<Basis, f64>,
 }
 
-impl<const N: usize, const M: usize> Search<N, M> {
-    fn now(&self) -> &Fitted<N, M> {
+impl Search {
+    fn now(&self) -> &Fitted {
         self.found.as_ref().unwrap_or(&self.base)
     }
 

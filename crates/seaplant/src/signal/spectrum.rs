@@ -1,6 +1,6 @@
 use std::f64::consts::PI;
 
-use realfft::RealFftPlanner;
+use seaplant_fourier::RealTransform;
 
 /// Amplitudes of a series by frequency.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,20 +42,11 @@ pub fn amplitude_spectrum(x: &[f64], sample_hz: f64) -> Spectrum {
     }
     let mean = x.iter().sum::<f64>() / n as f64;
     let padded = padded_length(n);
-    let fft = RealFftPlanner::new().plan_fft_forward(padded);
-    let mut windowed = fft.make_input_vec();
-    let mut weight_sum = 0.0;
-    for (k, (w, x)) in windowed.iter_mut().zip(x).enumerate() {
-        let weight = 0.5 - 0.5 * (2.0 * PI * (k as f64 + 0.5) / n as f64).cos();
-        weight_sum += weight;
-        *w = weight * (x - mean);
-    }
-    let mut transform = fft.make_output_vec();
-    if fft.process(&mut windowed, &mut transform).is_err() {
-        // Only wrong lengths fail, and both come from the plan.
-        return Spectrum::default();
-    }
-    drop((windowed, fft));
+    let weight = |k: usize| 0.5 - 0.5 * (2.0 * PI * (k as f64 + 0.5) / n as f64).cos();
+    let weight_sum: f64 = (0..n).map(weight).sum();
+    let mut windowed = Vec::with_capacity(padded);
+    windowed.extend(x.iter().enumerate().map(|(k, x)| weight(k) * (x - mean)));
+    let transform = RealTransform::new(padded).forward(windowed);
     let hz = |k: usize| k as f64 * sample_hz / padded as f64;
     Spectrum {
         frequency_hz: (0..transform.len()).map(hz).collect(),

@@ -28,12 +28,16 @@ use std::ops::Deref;
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3, Vector6};
 
-use super::schedule::{FilterInstant, Schedule};
-use crate::motion::{Flow, HeldForce, PUSHED_BY, Prepared, Slice, advance, with_down};
+use super::schedule::{Attitude, FilterInstant, Schedule};
+use crate::Error;
+use crate::motion::{
+    Decay, Flow, HeldForce, Load, PUSHED_BY, Prepared, Slice, advance, with_down, with_places,
+};
+use crate::plant::Plant;
 use follower::{Process, StepCache};
 use navigation::Ends;
 pub(super) use navigation::{InstrumentNoise, Layout, MOST as MOST_NAVIGATION, Reading};
-pub(super) use noise::{Drift, Noise, Swell};
+pub(super) use noise::{Drift, Noise, NoiseNumber, Swell};
 use state::{Covariance, Observation, Observed, State, Transition};
 
 /// A cost with its gradient and Fisher information.
@@ -164,21 +168,111 @@ impl Innovation {
 }
 
 /// Velocity and force in a simulation without disturbances.
-pub(super) struct DrivenState<const N: usize> {
-    pub(super) velocity: SVector<f64, N>,
+pub(super) struct DrivenState {
+    /// By axis of the plant, m/s and rad/s.
+    pub(super) velocity: Vec<f64>,
     /// Mean force since the instant before, N and N m, in SNAME order.
     pub(super) force: Vector6<f64>,
 }
 
-/// One pass of the filter over a trial at given parameters.
-pub(super) struct Pass<'a, const N: usize, const M: usize> {
-    pub(super) plant: &'a Prepared<N>,
+/// What a pass of the filter goes over.
+#[derive(Clone, Copy)]
+pub(super) struct Over<'a> {
     pub(super) schedule: &'a Schedule,
     /// Force over each slice of the schedule.
     pub(super) pushes: &'a [HeldForce],
     /// Mean current, north and east, m/s.
     pub(super) current: [f64; 2],
-    pub(super) noise: &'a Noise<N, M>,
+    pub(super) noise: &'a Noise,
+}
+
+/// The filter of a plant, whatever its number of axes.
+pub(super) trait Filter: Sync {
+    /// Returns a pass over a trial.
+    fn pass<'a>(&'a self, over: Over<'a>) -> Box<dyn Pass + 'a>;
+}
+
+impl dyn Filter {
+    /// Returns the filter of a plant under some sums of known forces.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the mass matrix is not positive definite.
+    pub(super) fn of(
+        plant: &Plant,
+        loads: &[Load],
+        attitude: Attitude,
+    ) -> Result<Box<Self>, Error> {
+        match attitude {
+            Attitude::State => Ok(Box::new(SizedFilter::<6, 9>::new(plant, loads)?)),
+            Attitude::Known => with_places!(plant.axes().len(), N => {
+                Ok(Box::new(SizedFilter::<N, N>::new(plant, loads)?))
+            }),
+        }
+    }
+}
+
+/// A filter of M states of motion and N disturbances.
+struct SizedFilter<const N: usize, const M: usize> {
+    plant: Prepared<N>,
+}
+
+impl<const N: usize, const M: usize> SizedFilter<N, M> {
+    fn new(plant: &Plant, loads: &[Load]) -> Result<Self, Error> {
+        Ok(Self { plant: Prepared::with_loads(plant, loads)? })
+    }
+}
+
+impl<const N: usize, const M: usize> Filter for SizedFilter<N, M> {
+    fn pass<'a>(&'a self, over: Over<'a>) -> Box<dyn Pass + 'a> {
+        Box::new(SizedPass::<N, M> { plant: &self.plant, over })
+    }
+}
+
+/// One pass of the filter over a trial at given parameters.
+pub(super) trait Pass {
+    /// Computes the negative log-likelihood, its gradient by coefficients, actuator and current,
+    /// and the gains.
+    fn by_plant(&self) -> (Slope, Gains);
+
+    /// Computes the same gradient; returns its value so far after each `spacing_s` seconds and at the
+    /// end.
+    fn by_plant_at(&self, spacing_s: f64) -> Vec<DVector<f64>>;
+
+    /// Computes the same gradient, followed by that by changes of the velocity sensor's delay,
+    /// `∂e/∂d = ν̇`, of its lag if `lag_s` > 0, where ν̇ is filtered by the lag, and of its lever
+    /// arm, `∂e/∂r = −∂(ω × r)/∂r`.
+    fn by_plant_and_report(&self, lag_s: f64) -> Slope;
+
+    /// Computes ½ Σ e²/S at the gains of another pass: the cost whose gradient [`Self::by_plant`]
+    /// returns.
+    fn at_gains(&self, gains: &Gains) -> f64;
+
+    /// Computes the negative log-likelihood and all innovations.
+    fn innovations(&self) -> (f64, Vec<Innovation>);
+
+    /// Simulates the plant from its start without disturbances and measurements; returns a state for
+    /// each instant of the schedule.
+    fn driven_states(&self) -> Vec<DrivenState>;
+
+    /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
+    fn noise_gradient(&self) -> (f64, DVector<f64>);
+
+    /// Computes the Fisher information of the logarithms of the noise.
+    fn noise_information(&self) -> DMatrix<f64>;
+}
+
+/// A pass of a filter of M states of motion and N disturbances.
+struct SizedPass<'a, const N: usize, const M: usize> {
+    plant: &'a Prepared<N>,
+    over: Over<'a>,
+}
+
+impl<'a, const N: usize, const M: usize> Deref for SizedPass<'a, N, M> {
+    type Target = Over<'a>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.over
+    }
 }
 
 /// Calls a method of a pass with room for its navigation states, as matrices of the largest size would be
@@ -195,55 +289,45 @@ macro_rules! with_room {
     };
 }
 
-impl<const N: usize, const M: usize> Pass<'_, N, M> {
+impl<const N: usize, const M: usize> SizedPass<'_, N, M> {
     /// Returns the number of navigation states in use.
     fn states(&self) -> usize {
-        self.schedule.layout.count + if self.noise.swell.is_some() { 2 * N } else { 0 }
+        self.schedule.layout.count + self.noise.swell.as_ref().map_or(0, |_| 2 * self.noise.axes())
+    }
+}
+
+impl<const N: usize, const M: usize> Pass for SizedPass<'_, N, M> {
+    fn by_plant(&self) -> (Slope, Gains) {
+        with_room!(self, sweep(f64::INFINITY, &mut |_| (), None))
     }
 
-    /// Computes the negative log-likelihood, its gradient by coefficients, actuator and current,
-    /// and the gains.
-    pub(super) fn by_plant(&self) -> (Slope, Gains) {
-        with_room!(self, sweep(f64::INFINITY, |_| (), None))
+    fn by_plant_at(&self, spacing_s: f64) -> Vec<DVector<f64>> {
+        let mut marks = Vec::new();
+        with_room!(self, sweep(spacing_s, &mut |gradient| marks.push(gradient.clone()), None));
+        marks
     }
 
-    /// Computes the same gradient; passes its value so far to `at_mark` after each `spacing_s`
-    /// seconds and at the end.
-    pub(super) fn by_plant_at(&self, spacing_s: f64, at_mark: impl FnMut(&DVector<f64>)) {
-        with_room!(self, sweep(spacing_s, at_mark, None));
+    fn by_plant_and_report(&self, lag_s: f64) -> Slope {
+        with_room!(self, sweep(f64::INFINITY, &mut |_| (), Some(lag_s))).0
     }
 
-    /// Computes the same gradient, followed by that by changes of the velocity sensor's delay,
-    /// `∂e/∂d = ν̇`, of its lag if `lag_s` > 0, where ν̇ is filtered by the lag, and of its lever
-    /// arm, `∂e/∂r = −∂(ω × r)/∂r`.
-    pub(super) fn by_plant_and_report(&self, lag_s: f64) -> Slope {
-        with_room!(self, sweep(f64::INFINITY, |_| (), Some(lag_s))).0
-    }
-
-    /// Computes ½ Σ e²/S at the gains of another pass: the cost whose gradient [`Self::by_plant`]
-    /// returns.
-    pub(super) fn at_gains(&self, gains: &Gains) -> f64 {
+    fn at_gains(&self, gains: &Gains) -> f64 {
         Sweep::<'_, N, M, MOST_NAVIGATION> { pass: self }.at_gains(gains)
     }
 
-    /// Computes the negative log-likelihood and all innovations.
-    pub(super) fn innovations(&self) -> (f64, Vec<Innovation>) {
+    fn innovations(&self) -> (f64, Vec<Innovation>) {
         with_room!(self, innovations())
     }
 
-    /// Simulates the plant from its start without disturbances and measurements; returns a state for
-    /// each instant of the schedule.
-    pub(super) fn driven_states(&self) -> Vec<DrivenState<N>> {
+    fn driven_states(&self) -> Vec<DrivenState> {
         Sweep::<'_, N, M, MOST_NAVIGATION> { pass: self }.driven_states()
     }
 
-    /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
-    pub(super) fn noise_gradient(&self) -> (f64, DVector<f64>) {
+    fn noise_gradient(&self) -> (f64, DVector<f64>) {
         with_room!(self, noise_gradient())
     }
 
-    /// Computes the Fisher information of the logarithms of the noise.
-    pub(super) fn noise_information(&self) -> DMatrix<f64> {
+    fn noise_information(&self) -> DMatrix<f64> {
         match self.states() {
             ..=4 => Sweep::<'_, N, M, 4> { pass: self }.noise_information(),
             _ => Sweep::<'_, N, M, MOST_NAVIGATION> { pass: self }.noise_information(),
@@ -253,11 +337,11 @@ impl<const N: usize, const M: usize> Pass<'_, N, M> {
 
 /// A pass with room for K navigation states.
 struct Sweep<'a, const N: usize, const M: usize, const K: usize> {
-    pass: &'a Pass<'a, N, M>,
+    pass: &'a SizedPass<'a, N, M>,
 }
 
 impl<'a, const N: usize, const M: usize, const K: usize> Deref for Sweep<'a, N, M, K> {
-    type Target = Pass<'a, N, M>;
+    type Target = SizedPass<'a, N, M>;
 
     fn deref(&self) -> &Self::Target {
         self.pass
@@ -268,7 +352,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     fn sweep(
         &self,
         spacing_s: f64,
-        mut at_mark: impl FnMut(&DVector<f64>),
+        at_mark: &mut dyn FnMut(&DVector<f64>),
         lag_s: Option<f64>,
     ) -> (Slope, Gains) {
         let coefficients = self.plant.count();
@@ -394,10 +478,10 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
     }
 
-    fn driven_states(&self) -> Vec<DrivenState<N>> {
+    fn driven_states(&self) -> Vec<DrivenState> {
         let (mut mean, mut flow) = (self.initial_mean(), Flow::bare());
         let state = |motion: &SVector<f64, M>, force| DrivenState {
-            velocity: SVector::from_fn(|place, _| motion[place]),
+            velocity: motion.as_slice()[..self.noise.axes()].to_vec(),
             force,
         };
         let mut states = vec![state(&mean.motion, Vector6::zeros())];
@@ -486,14 +570,15 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     }
 
     fn initial_covariance(&self) -> Covariance<N, M, K> {
+        let initial_force = on_places(&self.noise.disturbance, |x| x * x, 0.0);
         let mut first = Covariance {
-            xx: (0..N).map(|place| self.initial_velocity_covariance(place)).sum(),
-            ff: SMatrix::from_diagonal(&self.noise.disturbance.map(|x| x * x)),
+            xx: (0..self.noise.axes()).map(|place| self.initial_velocity_covariance(place)).sum(),
+            ff: SMatrix::from_diagonal(&initial_force),
             ..self.zero_covariance()
         };
         self.set_initial_navigation_covariance(&mut first);
-        if M > N {
-            let of_down = self.initial_down_covariance() * self.noise.attitude.powi(2);
+        if let Some(std) = self.noise.attitude {
+            let of_down = self.initial_down_covariance() * std.powi(2);
             add_down_covariance(&mut first.xx, &of_down);
         }
         first.add_initial_current(
@@ -513,7 +598,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             return by * by.transpose();
         }
         by[place] = self.noise.velocity[place];
-        for other in 0..N {
+        for other in 0..self.noise.axes() {
             let lever_terms = self.lever_terms(other).into_iter().flatten();
             let own = lever_terms.filter(|(rate, _)| *rate == place);
             own.for_each(|(_, arm)| by[other] -= arm * self.noise.velocity[place]);
@@ -627,7 +712,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     fn variance(&self, observation: &Observation) -> f64 {
         let std = match observation.of {
             Observed::Velocity(place) => self.noise.velocity[place],
-            Observed::Down(_) => self.noise.attitude,
+            Observed::Down(_) => self.noise.attitude.unwrap_or_default(),
             Observed::Navigation { number, .. } => self.noise.instruments.numbers[number],
         };
         std * std * observation.spread
@@ -649,7 +734,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     fn move_mean(&self, instant: &FilterInstant, mean: &mut State<N, M, K>, flow: &mut Flow<N, M>) {
         let slices = &self.schedule.slices[instant.slices.clone()];
         let pushes = &self.pushes[instant.slices.clone()];
-        let decay = self.noise.decay();
+        let decay = Decay { rate: on_places(&self.noise.correlation_s, |t| 1.0 / t, 0.0) };
         let acting = self.acting(mean, instant.length_s);
         advance(self.plant, (slices, pushes), &mean.motion, &acting, &decay, flow);
         let ends = Ends { before: &mean.motion, after: &flow.motion };
@@ -677,7 +762,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     }
 
     fn fade(&self, h: f64) -> SVector<f64, N> {
-        self.noise.correlation_s.map(|t| (-h / t).exp())
+        on_places(&self.noise.correlation_s, |t| (-h / t).exp(), 1.0)
     }
 
     fn correct(
@@ -695,6 +780,15 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         covariance.subtract(&gain.state, &column);
         (e, gain)
     }
+}
+
+/// Returns a function of a number of each axis, with another value at places without an axis.
+fn on_places<const N: usize>(
+    of_axes: &DVector<f64>,
+    function: impl Fn(f64) -> f64,
+    other: f64,
+) -> SVector<f64, N> {
+    SVector::from_fn(|place, _| of_axes.get(place).map_or(other, |x| function(*x)))
 }
 
 /// Adds a covariance of the down vector to its block of the motion covariance.
@@ -728,9 +822,9 @@ mod tests {
     use super::*;
 
     /// All that passes compute of a record, with room for K navigation states.
-    fn with_room_for<const K: usize>(pass: &Pass<'_, 3, 3>) -> Vec<f64> {
+    fn with_room_for<const K: usize>(pass: &SizedPass<'_, 3, 3>) -> Vec<f64> {
         let sweep = Sweep::<3, 3, K> { pass };
-        let (by_plant, gains) = sweep.sweep(f64::INFINITY, |_| (), Some(0.2));
+        let (by_plant, gains) = sweep.sweep(f64::INFINITY, &mut |_| (), Some(0.2));
         let (_, by_noise) = sweep.noise_gradient();
         let (cost, innovations) = sweep.innovations();
         let mut all = vec![cost, sweep.at_gains(&gains)];
@@ -744,12 +838,15 @@ mod tests {
     fn room_for_more_navigation_states_changes_no_digit() {
         let plant = planar();
         let record = record(&plant, "a", 1, 20, 0.005);
-        over(&record, &plant, |pass| {
+        let filter = SizedFilter::<3, 3>::new(&plant, &[]).expect("three axes");
+        over(&record, &plant, |over| {
+            let pass = SizedPass { plant: &filter.plant, over };
             // The current, and waves on three axes.
             assert_eq!(pass.states(), 8);
             assert_eq!(with_room_for::<12>(&pass), with_room_for::<MOST_NAVIGATION>(&pass));
-            let calm = Noise { swell: None, ..*pass.noise };
-            let pass = Pass { noise: &calm, ..pass };
+            let calm = Noise { swell: None, ..over.noise.clone() };
+            let over = Over { noise: &calm, ..over };
+            let pass = SizedPass { over, ..pass };
             assert_eq!(pass.states(), 2);
             assert_eq!(with_room_for::<4>(&pass), with_room_for::<MOST_NAVIGATION>(&pass));
         });

@@ -2,21 +2,24 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector, Matrix6, SVector};
+use nalgebra::{DMatrix, DVector, Matrix6};
 
 use super::actuator::Actuator;
-use super::filter::{Gains, Innovation, InstrumentNoise, Layout, Noise, Pass, Slope, Swell};
+use super::filter::{
+    Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, NoiseNumber, Over, Pass, Slope,
+    Swell,
+};
 use super::schedule::{Attitude, PIECES_PART, Schedule, known_together};
 use super::uncertainty::inverse;
 use crate::estimate::descend::Parabola;
-use crate::motion::{HeldForce, KnownForce, Load, Prepared};
+use crate::motion::{HeldForce, KnownForce, Load};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
 use crate::{Dof, Error, ThrustUncertainty, Timed, TrialRecord, parallel};
 
 /// All estimated quantities.
 #[derive(Clone, Debug)]
-pub(super) struct Point<const N: usize, const M: usize> {
+pub(super) struct Point {
     /// Free parameters of the plant.
     pub(super) free: DVector<f64>,
     /// Model of the thrust between log and vehicle.
@@ -24,10 +27,10 @@ pub(super) struct Point<const N: usize, const M: usize> {
     /// Mean current of each trial, north and east, m/s.
     pub(super) currents: Vec<[f64; 2]>,
     /// Disturbance and measurement noise, common to all trials.
-    pub(super) noise: Noise<N, M>,
+    pub(super) noise: Noise,
 }
 
-/// Estimation problem of a plant with N axes from several trials.
+/// Estimation problem of a plant from several trials.
 pub(super) struct Problem {
     pub(super) structure: Structure,
     pub(super) physical: Physical,
@@ -94,8 +97,8 @@ impl ForceCache {
 
 /// Result of the optimisation.
 #[derive(Clone, Debug)]
-pub(super) struct Optimum<const N: usize, const M: usize> {
-    pub(super) point: Point<N, M>,
+pub(super) struct Optimum {
+    pub(super) point: Point,
     /// Negative log-likelihood.
     pub(super) cost: f64,
     /// Fisher information of coefficients, actuator and currents, including priors.
@@ -423,33 +426,29 @@ impl Problem {
         Plant::new(self.structure.clone(), coefficients.iter().copied().collect())
     }
 
-    pub(super) fn prepared<const N: usize>(&self, free: &DVector<f64>) -> Option<Prepared<N>> {
-        Prepared::with_loads(&self.plant(free).ok()?, &self.loads).ok()
-    }
-
     /// Runs one pass over each schedule in parallel; results are in the order of the schedules.
-    pub(super) fn each<const N: usize, const M: usize, T: Send>(
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the mass matrix is not positive definite.
+    pub(super) fn each<T: Send>(
         &self,
-        point: &Point<N, M>,
-        plant: &Prepared<N>,
-        work: impl Fn(usize, Pass<'_, N, M>) -> T + Sync,
-    ) -> Vec<T> {
+        point: &Point,
+        work: impl Fn(usize, &dyn Pass) -> T + Sync,
+    ) -> Result<Vec<T>, Error> {
+        let plant = self.plant(&point.free)?;
+        let filter = <dyn Filter>::of(&plant, &self.loads, self.attitude)?;
         let pushes = self.forces.get(&point.actuator, &self.schedules);
-        parallel::of_each(self.schedules.len(), |k| {
+        Ok(parallel::of_each(self.schedules.len(), |k| {
             let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
             let current = point.currents[schedule.trial];
-            work(k, Pass { plant, schedule, pushes, current, noise: &point.noise })
-        })
+            work(k, &*filter.pass(Over { schedule, pushes, current, noise: &point.noise }))
+        }))
     }
 
     /// Computes gradient and information by coefficients, actuator and currents, and the gains of
     /// the filter.
-    pub(super) fn by_plant<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> Option<(Slope, Vec<Gains>)> {
-        let plant = self.prepared(&point.free)?;
-        let found = self.each(point, &plant, |_, pass| pass.by_plant());
+    pub(super) fn by_plant(&self, point: &Point) -> Option<(Slope, Vec<Gains>)> {
+        let found = self.each(point, |_, pass| pass.by_plant()).ok()?;
         let (slopes, gains): (Vec<Slope>, Vec<_>) = found.into_iter().unzip();
         Some((self.summed(point, &slopes)?, gains))
     }
@@ -460,11 +459,7 @@ impl Problem {
     ///
     /// # Source
     /// \[Rao1948\].
-    pub(super) fn score<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-        number: usize,
-    ) -> Option<f64> {
+    pub(super) fn score(&self, point: &Point, number: usize) -> Option<f64> {
         let (slope, _) = self.by_plant(point)?;
         let place = self.structure.terms().len() + number;
         let rest: Vec<usize> = (0..slope.gradient.len()).filter(|k| *k != place).collect();
@@ -476,24 +471,15 @@ impl Problem {
 
     /// Computes the information of all coefficients, numbers of the actuator and currents,
     /// including those that are not fitted, without priors.
-    pub(super) fn information_of_all<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> Option<DMatrix<f64>> {
-        let plant = self.prepared(&point.free)?;
-        let slopes = self.each(point, &plant, |_, pass| pass.by_plant().0);
+    pub(super) fn information_of_all(&self, point: &Point) -> Option<DMatrix<f64>> {
+        let slopes = self.each(point, |_, pass| pass.by_plant().0).ok()?;
         Some(self.gathered(&slopes)?.information)
     }
 
     /// Computes gradient and information including changes of the velocity sensor's delay, lag and
     /// lever arm from their present values.
-    pub(super) fn slope_by_report<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-        lag_s: f64,
-    ) -> Option<ReportSlope> {
-        let plant = self.prepared(&point.free)?;
-        let slopes = self.each(point, &plant, |_, pass| pass.by_plant_and_report(lag_s));
+    pub(super) fn slope_by_report(&self, point: &Point, lag_s: f64) -> Option<ReportSlope> {
+        let slopes = self.each(point, |_, pass| pass.by_plant_and_report(lag_s)).ok()?;
         let slope = self.summed(point, &slopes)?;
         let levers = slope.gradient.len() - 3;
         let late = levers - if lag_s > 0.0 { 2 } else { 1 };
@@ -531,12 +517,8 @@ impl Problem {
     }
 
     /// Computes the gradient of all fitted quantities, and the contribution of each trial to it.
-    pub(super) fn by_trial<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> Option<(Slope, Vec<Slope>)> {
-        let plant = self.prepared(&point.free)?;
-        let slopes = self.each(point, &plant, |_, pass| pass.by_plant().0);
+    pub(super) fn by_trial(&self, point: &Point) -> Option<(Slope, Vec<Slope>)> {
+        let slopes = self.each(point, |_, pass| pass.by_plant().0).ok()?;
         let all = self.summed(point, &slopes)?;
         let mut parts = vec![Slope::zeros(all.gradient.len()); self.trials.len()];
         for (schedule, slope) in self.schedules.iter().zip(&slopes) {
@@ -546,11 +528,7 @@ impl Problem {
     }
 
     /// Sums the gradients of all schedules for the fitted quantities, including priors.
-    fn summed<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-        slopes: &[Slope],
-    ) -> Option<Slope> {
+    fn summed(&self, point: &Point, slopes: &[Slope]) -> Option<Slope> {
         let (terms, mut sum) = (self.structure.terms().len(), self.gathered(slopes)?);
         for k in (0..Actuator::COUNT).filter(|k| !self.fits[*k]) {
             let place = terms + k;
@@ -581,7 +559,7 @@ impl Problem {
         }
     }
 
-    fn prior<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> f64 {
+    fn prior(&self, point: &Point) -> f64 {
         let of_terms = self.prior_coefficients(point).into_iter().map(|(_, number)| number);
         let half_square = |(x, std): (f64, f64)| 0.5 * (x / std).powi(2);
         of_terms.chain(self.prior_numbers(point)).map(half_square).sum()
@@ -589,10 +567,7 @@ impl Problem {
 
     /// Returns the numbers of the actuator and the currents, each with its prior standard
     /// deviation.
-    fn prior_numbers<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> impl Iterator<Item = (f64, f64)> {
+    fn prior_numbers(&self, point: &Point) -> impl Iterator<Item = (f64, f64)> {
         let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
         let mut std = Actuator::PRIOR_STD;
         let ThrustUncertainty { forward, reverse } = self.thrust_uncertainty;
@@ -604,10 +579,7 @@ impl Problem {
 
     /// Returns the coefficients that have a prior about zero: index, value and prior standard
     /// deviation.
-    fn prior_coefficients<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> Vec<(usize, (f64, f64))> {
+    fn prior_coefficients(&self, point: &Point) -> Vec<(usize, (f64, f64))> {
         let terms = self.structure.terms();
         let known = |(k, term)| Some((k, self.structure.prior_std(term)?));
         let known: Vec<(usize, f64)> = terms.iter().enumerate().filter_map(known).collect();
@@ -618,39 +590,25 @@ impl Problem {
         known.into_iter().map(|(k, std)| (k, (coefficients[k], std))).collect()
     }
 
-    pub(super) fn at_gains<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-        gains: &[Gains],
-    ) -> f64 {
-        let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
-        let costs = self.each(point, &plant, |k, pass| pass.at_gains(&gains[k]));
-        costs.iter().sum::<f64>() + self.prior(point)
+    pub(super) fn at_gains(&self, point: &Point, gains: &[Gains]) -> f64 {
+        let costs = self.each(point, |k, pass| pass.at_gains(&gains[k]));
+        costs.map_or(f64::INFINITY, |costs| costs.iter().sum::<f64>() + self.prior(point))
     }
 
     /// Computes the negative log-likelihood, including priors.
-    pub(super) fn cost<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> f64 {
-        let Some(plant) = self.prepared(&point.free) else { return f64::INFINITY };
-        let costs = self.each(point, &plant, |_, pass| pass.innovations().0);
-        costs.iter().sum::<f64>() + self.prior(point)
+    pub(super) fn cost(&self, point: &Point) -> f64 {
+        let costs = self.each(point, |_, pass| pass.innovations().0);
+        costs.map_or(f64::INFINITY, |costs| costs.iter().sum::<f64>() + self.prior(point))
     }
 
     /// Computes the innovations of each schedule.
-    pub(super) fn innovations<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> Result<Vec<Vec<Innovation>>, Error> {
-        let plant = Prepared::with_loads(&self.plant(&point.free)?, &self.loads)?;
-        Ok(self.each(point, &plant, |_, pass| pass.innovations().1))
+    pub(super) fn innovations(&self, point: &Point) -> Result<Vec<Vec<Innovation>>, Error> {
+        self.each(point, |_, pass| pass.innovations().1)
     }
 
     /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
-    pub(super) fn by_noise<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> Option<(f64, DVector<f64>)> {
-        let plant = self.prepared(&point.free)?;
-        let parts = self.each(point, &plant, |_, pass| pass.noise_gradient());
+    pub(super) fn by_noise(&self, point: &Point) -> Option<(f64, DVector<f64>)> {
+        let parts = self.each(point, |_, pass| pass.noise_gradient()).ok()?;
         let (costs, gradients): (Vec<f64>, Vec<DVector<f64>>) = parts.into_iter().unzip();
         let cost: f64 = costs.iter().sum();
         cost.is_finite().then(|| (cost, gradients.iter().sum()))
@@ -658,14 +616,10 @@ impl Problem {
 
     /// Computes the Fisher information of the logarithms of the noise: that of pieces of the trials, by
     /// their number of samples, as it takes far longer than the gradient.
-    pub(super) fn noise_information<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> Option<DMatrix<f64>> {
+    pub(super) fn noise_information(&self, point: &Point) -> Option<DMatrix<f64>> {
         let pieces = self.in_pieces();
         let data = pieces.as_ref().unwrap_or(self);
-        let plant = data.prepared(&point.free)?;
-        let parts = data.each(point, &plant, |_, pass| pass.noise_information());
+        let parts = data.each(point, |_, pass| pass.noise_information()).ok()?;
         let part = self.samples() as f64 / data.samples() as f64;
         Some(parts.iter().sum::<DMatrix<f64>>() * part)
     }
@@ -680,11 +634,7 @@ impl Problem {
     ///
     /// # Errors
     /// [`Error::Plant`] if the fit does not converge.
-    pub(super) fn optimum<const N: usize, const M: usize>(
-        &self,
-        start: Point<N, M>,
-        tolerance: Tolerance,
-    ) -> Result<Optimum<N, M>, Error> {
+    pub(super) fn optimum(&self, start: Point, tolerance: Tolerance) -> Result<Optimum, Error> {
         let pieces = self.in_pieces();
         if let Some(pieces) = pieces.as_ref().filter(|_| self.has_rival()) {
             let nearer = pieces.descent(start, Tolerance::COARSE)?;
@@ -701,11 +651,7 @@ impl Problem {
     ///
     /// # Errors
     /// [`Error::Plant`] if the fit does not converge.
-    pub(super) fn descent<const N: usize, const M: usize>(
-        &self,
-        start: Point<N, M>,
-        tolerance: Tolerance,
-    ) -> Result<Optimum<N, M>, Error> {
+    pub(super) fn descent(&self, start: Point, tolerance: Tolerance) -> Result<Optimum, Error> {
         self.descend(start, tolerance, WithNoise::Fitted)
     }
 
@@ -714,20 +660,20 @@ impl Problem {
     ///
     /// # Errors
     /// As [`Self::descent`].
-    pub(super) fn descent_at_noise<const N: usize, const M: usize>(
+    pub(super) fn descent_at_noise(
         &self,
-        start: Point<N, M>,
+        start: Point,
         tolerance: Tolerance,
-    ) -> Result<Optimum<N, M>, Error> {
+    ) -> Result<Optimum, Error> {
         self.descend(start, tolerance, WithNoise::Kept)
     }
 
-    fn descend<const N: usize, const M: usize>(
+    fn descend(
         &self,
-        start: Point<N, M>,
+        start: Point,
         tolerance: Tolerance,
         noise: WithNoise,
-    ) -> Result<Optimum<N, M>, Error> {
+    ) -> Result<Optimum, Error> {
         let refuse =
             |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
         let tolerance = if self.is_free { tolerance.for_output_error() } else { tolerance };
@@ -767,9 +713,9 @@ impl Problem {
 
     /// Makes a damped Gauss–Newton step of plant and currents; returns the expected gain of an
     /// undamped step.
-    fn step_plant<const N: usize, const M: usize>(
+    fn step_plant(
         &self,
-        point: &mut Point<N, M>,
+        point: &mut Point,
         slope: &Slope,
         gains: &[Gains],
         damping: &mut f64,
@@ -807,7 +753,7 @@ impl Problem {
     }
 
     /// Returns the lower and upper limit of each number of a point.
-    fn limits<const N: usize, const M: usize>(&self, point: &Point<N, M>) -> Vec<(f64, f64)> {
+    fn limits(&self, point: &Point) -> Vec<(f64, f64)> {
         let lowest = self.physical.lowest().into_iter();
         let of_plant = lowest.map(|low| (low.unwrap_or(f64::NEG_INFINITY), f64::INFINITY));
         let of_currents = point.currents.iter().flatten();
@@ -816,7 +762,7 @@ impl Problem {
     }
 
     /// Returns true if a number of a point is not fitted.
-    fn is_held<const N: usize, const M: usize>(&self, point: &Point<N, M>, k: usize) -> bool {
+    fn is_held(&self, point: &Point, k: usize) -> bool {
         let p = point.free.len();
         match k.checked_sub(p) {
             None => false,
@@ -843,9 +789,9 @@ impl Problem {
 
     /// Makes steps of the noise while each gains more than the last step of the plant promised;
     /// returns true if the noise has converged.
-    fn settle_noise<const N: usize, const M: usize>(
+    fn settle_noise(
         &self,
-        point: &mut Point<N, M>,
+        point: &mut Point,
         tolerance: Tolerance,
         descent: &mut NoiseDescent,
         promised: f64,
@@ -865,9 +811,9 @@ impl Problem {
 
     /// Returns the Fisher information of the noise that a descent knows, for all samples; zero where the
     /// noise was kept.
-    fn information_of_all_noise<const N: usize, const M: usize>(
+    fn information_of_all_noise(
         &self,
-        point: &Point<N, M>,
+        point: &Point,
         descent: NoiseDescent,
         tolerance: Tolerance,
     ) -> DMatrix<f64> {
@@ -880,9 +826,9 @@ impl Problem {
 
     /// Makes one step of the noise; returns its gain in log-likelihood, or `None` if the noise has
     /// converged.
-    fn step_noise<const N: usize, const M: usize>(
+    fn step_noise(
         &self,
-        point: &mut Point<N, M>,
+        point: &mut Point,
         tolerance: Tolerance,
         descent: &mut NoiseDescent,
     ) -> Option<f64> {
@@ -904,10 +850,13 @@ impl Problem {
         let damping = &mut descent.damping;
         // A disturbance that is absent and need not grow has no correlation time either.
         let is_absent = |axis: usize| information[(axis, axis)] < ABSENT && gradient[axis] >= 0.0;
-        let parabola = Parabola::new((&gradient, &hessian), (&logarithms, &limits), |k| {
-            let of_velocity = k.checked_sub(2 * N);
-            of_velocity.map_or_else(|| is_absent(k % N), |place| self.is_unmeasured(place))
-        });
+        let numbers = point.noise.numbers();
+        let is_held = |k: usize| match numbers[k] {
+            NoiseNumber::Disturbance(axis) | NoiseNumber::Correlation(axis) => is_absent(axis),
+            NoiseNumber::Velocity(axis) => self.is_unmeasured(axis),
+            _ => false,
+        };
+        let parabola = Parabola::new((&gradient, &hessian), (&logarithms, &limits), is_held);
         while *damping < MOST_DAMPING {
             let Some(step) = parabola.step(*damping) else {
                 *damping *= DAMPING_FACTOR;
@@ -919,13 +868,13 @@ impl Problem {
             // Each component is limited separately, so that one that diverges does not slow the
             // others.
             let is_first = *damping <= NOISE_DAMPING;
-            let reached = step.iter().enumerate().map(|(k, x)| {
-                let x = if point.noise.is_std(k) { as_step_of_variance(*x) } else { *x };
+            let reached = step.iter().zip(&numbers).map(|(x, number)| {
+                let x = if number.is_std() { as_step_of_variance(*x) } else { *x };
                 // A disturbance that was or is absent has to change by orders of magnitude.
-                let [down, up] = match k < N {
-                    true if is_first => [GREATEST_FALL, GREATEST_RISE],
-                    true => [GREATEST_FALL, GREATEST_LOG_STEP],
-                    false => [GREATEST_LOG_STEP; 2],
+                let [down, up] = match number {
+                    NoiseNumber::Disturbance(_) if is_first => [GREATEST_FALL, GREATEST_RISE],
+                    NoiseNumber::Disturbance(_) => [GREATEST_FALL, GREATEST_LOG_STEP],
+                    _ => [GREATEST_LOG_STEP; 2],
                 };
                 x.clamp(-down, up)
             });
@@ -952,52 +901,32 @@ impl Problem {
     }
 
     /// Returns the lower and upper limit of each logarithm of the noise.
-    fn noise_limits<const N: usize, const M: usize>(&self, noise: &Noise<N, M>) -> Vec<(f64, f64)> {
-        let mut limits = vec![(f64::NEG_INFINITY, f64::INFINITY); noise.count()];
-        if noise.drift.is_some() {
-            let ln = |[low, high]: [f64; 2]| (low.ln(), high.ln());
-            let first = noise.first_of_drift();
-            limits[first] = ln(DRIFT_STD_M_S);
-            limits[first + 1] = ln(DRIFT_CORRELATION_S);
-        }
-        if noise.swell.is_some() {
-            let ln = |[low, high]: [f64; 2]| (low.ln(), high.ln());
-            let shape = noise.first_of_swell() + N;
-            limits[shape] = ln(Swell::<N>::FREQUENCY);
-            limits[shape + 1] = ln(Swell::<N>::DAMPING);
-        }
-        for (place, number) in noise.instruments.needed().enumerate() {
-            let limits = &mut limits[Noise::<N, M>::INSTRUMENTS + place];
-            *limits = match number {
-                InstrumentNoise::OFFSET => (OFFSET_M_S2[0].ln(), OFFSET_M_S2[1].ln()),
-                InstrumentNoise::OFFSET_CORRELATION => {
-                    (OFFSET_CORRELATION_S[0].ln(), OFFSET_CORRELATION_S[1].ln())
-                }
-                _ => ((LEAST_NOISE_PART * self.instruments.numbers[number]).ln(), limits.1),
-            };
-        }
-        if self.attitude == Attitude::State {
-            limits[Noise::<N, M>::ATTITUDE].0 = (LEAST_NOISE_PART * self.attitude_noise).ln();
-        }
-        for axis in 0..N {
-            limits[N + axis] = (CORRELATION_S[0].ln(), CORRELATION_S[1].ln());
-            let sample = self.sample_noise.get(axis).copied().unwrap_or(1.0);
-            limits[2 * N + axis].0 = (LEAST_NOISE_PART * sample).ln();
-        }
-        limits
+    fn noise_limits(&self, noise: &Noise) -> Vec<(f64, f64)> {
+        let least = |of_samples: f64| [LEAST_NOISE_PART * of_samples, f64::INFINITY];
+        let of = |number: &NoiseNumber| match *number {
+            NoiseNumber::Disturbance(_) | NoiseNumber::Swell(_) => [0.0, f64::INFINITY],
+            NoiseNumber::Correlation(_) => CORRELATION_S,
+            NoiseNumber::Velocity(axis) => least(self.sample_noise[axis]),
+            NoiseNumber::Attitude => least(self.attitude_noise),
+            NoiseNumber::Instrument(InstrumentNoise::OFFSET) => OFFSET_M_S2,
+            NoiseNumber::Instrument(InstrumentNoise::OFFSET_CORRELATION) => OFFSET_CORRELATION_S,
+            NoiseNumber::Instrument(number) => least(self.instruments.numbers[number]),
+            NoiseNumber::Drift => DRIFT_STD_M_S,
+            NoiseNumber::DriftCorrelation => DRIFT_CORRELATION_S,
+            NoiseNumber::SwellFrequency => Swell::FREQUENCY,
+            NoiseNumber::SwellDamping => Swell::DAMPING,
+        };
+        noise.numbers().iter().map(|number| of(number).map(f64::ln).into()).collect()
     }
 }
 
-impl<const N: usize> Point<N, N> {
+impl Point {
     /// Returns the point for a filter with attitude states.
-    pub(super) fn with_attitude(self, problem: &Problem) -> Point<6, 9> {
-        let Self { free, actuator, currents, noise } = self;
-        let noise = noise.with_attitude(problem.attitude_noise);
-        Point { free, actuator, currents, noise }
+    pub(super) fn with_attitude(self, problem: &Problem) -> Self {
+        let noise = Noise { attitude: Some(problem.attitude_noise), ..self.noise };
+        Self { noise, ..self }
     }
-}
 
-impl<const N: usize, const M: usize> Point<N, M> {
     /// Returns the free parameters of the plant, the numbers of the actuator and the currents.
     fn numbers(&self) -> DVector<f64> {
         let (free, actuator) = (self.free.iter().copied(), self.actuator.numbers());
@@ -1099,16 +1028,13 @@ const LEAST_NOISE: f64 = 1e-6;
 
 /// Returns the initial noise of a fit: the residual of equation error on each axis counts as
 /// disturbance.
-pub(super) fn first_noise<const N: usize, const M: usize>(
-    problem: &Problem,
-    residual: &[f64],
-) -> Noise<N, M> {
+pub(super) fn first_noise(problem: &Problem, residual: &[f64]) -> Noise {
+    let axes = problem.structure.axes().len();
     Noise {
-        // The value at an unused index has no effect but must be finite.
-        disturbance: SVector::from_fn(|i, _| residual.get(i).map_or(1.0, |r| r.max(1e-9))),
-        correlation_s: SVector::repeat(FIRST_CORRELATION_S),
-        velocity: SVector::from_fn(|i, _| problem.sample_noise.get(i).copied().unwrap_or(1.0)),
-        attitude: problem.attitude_noise,
+        disturbance: DVector::from_fn(axes, |i, _| residual[i].max(1e-9)),
+        correlation_s: DVector::repeat(axes, FIRST_CORRELATION_S),
+        velocity: DVector::from_column_slice(&problem.sample_noise),
+        attitude: None,
         instruments: problem.instruments,
         drift: None,
         swell: None,

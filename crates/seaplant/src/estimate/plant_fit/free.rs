@@ -7,10 +7,10 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
-use super::filter::Noise;
+use super::filter::{Noise, NoiseNumber};
 use super::fit::{Point, Problem, Tolerance};
 use crate::motion::PUSHED_BY;
 use crate::statistics::robust_covariance;
@@ -24,23 +24,20 @@ const BLOCKS_PER_NUMBER: f64 = 2.0;
 const MOST_LAGS_PART: usize = 10;
 
 /// Returns the initial noise: all motion counts as misfit.
-pub(super) fn first_noise<const N: usize, const M: usize>(
-    problem: &Problem,
-    records: &[&TrialRecord],
-) -> Noise<N, M> {
+pub(super) fn first_noise(problem: &Problem, records: &[&TrialRecord]) -> Noise {
     let axes = problem.structure.axes();
     let spread = |i: usize| {
-        let Some(dof) = axes.get(i) else { return 1.0 };
+        let dof = axes[i];
         let series = records.iter().filter_map(|record| record.velocity[dof.index()].as_ref());
         let values: Vec<f64> = series.flat_map(|series| series.values()).copied().collect();
         let sum: f64 = values.iter().map(|x| x * x).sum();
         (sum / values.len().max(1) as f64).sqrt().max(problem.sample_noise[i])
     };
     Noise {
-        disturbance: SVector::zeros(),
-        correlation_s: SVector::repeat(1.0),
-        velocity: SVector::from_fn(|i, _| spread(i)),
-        attitude: 0.0,
+        disturbance: DVector::zeros(axes.len()),
+        correlation_s: DVector::repeat(axes.len(), 1.0),
+        velocity: DVector::from_fn(axes.len(), |i, _| spread(i)),
+        attitude: None,
         instruments: problem.instruments,
         drift: None,
         swell: None,
@@ -50,12 +47,9 @@ pub(super) fn first_noise<const N: usize, const M: usize>(
 impl Problem {
     /// Optimises each start on pieces of the trials and sorts by cost. In open loop, a start far
     /// from the truth may lead to a local minimum.
-    pub(super) fn nearer<const N: usize, const M: usize, T>(
-        &self,
-        starts: Vec<(Point<N, M>, T)>,
-    ) -> Vec<(Point<N, M>, T)> {
+    pub(super) fn nearer<T>(&self, starts: Vec<(Point, T)>) -> Vec<(Point, T)> {
         let Some(pieces) = self.in_pieces() else { return starts };
-        let mut found: Vec<(f64, Point<N, M>, T)> = starts
+        let mut found: Vec<(f64, Point, T)> = starts
             .into_iter()
             .map(|(point, of)| match pieces.descent(point.clone(), Tolerance::COARSE) {
                 Ok(nearer) => (nearer.cost, nearer.point, of),
@@ -67,11 +61,7 @@ impl Problem {
     }
 
     /// Sets the noise of each axis to its misfit; returns true if it has converged.
-    pub(super) fn step_misfit<const N: usize, const M: usize>(
-        &self,
-        point: &mut Point<N, M>,
-        tolerance: Tolerance,
-    ) -> bool {
+    pub(super) fn step_misfit(&self, point: &mut Point, tolerance: Tolerance) -> bool {
         let Ok(trials) = self.innovations(point) else { return true };
         let mut sums = vec![(0.0, 0.0); point.noise.count()];
         for innovation in trials.iter().flatten() {
@@ -79,22 +69,21 @@ impl Problem {
             *sum += innovation.normalised().powi(2);
             *n += 1.0;
         }
-        let mut numbers = point.noise.logarithms();
+        let (numbers, mut logarithms) = (point.noise.numbers(), point.noise.logarithms());
         let mut gain = 0.0_f64;
         for (k, (sum, n)) in sums.iter().enumerate().filter(|(_, (_, n))| *n > 0.0) {
             let ratio = sum / n;
             if !(ratio.is_finite() && ratio > 0.0) {
                 return true;
             }
-            let least = k.checked_sub(2 * N).and_then(|axis| self.sample_noise.get(axis));
-            let before = numbers[k];
-            numbers[k] += 0.5 * ratio.ln();
-            if let Some(least) = least.filter(|_| k < 3 * N) {
-                numbers[k] = numbers[k].max(least.ln());
+            let before = logarithms[k];
+            logarithms[k] += 0.5 * ratio.ln();
+            if let NoiseNumber::Velocity(axis) = numbers[k] {
+                logarithms[k] = logarithms[k].max(self.sample_noise[axis].ln());
             }
-            gain = gain.max(0.25 * n * (2.0 * (numbers[k] - before)).powi(2));
+            gain = gain.max(0.25 * n * (2.0 * (logarithms[k] - before)).powi(2));
         }
-        point.noise = point.noise.with_logarithms(&numbers);
+        point.noise = point.noise.with_logarithms(&logarithms);
         gain < tolerance.noise
     }
 
@@ -103,21 +92,17 @@ impl Problem {
     ///
     /// # Source
     /// [White1982].
-    pub(super) fn covariance_of_blocks<const N: usize, const M: usize>(
+    pub(super) fn covariance_of_blocks(
         &self,
-        point: &Point<N, M>,
+        point: &Point,
         information: &DMatrix<f64>,
     ) -> Option<DMatrix<f64>> {
-        let plant = self.prepared(&point.free)?;
-        let (p, all) = (plant.count() + PUSHED_BY, information.nrows());
+        let terms = self.structure.terms().len();
+        let (p, all) = (terms + PUSHED_BY, information.nrows());
         let duration_s: f64 =
             self.schedules.iter().flat_map(|x| &x.instants).map(|instant| instant.length_s).sum();
         let spacing_s = duration_s / (BLOCKS_PER_NUMBER * all as f64);
-        let marks = self.each(point, &plant, |_, pass| {
-            let mut marks: Vec<DVector<f64>> = Vec::new();
-            pass.by_plant_at(spacing_s, |gradient| marks.push(gradient.clone()));
-            marks
-        });
+        let marks = self.each(point, |_, pass| pass.by_plant_at(spacing_s)).ok()?;
         let mut scores: Vec<DVector<f64>> = Vec::new();
         for (schedule, marks) in self.schedules.iter().zip(marks) {
             let mut before = DVector::zeros(p + 2);
@@ -128,7 +113,7 @@ impl Problem {
                     score[if k < p { k } else { 2 * schedule.trial + k }] = *x;
                 }
                 (0..Actuator::COUNT).filter(|k| !self.fits[*k]).for_each(|k| {
-                    score[plant.count() + k] = 0.0;
+                    score[terms + k] = 0.0;
                 });
                 scores.push(score);
                 before = mark;
@@ -147,9 +132,9 @@ impl Problem {
 
     /// Computes, for each axis, how many samples are worth one independent sample: `1 + 2 Σ r_k`,
     /// summed while the autocorrelations r_k of the misfit are positive.
-    pub(super) fn samples_per_independent<const N: usize, const M: usize>(
+    pub(super) fn samples_per_independent(
         &self,
-        point: &Point<N, M>,
+        point: &Point,
     ) -> Result<BTreeMap<Dof, f64>, Error> {
         let trials = self.innovations(point)?;
         let of = |(axis, &dof): (usize, &Dof)| {

@@ -59,7 +59,7 @@ struct OfTrial {
     gain: f64,
 }
 
-impl<const N: usize, const M: usize> Fitted<N, M> {
+impl Fitted {
     /// The same without the thrust of thrusters that stand still in one of several trials, or push the
     /// other way there, and the records with these; none where all act as logged.
     pub(super) fn with_thrusters_that_act(
@@ -197,7 +197,7 @@ impl<const N: usize, const M: usize> Fitted<N, M> {
     }
 }
 
-impl<const N: usize> Fitted<N, N> {
+impl Fitted {
     /// The same with gains of thrusters, if the trials ask for them: first both ways together, then in
     /// reverse.
     ///
@@ -260,7 +260,7 @@ impl<const N: usize> Fitted<N, N> {
             problem.fits = Actuator::fitted(records, self.problem.structure.axes());
             problem
         };
-        let (.., begun) = begun::<N>(again(&turned), &turned).ok()?;
+        let (.., begun) = begun(again(&turned), &turned).ok()?;
         let mut base = Fitted::new(again(records), begun.optimum);
         base = base.with_speeds_as_they_are(records).ok()?;
         let structure = search::with_all(&base.problem.structure, group).ok()?;

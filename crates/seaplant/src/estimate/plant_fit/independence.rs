@@ -33,15 +33,12 @@ impl Problem {
     ///
     /// # Source
     /// [Ljung1999, sec. 16.6], with the variance of blocks instead of that of two stationary series.
-    pub(super) fn independence<const N: usize, const M: usize>(
-        &self,
-        point: &Point<N, M>,
-    ) -> BTreeMap<Dof, f64> {
-        let Some(plant) = self.prepared(&point.free) else { return BTreeMap::new() };
-        let passes = self.each(point, &plant, |_, pass| {
+    pub(super) fn independence(&self, point: &Point) -> BTreeMap<Dof, f64> {
+        let passes = self.each(point, |_, pass| {
             let (states, (_, innovations)) = (pass.driven_states(), pass.innovations());
             (states.iter().map(inputs).collect::<Vec<_>>(), innovations)
         });
+        let Ok(passes) = passes else { return BTreeMap::new() };
         let of = |(axis, dof): (usize, &Dof)| {
             let mut blocks = Vec::new();
             for (schedule, (inputs, innovations)) in self.schedules.iter().zip(&passes) {
@@ -57,7 +54,7 @@ impl Problem {
 }
 
 /// Returns what innovations may depend on: force, velocity and its products in pairs.
-fn inputs<const N: usize>(state: &DrivenState<N>) -> Vec<f64> {
+fn inputs(state: &DrivenState) -> Vec<f64> {
     let mut all: Vec<f64> = state.force.iter().chain(&state.velocity).copied().collect();
     for (i, x) in state.velocity.iter().enumerate() {
         all.push(x * x.abs());

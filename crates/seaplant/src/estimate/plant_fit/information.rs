@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
 use super::filter::{InstrumentNoise, Noise};
 use super::fit::{CURRENT_STD, Point, Problem};
 use super::schedule::Attitude;
 use super::uncertainty::inverse;
-use crate::motion::with_places;
 use crate::plant::{Parameterisation, Plant};
 use crate::{Dof, Error, TrialRecord};
 
@@ -150,13 +149,32 @@ pub fn information(
     record: &TrialRecord,
 ) -> Result<Information, Error> {
     check(plant, noise)?;
-    let actuator = &thrust.into();
-    match Attitude::of(&[record], plant.structure()) {
-        Attitude::State => of_attitude::<6, 9>(plant, actuator, noise, record, Attitude::State),
-        Attitude::Known => with_places!(plant.axes().len(), N => {
-            of_attitude::<N, N>(plant, actuator, noise, record, Attitude::Known)
-        }),
+    let thrust = &thrust.into();
+    let attitude = Attitude::of(&[record], plant.structure());
+    let problem = Problem::new(plant.structure(), &[record], None, false, attitude);
+    let full_speed = Actuator::prompt(&[record]).full_speed;
+    let point = Point {
+        free: problem.physical.free(&DVector::from_row_slice(plant.coefficients())),
+        actuator: Actuator { full_speed, ..thrust.actuator },
+        currents: vec![[0.0; 2]],
+        noise: expected(plant, noise, &problem),
+    };
+    let all = problem.information_of_all(&point).ok_or_else(|| Error::Plant {
+        axes: plant.structure().name(),
+        reason: "its motion diverges from that of the record; use that of the same plant"
+            .to_owned(),
+    })?;
+    let places = places(plant, thrust);
+    let first = plant.structure().terms().len() + Actuator::COUNT;
+    let mut matrix = all.select_rows(&places).select_columns(&places);
+    if problem.has_current {
+        let cross = all.select_rows(&places).columns(first, 2).into_owned();
+        let before = DMatrix::identity(2, 2) / CURRENT_STD.powi(2);
+        let own = all.view((first, first), (2, 2)) + before;
+        matrix -= &cross * inverse(&own) * cross.transpose();
     }
+    let matrix = 0.5 * (&matrix + matrix.transpose());
+    Ok(Information { names: names(plant, &places), matrix })
 }
 
 /// The information that a fit has before it measures anything, of the numbers of [`information`].
@@ -210,48 +228,10 @@ fn names(plant: &Plant, places: &[usize]) -> Vec<String> {
     places.iter().map(name).collect()
 }
 
-fn of_attitude<const N: usize, const M: usize>(
-    plant: &Plant,
-    thrust: &ExpectedActuator,
-    noise: &ExpectedNoises,
-    record: &TrialRecord,
-    attitude: Attitude,
-) -> Result<Information, Error> {
-    let problem = Problem::new(plant.structure(), &[record], None, false, attitude);
-    let full_speed = Actuator::prompt(&[record]).full_speed;
-    let point = Point {
-        free: problem.physical.free(&DVector::from_row_slice(plant.coefficients())),
-        actuator: Actuator { full_speed, ..thrust.actuator },
-        currents: vec![[0.0; 2]],
-        noise: expected::<N, M>(plant, noise, &problem),
-    };
-    let all = problem.information_of_all(&point).ok_or_else(|| Error::Plant {
-        axes: plant.structure().name(),
-        reason: "its motion diverges from that of the record; use that of the same plant"
-            .to_owned(),
-    })?;
-    let places = places(plant, thrust);
-    let first = plant.structure().terms().len() + Actuator::COUNT;
-    let mut matrix = all.select_rows(&places).select_columns(&places);
-    if problem.has_current {
-        let cross = all.select_rows(&places).columns(first, 2).into_owned();
-        let before = DMatrix::identity(2, 2) / CURRENT_STD.powi(2);
-        let own = all.view((first, first), (2, 2)) + before;
-        matrix -= &cross * inverse(&own) * cross.transpose();
-    }
-    let matrix = 0.5 * (&matrix + matrix.transpose());
-    Ok(Information { names: names(plant, &places), matrix })
-}
-
-fn expected<const N: usize, const M: usize>(
-    plant: &Plant,
-    noise: &ExpectedNoises,
-    problem: &Problem,
-) -> Noise<N, M> {
+fn expected(plant: &Plant, noise: &ExpectedNoises, problem: &Problem) -> Noise {
     let of = |number: fn(&ExpectedNoise) -> f64| {
-        // What a place without an axis holds does not matter, as long as it is a number.
-        let own = |i: usize| noise.axes.get(plant.axes().get(i)?).map(number);
-        SVector::from_fn(|i, _| own(i).unwrap_or(1.0))
+        let all: Vec<f64> = plant.axes().iter().map(|dof| number(&noise.axes[dof])).collect();
+        DVector::from(all)
     };
     let mut instruments = problem.instruments;
     for (k, (name, _)) in InstrumentNoise::NAMES.iter().enumerate() {
@@ -263,7 +243,7 @@ fn expected<const N: usize, const M: usize>(
         disturbance: of(|own| own.disturbance),
         correlation_s: of(|own| own.correlation_s),
         velocity: of(|own| own.velocity),
-        attitude: noise.attitude,
+        attitude: (problem.attitude == Attitude::State).then_some(noise.attitude),
         instruments,
         drift: None,
         swell: None,
@@ -323,7 +303,7 @@ mod tests {
         let found = information(&plant, &Actuator::default(), &noise, &record).expect("moves");
         let problem = Problem::new(plant.structure(), &[&record], None, false, Attitude::Known);
         let cost = |coefficients: &DVector<f64>, current: [f64; 2]| {
-            let point = Point::<3, 3> {
+            let point = Point {
                 free: problem.physical.free(coefficients),
                 actuator: Actuator::default(),
                 currents: vec![current],

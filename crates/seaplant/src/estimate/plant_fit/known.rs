@@ -50,11 +50,7 @@ impl BySize {
 impl Problem {
     /// What each of several known forces says of the scale of thrust, if they contradict each other by
     /// more than chance; `colour` is how many samples say as much as one.
-    pub(super) fn contradictory_claims<const N: usize, const M: usize>(
-        &self,
-        optimum: &Optimum<N, M>,
-        colour: f64,
-    ) -> Vec<ScaleClaim> {
+    pub(super) fn contradictory_claims(&self, optimum: &Optimum, colour: f64) -> Vec<ScaleClaim> {
         let forces = self.distinct_forces();
         if forces.len() < 2 || self.is_free || !self.fits[Actuator::SCALE] {
             return Vec::new();
@@ -87,11 +83,11 @@ impl Problem {
     }
 
     /// The scale by one force where others have any size.
-    fn scale_by<const N: usize, const M: usize>(
+    fn scale_by(
         &self,
         force: &KnownForce,
         others: &[KnownForce],
-        optimum: &Optimum<N, M>,
+        optimum: &Optimum,
         colour: f64,
     ) -> Option<ScaleClaim> {
         let mut problem = self.with_terms(self.structure.clone());
@@ -117,12 +113,8 @@ impl Problem {
     }
 
     /// How the likelihood changes with the sizes of some forces at an optimum.
-    fn by_size<const N: usize, const M: usize>(
-        &self,
-        optimum: &Optimum<N, M>,
-        forces: &[KnownForce],
-    ) -> Option<BySize> {
-        let point: &Point<N, M> = &optimum.point;
+    fn by_size(&self, optimum: &Optimum, forces: &[KnownForce]) -> Option<BySize> {
+        let point: &Point = &optimum.point;
         let with = |k: usize, part: f64| {
             let sized = [forces[k].with_size(forces[k].size_n() * (1.0 + part))];
             self.with_sizes(&forces[k..=k], &sized).by_plant(point).map(|(slope, _)| slope)
@@ -172,9 +164,9 @@ impl Problem {
     /// optimum moves by where one of them is as much larger in all trials.
     ///
     /// `δ = −C (g(F + σ) − g(F))`, g being the slope of the likelihood.
-    pub(super) fn with_known_uncertainty<const N: usize, const M: usize>(
+    pub(super) fn with_known_uncertainty(
         &self,
-        optimum: &Optimum<N, M>,
+        optimum: &Optimum,
         covariance: DMatrix<f64>,
     ) -> DMatrix<f64> {
         let unsure = self.unsure_forces();

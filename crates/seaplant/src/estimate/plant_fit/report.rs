@@ -45,14 +45,14 @@ pub(super) struct Reported {
 }
 
 /// A fit to translations corrected for delay, lag and lever arm of their sensor.
-struct Corrected<const N: usize> {
+struct Corrected {
     problem: Problem,
-    optimum: Optimum<N, N>,
+    optimum: Optimum,
     records: Vec<TrialRecord>,
     reported: Reported,
 }
 
-impl<const N: usize> Fitted<N, N> {
+impl Fitted {
     /// Estimates delay, lag and lever arm of the velocity sensor, if they are significant. Returns
     /// the fit and the corrected records; no records if nothing is significant.
     ///
@@ -95,7 +95,7 @@ impl<const N: usize> Fitted<N, N> {
     /// Fits with the likeliest of several delays of the translations, if its gain over none in twice
     /// the log-likelihood of pieces of the trials exceeds the bar: a plant that was fitted without a
     /// delay may have made up for it, so that no small step leads there.
-    fn with_distant_delay(&self, records: &[&TrialRecord], bar: f64) -> Option<Corrected<N>> {
+    fn with_distant_delay(&self, records: &[&TrialRecord], bar: f64) -> Option<Corrected> {
         let fitted = |problem: &Problem| {
             let pieces = problem.in_pieces()?;
             let optimum = pieces.descent(self.optimum.point.clone(), Tolerance::COARSE).ok()?;
@@ -129,8 +129,8 @@ impl<const N: usize> Fitted<N, N> {
         &self,
         records: &[&TrialRecord],
         bar: f64,
-        mut found: Option<Corrected<N>>,
-    ) -> Option<Corrected<N>> {
+        mut found: Option<Corrected>,
+    ) -> Option<Corrected> {
         for _ in 0..MOST_STEPS {
             let (problem, point, mut now) = match &found {
                 Some(found) => (&found.problem, &found.optimum.point, found.reported),
@@ -165,7 +165,7 @@ impl<const N: usize> Fitted<N, N> {
                 self.fit_corrected(records, Reported { how, ..now }, from)
             });
             // Windows differ in length by less than the delays: costs are compared per sample.
-            let by_sample = |it: &Corrected<N>| it.optimum.cost / it.problem.samples() as f64;
+            let by_sample = |it: &Corrected| it.optimum.cost / it.problem.samples() as f64;
             match there.min_by(|a, b| by_sample(a).total_cmp(&by_sample(b))) {
                 Some(there) => found = Some(there),
                 None => break,
@@ -179,9 +179,9 @@ impl<const N: usize> Fitted<N, N> {
     fn with_lag(
         &self,
         records: &[&TrialRecord],
-        delayed: &Corrected<N>,
+        delayed: &Corrected,
         bar: f64,
-    ) -> Option<Corrected<N>> {
+    ) -> Option<Corrected> {
         let lag_s = delayed.reported.how.delay_s.max(FIRST_LAG_S);
         // A delay fitted in place of a lag leaves an error that may pass for a lever arm: levers
         // restart from zero.
@@ -217,11 +217,7 @@ impl<const N: usize> Fitted<N, N> {
     ///
     /// A delay would then be attributed to the thrust. A lag would not: it also leaves
     /// autocorrelation in the noise.
-    fn lagging_relative_to_thrust(
-        &self,
-        records: &[&TrialRecord],
-        bar: f64,
-    ) -> Option<Corrected<N>> {
+    fn lagging_relative_to_thrust(&self, records: &[&TrialRecord], bar: f64) -> Option<Corrected> {
         let how = VelocityReport { lag_s: FIRST_LAG_S, ..VelocityReport::default() };
         let mut now = Reported { how, ..Reported::default() };
         let mut from = self.optimum.point.clone();
@@ -251,8 +247,8 @@ impl<const N: usize> Fitted<N, N> {
         &self,
         records: &[&TrialRecord],
         reported: Reported,
-        from: Point<N, N>,
-    ) -> Option<Corrected<N>> {
+        from: Point,
+    ) -> Option<Corrected> {
         let how = &reported.how;
         let records: Vec<TrialRecord> =
             records.iter().map(|record| record.with_translations_before(how)).collect();
@@ -296,7 +292,7 @@ pub(super) fn left_of_report(report: &VelocityReport, records: &[TrialRecord]) -
     period_s.map_or(0.0, |period_s| (-period_s / report.lag_s).exp())
 }
 
-impl<const N: usize> Corrected<N> {
+impl Corrected {
     fn by_sample(&self) -> Result<f64, Error> {
         by_sample(&self.problem, &self.optimum.point, self.reported.keep)
     }
@@ -308,11 +304,7 @@ impl<const N: usize> Corrected<N> {
 /// Inversion of the lag enlarges noise by 1/(1 − a). Noise that enters after the lag is white once
 /// the lag is applied again, noise that enters before it is white as it is: the smaller error
 /// counts.
-fn by_sample<const N: usize>(
-    problem: &Problem,
-    point: &Point<N, N>,
-    keep: f64,
-) -> Result<f64, Error> {
+fn by_sample(problem: &Problem, point: &Point, keep: f64) -> Result<f64, Error> {
     let trials = problem.innovations(point)?;
     let (mut sum, mut count) = (0.0, 0.0);
     for (axis, dof) in problem.structure.axes().iter().enumerate() {

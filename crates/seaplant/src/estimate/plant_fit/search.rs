@@ -100,11 +100,7 @@ impl Beside {
 }
 
 /// The slope by candidates, from one pass of the filter.
-pub(super) fn beside<const N: usize, const M: usize>(
-    base: &Problem,
-    point: &Point<N, M>,
-    candidates: &[Basis],
-) -> Result<Beside, Error> {
+pub(super) fn beside(base: &Problem, point: &Point, candidates: &[Basis]) -> Result<Beside, Error> {
     let wide = base.with_terms(with_all(&base.structure, candidates)?);
     let (p, n) = (base.structure.terms().len(), candidates.len());
     let (slope, _) =
@@ -126,9 +122,9 @@ pub(super) fn beside<const N: usize, const M: usize>(
 ///
 /// # Source
 /// \[Rao1948\].
-pub(super) fn scores<const N: usize, const M: usize>(
+pub(super) fn scores(
     base: &Problem,
-    point: &Point<N, M>,
+    point: &Point,
     candidates: &[Basis],
 ) -> Result<Vec<f64>, Error> {
     let Beside { gradient, information, left, .. } = beside(base, point, candidates)?;
@@ -261,11 +257,7 @@ fn p_value(likelihood_ratio: f64) -> f64 {
 }
 
 /// A start for a wider structure: what is fitted, and no more than that.
-pub(super) fn widened<const N: usize, const M: usize>(
-    problem: &Problem,
-    from: &Problem,
-    point: &Point<N, M>,
-) -> Point<N, M> {
+pub(super) fn widened(problem: &Problem, from: &Problem, point: &Point) -> Point {
     let old = from.physical.coefficients(&point.free);
     let structure = &problem.structure;
     let coefficients = DVector::from_fn(structure.terms().len(), |k, _| {

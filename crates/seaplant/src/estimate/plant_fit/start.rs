@@ -14,11 +14,11 @@ const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
 ///
 /// # Errors
 /// The error of the complete structure, if fewer terms are not possible or do not help.
-pub(super) fn begun<const N: usize>(
+pub(super) fn begun(
     problem: Problem,
     records: &[&TrialRecord],
-) -> Result<(Plant, Solved, Fitted<N, N>), Error> {
-    let refused = match first_optimum::<N>(&problem, records) {
+) -> Result<(Plant, Solved, Fitted), Error> {
+    let refused = match first_optimum(&problem, records) {
         Ok((start, found, optimum)) => {
             return Ok((start, found, Fitted::new(problem, optimum)));
         }
@@ -30,7 +30,7 @@ pub(super) fn begun<const N: usize>(
     };
     for lower in [without(is_high), without(is_coupling)].into_iter().flatten() {
         let lower = problem.with_terms(lower);
-        let Ok((start, found, optimum)) = first_optimum::<N>(&lower, records) else { continue };
+        let Ok((start, found, optimum)) = first_optimum(&lower, records) else { continue };
         let start_of_complete = search::widened(&problem, &lower, &optimum.point);
         if let Ok(optimum) = problem.optimum(start_of_complete, Tolerance::COARSE) {
             return Ok((start, found, Fitted::new(problem, optimum)));
@@ -57,13 +57,13 @@ fn is_coupling(term: &Basis) -> bool {
 ///
 /// # Errors
 /// The error of the likeliest start, if none converges.
-fn first_optimum<const N: usize>(
+fn first_optimum(
     problem: &Problem,
     records: &[&TrialRecord],
-) -> Result<(Plant, Solved, Optimum<N, N>), Error> {
+) -> Result<(Plant, Solved, Optimum), Error> {
     let mut refused = None;
     let tries = if problem.has_rival() { 1 } else { usize::MAX };
-    let mut starts = starts::<N>(problem, records, &mut refused);
+    let mut starts = starts(problem, records, &mut refused);
     if problem.is_free {
         starts = problem.nearer(starts);
     }
@@ -80,11 +80,11 @@ fn first_optimum<const N: usize>(
 }
 
 /// Computes starts by equation error with test functions of several lengths, sorted by cost.
-fn starts<const N: usize>(
+fn starts(
     problem: &Problem,
     records: &[&TrialRecord],
     refused: &mut Option<Error>,
-) -> Vec<(Point<N, N>, Solved)> {
+) -> Vec<(Point, Solved)> {
     let mut found = Vec::new();
     let pieces = problem.in_pieces();
     for window_s in WINDOWS_S {
@@ -105,11 +105,7 @@ fn starts<const N: usize>(
     found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
 }
 
-fn first_point<const N: usize>(
-    problem: &Problem,
-    records: &[&TrialRecord],
-    least_squares: &Solved,
-) -> Point<N, N> {
+fn first_point(problem: &Problem, records: &[&TrialRecord], least_squares: &Solved) -> Point {
     let mut point = Point {
         free: problem.physical.free(&least_squares.coefficients),
         actuator: problem.first_actuator,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
 use super::filter::{Drift, Noise, Swell};
@@ -12,7 +12,6 @@ use super::report::left_of_report;
 use super::schedule::Attitude;
 use super::uncertainty::{inverse, whiteness};
 use super::{AxisNoise, PlantFit};
-use crate::motion::with_places;
 use crate::plant::Parameterisation;
 use crate::{Dof, Error, Method, TrialRecord, VelocityReport};
 
@@ -56,25 +55,15 @@ impl PlantFit {
         };
         let records: Vec<TrialRecord> =
             records.iter().map(corrected).collect::<Result<_, Error>>()?;
-        match self.attitude_noise {
-            Some(_) => self.step_for::<6, 9>(&records),
-            None => with_places!(self.plant.axes().len(), N => self.step_for::<N, N>(&records)),
-        }
-    }
-
-    fn step_for<const N: usize, const M: usize>(
-        &self,
-        records: &[TrialRecord],
-    ) -> Result<Option<LikelihoodStep>, Error> {
         let references: Vec<&TrialRecord> = records.iter().collect();
-        let attitude = if M > N { Attitude::State } else { Attitude::Known };
+        let attitude = self.attitude_noise.map_or(Attitude::Known, |_| Attitude::State);
         let mut problem = Problem::new(self.plant.structure(), &references, None, false, attitude);
         problem.fits = [false; Actuator::COUNT];
         let mut point = Point {
             free: problem.physical.free(&DVector::from_row_slice(self.plant.coefficients())),
             actuator: self.actuator,
             currents: vec![self.mean_current(); records.len()],
-            noise: self.noise::<N, M>(),
+            noise: self.noise(),
         };
         let Some((slope, _)) = problem.by_plant(&point) else { return Ok(None) };
         let (p, q) = (problem.structure.terms().len(), 2 * records.len());
@@ -94,33 +83,29 @@ impl PlantFit {
             (dof, squares.iter().sum::<f64>() / squares.len() as f64)
         };
         let surprise = self.plant.axes().iter().enumerate().map(of).collect();
-        let whiteness = whiteness(&problem, &point, left_of_report(&self.report, records))?;
+        let whiteness = whiteness(&problem, &point, left_of_report(&self.report, &records))?;
         Ok(Some(LikelihoodStep { change, covariance, whiteness, surprise }))
     }
 
     /// Returns disturbance and noise in the form that the filter takes.
-    fn noise<const N: usize, const M: usize>(&self) -> Noise<N, M> {
+    fn noise(&self) -> Noise {
         let axes = self.plant.axes();
         let of = |number: fn(&AxisNoise) -> (f64, f64)| {
-            // The value at an unused index has no effect but must be finite.
-            let own = |i: usize| self.disturbances.get(axes.get(i)?);
-            SVector::from_fn(|i, _| own(i).map_or(1.0, |noise| number(noise).0))
+            let own = axes.iter().map(|dof| number(&self.disturbances[dof]).0);
+            DVector::from_iterator(axes.len(), own)
         };
         Noise {
             disturbance: of(|noise| noise.disturbance),
             correlation_s: of(|noise| noise.correlation_s),
             velocity: of(|noise| noise.velocity),
-            attitude: self.attitude_noise.map_or(0.0, |(std, _)| std),
+            attitude: self.attitude_noise.map(|(std, _)| std),
             instruments: self.instrument_noise(),
             drift: self.current_drift.map(|drift| Drift {
                 std_m_s: drift.std_m_s.0,
                 correlation_s: drift.correlation_s.0,
             }),
             swell: self.swell.as_ref().map(|swell| Swell {
-                std: SVector::from_fn(|i, _| {
-                    let own = axes.get(i).and_then(|dof| swell.force.get(dof));
-                    own.map_or(1.0, |(std, _)| *std)
-                }),
+                std: DVector::from_iterator(axes.len(), axes.iter().map(|dof| swell.force[dof].0)),
                 frequency: TAU / swell.period_s.0,
                 damping: swell.damping.0,
             }),

@@ -32,7 +32,7 @@ struct Pair {
     worth: f64,
 }
 
-impl<const N: usize, const M: usize> Fitted<N, M> {
+impl Fitted {
     /// The same with thrusters that follow each other's log, and the records with these; none where all
     /// follow their own.
     pub(super) fn with_thrusters_exchanged(

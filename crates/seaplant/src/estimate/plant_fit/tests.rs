@@ -7,11 +7,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::filter::Pass;
-use super::filter::{InstrumentNoise, Noise};
+use super::filter::{Filter, InstrumentNoise, Noise, Over, Pass};
 use super::schedule::Schedule;
 use super::*;
-use crate::motion::{HeldForce, Inputs, Prepared, body_from_world, simulate};
+use crate::motion::{HeldForce, Inputs, body_from_world, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::random::gauss_markov;
 use crate::{Grid, MeanAcceleration, PlacedThruster, ThrustUncertainty, ThrusterTrack, Timed};
@@ -155,15 +154,19 @@ fn driven(
     }
 }
 
-fn noise() -> Noise<3, 3> {
+fn noise() -> Noise {
     Noise {
-        disturbance: [0.5, 0.4, 0.02].into(),
-        correlation_s: [4.0, 6.0, 3.0].into(),
-        velocity: [0.006, 0.005, 0.004].into(),
-        attitude: 0.0,
+        disturbance: vec![0.5, 0.4, 0.02].into(),
+        correlation_s: vec![4.0, 6.0, 3.0].into(),
+        velocity: vec![0.006, 0.005, 0.004].into(),
+        attitude: None,
         instruments: InstrumentNoise::NONE,
         drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
-        swell: Some(filter::Swell { std: [0.2, 0.1, 0.02].into(), frequency: 1.1, damping: 0.08 }),
+        swell: Some(filter::Swell {
+            std: vec![0.2, 0.1, 0.02].into(),
+            frequency: 1.1,
+            damping: 0.08,
+        }),
     }
 }
 
@@ -193,21 +196,21 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
     let current = [0.07, 0.02];
     let prepared = |coefficients: &[f64]| {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
-        Prepared::<3>::new(&plant).expect("three axes")
+        filter_of(&plant, Attitude::Known)
     };
     let base = prepared(&off);
     fn pass<'a>(
-        plant: &'a Prepared<3>,
+        filter: &'a dyn Filter,
         (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
         current: [f64; 2],
-        noise: &'a Noise<3, 3>,
-    ) -> Pass<'a, 3, 3> {
-        Pass { plant, schedule, pushes, current, noise }
+        noise: &'a Noise,
+    ) -> Box<dyn Pass + 'a> {
+        filter.pass(Over { schedule, pushes, current, noise })
     }
     let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
     let pushed = |actuator: Actuator| actuator.pushes(&schedule.thrust, &schedule.slices);
     let pushes = pushed(actuator);
-    let (slope, gains) = pass(&base, (schedule, &pushes), current, &noise).by_plant();
+    let (slope, gains) = pass(&*base, (schedule, &pushes), current, &noise).by_plant();
     let check = |found: f64, expected: f64, name: &str| {
         let off = (found - expected).abs() / expected.abs().max(1.0);
         assert!(off < DIFFERENCE, "{name}: {found} and {expected}");
@@ -217,7 +220,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         let at = |sign: f64| {
             let mut moved = off.clone();
             moved[k] += sign * step;
-            pass(&prepared(&moved), (schedule, &pushes), current, &noise).at_gains(&gains)
+            pass(&*prepared(&moved), (schedule, &pushes), current, &noise).at_gains(&gains)
         };
         check(slope.gradient[k], (at(1.0) - at(-1.0)) / (2.0 * step), &term.to_string());
     }
@@ -225,7 +228,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         let at = |step: f64| {
             let mut moved = current;
             moved[direction] += step;
-            pass(&base, (schedule, &pushes), moved, &noise).at_gains(&gains)
+            pass(&*base, (schedule, &pushes), moved, &noise).at_gains(&gains)
         };
         let expected = (at(1e-6) - at(-1e-6)) / 2e-6;
         check(slope.gradient[off.len() + Actuator::COUNT + direction], expected, "current");
@@ -235,7 +238,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
             let mut numbers = actuator.numbers();
             numbers[k] += 1e-6 * sign;
             let pushes = pushed(actuator.with(numbers));
-            pass(&base, (schedule, &pushes), current, &noise).at_gains(&gains)
+            pass(&*base, (schedule, &pushes), current, &noise).at_gains(&gains)
         };
         check(slope.gradient[off.len() + k], (at(1.0) - at(-1.0)) / 2e-6, "actuator");
     }
@@ -254,14 +257,19 @@ fn the_levers_slope_is_that_of_the_cost() {
     // Away from the optimum, where slopes are steep.
     let off = VelocityReport { lever_m: [0.3, -0.2, 0.4], ..VelocityReport::default() };
     let record = record.with_translations_before(&off);
-    let (slope, gains) =
-        over(&record, &plant, |pass| (pass.by_plant_and_report(0.0), pass.by_plant().1));
+    let filter = filter_of(&plant, Attitude::Known);
+    let (slope, gains) = over(&record, &plant, |own| {
+        let pass = filter.pass(own);
+        (pass.by_plant_and_report(0.0), pass.by_plant().1)
+    });
     let first = slope.gradient.len() - 3;
     for along in 0..3 {
         let at = |step: f64| {
             let mut how = VelocityReport::default();
             how.lever_m[along] = step;
-            over(&record.with_translations_before(&how), &plant, |pass| pass.at_gains(&gains))
+            over(&record.with_translations_before(&how), &plant, |own| {
+                filter.pass(own).at_gains(&gains)
+            })
         };
         let (found, expected) = (slope.gradient[first + along], (at(1e-5) - at(-1e-5)) / 2e-5);
         if along == 2 {
@@ -274,18 +282,17 @@ fn the_levers_slope_is_that_of_the_cost() {
     }
 }
 
+pub(super) fn filter_of(plant: &Plant, attitude: Attitude) -> Box<dyn Filter> {
+    <dyn Filter>::of(plant, &[], attitude).expect("a mass matrix")
+}
+
 /// What is asked of a pass over a record.
-pub(super) fn over<T>(
-    record: &TrialRecord,
-    plant: &Plant,
-    work: impl FnOnce(Pass<'_, 3, 3>) -> T,
-) -> T {
-    let (prepared, noise) = (Prepared::<3>::new(plant).expect("three axes"), noise());
+pub(super) fn over<T>(record: &TrialRecord, plant: &Plant, work: impl FnOnce(Over<'_>) -> T) -> T {
+    let noise = noise();
     let schedules = Schedule::complete(&[record], plant.structure(), Attitude::Known);
     let schedule = &schedules[0];
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
-    let (plant, pushes, current) = (&prepared, pushes.as_slice(), [0.07, 0.02]);
-    work(Pass { plant, schedule, pushes, current, noise: &noise })
+    work(Over { schedule, pushes: &pushes, current: [0.07, 0.02], noise: &noise })
 }
 
 /// A vehicle that rolls and pitches, driven freely, as its sensors see it.
@@ -336,11 +343,11 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
     let record = logged_often(record);
     let schedules = Schedule::complete(&[&record], plant.structure(), Attitude::State);
     let schedule = &schedules[0];
-    let noise = Noise::<6, 9> {
-        disturbance: [0.5, 0.02, 0.03, 1.0, 1.0, 1.0].into(),
-        correlation_s: [4.0, 6.0, 3.0, 1.0, 1.0, 1.0].into(),
-        velocity: [0.009, 0.011, 0.01, 1.0, 1.0, 1.0].into(),
-        attitude: 0.012,
+    let noise = Noise {
+        disturbance: vec![0.5, 0.02, 0.03].into(),
+        correlation_s: vec![4.0, 6.0, 3.0].into(),
+        velocity: vec![0.009, 0.011, 0.01].into(),
+        attitude: Some(0.012),
         instruments: InstrumentNoise::NONE,
         drift: None,
         swell: None,
@@ -348,33 +355,33 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
     let prepared = |coefficients: &[f64]| {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
-        Prepared::<6>::new(&plant).expect("three axes")
+        filter_of(&plant, Attitude::State)
     };
     fn pass<'a>(
-        plant: &'a Prepared<6>,
+        filter: &'a dyn Filter,
         (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
-        noise: &'a Noise<6, 9>,
-    ) -> Pass<'a, 6, 9> {
-        Pass { plant, schedule, pushes, current: [0.0; 2], noise }
+        noise: &'a Noise,
+    ) -> Box<dyn Pass + 'a> {
+        filter.pass(Over { schedule, pushes, current: [0.0; 2], noise })
     }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let base = prepared(&off);
-    let here = pass(&base, (schedule, &pushes), &noise);
+    let here = pass(&*base, (schedule, &pushes), &noise);
     let (slope, gains) = here.by_plant();
     for (k, term) in plant.structure().terms().iter().enumerate() {
         let step = 1e-6 * off[k].abs().max(0.1);
         let at = |sign: f64| {
             let mut moved = off.clone();
             moved[k] += sign * step;
-            pass(&prepared(&moved), (schedule, &pushes), &noise).at_gains(&gains)
+            pass(&*prepared(&moved), (schedule, &pushes), &noise).at_gains(&gains)
         };
         let expected = (at(1.0) - at(-1.0)) / (2.0 * step);
         let part = (slope.gradient[k] - expected).abs() / expected.abs().max(1.0);
         assert!(part < DIFFERENCE, "{term}: {} and {expected}", slope.gradient[k]);
     }
     let truth = prepared(plant.coefficients());
-    let of_noise = |noise: &Noise<6, 9>| {
-        let pass = pass(&truth, (schedule, &pushes), noise);
+    let of_noise = |noise: &Noise| {
+        let pass = pass(&*truth, (schedule, &pushes), noise);
         (pass.noise_gradient(), pass.innovations().0)
     };
     let ((found, gradient), cost) = of_noise(&noise);
@@ -414,12 +421,11 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     let record = record(&plant, "a", 1, 60, 0.005);
     let schedules = Schedule::complete(&[&record], plant.structure(), Attitude::Known);
     let schedule = &schedules[0];
-    let prepared = Prepared::<3>::new(&plant).expect("three axes");
+    let filter = filter_of(&plant, Attitude::Known);
     let logarithms = noise().logarithms();
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
-    let pass = |noise: &Noise<3, 3>| {
-        let pass =
-            Pass { plant: &prepared, schedule, pushes: &pushes, current: [0.1, -0.05], noise };
+    let pass = |noise: &Noise| {
+        let pass = filter.pass(Over { schedule, pushes: &pushes, current: [0.1, -0.05], noise });
         (pass.noise_gradient(), pass.innovations().0)
     };
     let ((found, gradient), cost) = pass(&noise());
@@ -444,19 +450,19 @@ fn of_linear_motion_the_noises_slope_is_within_a_thousandth() {
     let record = record(&plant, "a", 1, 60, 0.005);
     let schedules = Schedule::complete(&[&record], plant.structure(), Attitude::Known);
     let schedule = &schedules[0];
-    let prepared = Prepared::<1>::new(&plant).expect("one axis");
+    let filter = filter_of(&plant, Attitude::Known);
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
-    let noise = Noise::<1, 1> {
-        disturbance: [0.5].into(),
-        correlation_s: [4.0].into(),
-        velocity: [0.006].into(),
-        attitude: 0.0,
+    let noise = Noise {
+        disturbance: vec![0.5].into(),
+        correlation_s: vec![4.0].into(),
+        velocity: vec![0.006].into(),
+        attitude: None,
         instruments: InstrumentNoise::NONE,
         drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
-        swell: Some(filter::Swell { std: [0.2].into(), frequency: 1.1, damping: 0.08 }),
+        swell: Some(filter::Swell { std: vec![0.2].into(), frequency: 1.1, damping: 0.08 }),
     };
-    let pass = |noise: &Noise<1, 1>| {
-        let pass = Pass { plant: &prepared, schedule, pushes: &pushes, current: [0.1, 0.0], noise };
+    let pass = |noise: &Noise| {
+        let pass = filter.pass(Over { schedule, pushes: &pushes, current: [0.1, 0.0], noise });
         (pass.noise_gradient().1, pass.innovations().0)
     };
     let (gradient, _) = pass(&noise);
@@ -894,18 +900,18 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
     let record = logged_often(record);
     let schedules = Schedule::complete(&[&record], plant.structure(), Attitude::State);
     let schedule = &schedules[0];
-    let noise = Noise::<6, 9> {
-        disturbance: [0.5, 0.4, 0.6, 0.02, 0.03, 0.02].into(),
-        correlation_s: [4.0, 5.0, 3.0, 6.0, 3.0, 4.0].into(),
-        velocity: [0.5, 0.5, 0.5, 0.011, 0.01, 0.5].into(),
-        attitude: 0.012,
+    let noise = Noise {
+        disturbance: vec![0.5, 0.4, 0.6, 0.02, 0.03, 0.02].into(),
+        correlation_s: vec![4.0, 5.0, 3.0, 6.0, 3.0, 4.0].into(),
+        velocity: vec![0.5, 0.5, 0.5, 0.011, 0.01, 0.5].into(),
+        attitude: Some(0.012),
         instruments: InstrumentNoise {
             numbers: [0.25, 0.012, 0.013, 0.06, 0.05, 0.07, 0.06, 40.0],
             active: [true; InstrumentNoise::COUNT],
         },
         drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
         swell: Some(filter::Swell {
-            std: [0.6, 0.5, 0.8, 0.02, 0.02, 0.03].into(),
+            std: vec![0.6, 0.5, 0.8, 0.02, 0.02, 0.03].into(),
             frequency: 1.1,
             damping: 0.08,
         }),
@@ -913,19 +919,19 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
     let prepared = |coefficients: &[f64]| {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
-        Prepared::<6>::new(&plant).expect("six axes")
+        filter_of(&plant, Attitude::State)
     };
     fn pass<'a>(
-        plant: &'a Prepared<6>,
+        filter: &'a dyn Filter,
         (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
         current: [f64; 2],
-        noise: &'a Noise<6, 9>,
-    ) -> Pass<'a, 6, 9> {
-        Pass { plant, schedule, pushes, current, noise }
+        noise: &'a Noise,
+    ) -> Box<dyn Pass + 'a> {
+        filter.pass(Over { schedule, pushes, current, noise })
     }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let (base, current) = (prepared(&off), [0.04, -0.03]);
-    let (slope, gains) = pass(&base, (schedule, &pushes), current, &noise).by_plant();
+    let (slope, gains) = pass(&*base, (schedule, &pushes), current, &noise).by_plant();
     let check = |found: f64, at: &dyn Fn(f64) -> f64, step: f64, limit: f64, name: &str| {
         let expected = (at(step) - at(-step)) / (2.0 * step);
         let part = (found - expected).abs() / expected.abs().max(1.0);
@@ -935,7 +941,7 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
         let at = |step: f64| {
             let mut moved = off.clone();
             moved[k] += step;
-            pass(&prepared(&moved), (schedule, &pushes), current, &noise).at_gains(&gains)
+            pass(&*prepared(&moved), (schedule, &pushes), current, &noise).at_gains(&gains)
         };
         let step = 1e-6 * off[k].abs().max(0.1);
         check(slope.gradient[k], &at, step, LINEARISATION, &term.to_string());
@@ -944,14 +950,14 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
         let at = |step: f64| {
             let mut moved = current;
             moved[direction] += step;
-            pass(&base, (schedule, &pushes), moved, &noise).at_gains(&gains)
+            pass(&*base, (schedule, &pushes), moved, &noise).at_gains(&gains)
         };
         let found = slope.gradient[off.len() + Actuator::COUNT + direction];
         check(found, &at, 1e-6, LINEARISATION, "current");
     }
     let truth = prepared(plant.coefficients());
-    let of_noise = |noise: &Noise<6, 9>| {
-        let pass = pass(&truth, (schedule, &pushes), current, noise);
+    let of_noise = |noise: &Noise| {
+        let pass = pass(&*truth, (schedule, &pushes), current, noise);
         (pass.noise_gradient(), pass.innovations().0)
     };
     let ((found, gradient), cost) = of_noise(&noise);

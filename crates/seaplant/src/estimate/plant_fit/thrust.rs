@@ -13,7 +13,7 @@ struct Off {
     reverse: f64,
 }
 
-impl<const N: usize, const M: usize> Fitted<N, M> {
+impl Fitted {
     /// The covariance of the coefficients that comes of thrust whose scale is not known for sure:
     /// `Σ δδᵀ`, with δ what the optimum moves by; a part of θ itself where nothing else tells the scale.
     ///

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::filter::{Drift, Innovation, InstrumentNoise, Noise};
+use super::filter::{Drift, Innovation, InstrumentNoise, Noise, NoiseNumber};
 use super::fit::{Point, Problem};
 use super::{AxisNoise, CurrentDrift, SwellForce};
 use crate::estimate::PRECISION;
@@ -58,9 +58,9 @@ pub(super) fn inflation(information: &DMatrix<f64>, p: usize) -> Vec<f64> {
     (0..p).map(|k| covariance[(k, k)] * information[(k, k)]).collect()
 }
 
-pub(super) fn disturbances<const N: usize, const M: usize>(
+pub(super) fn disturbances(
     structure: &Structure,
-    noise: &Noise<N, M>,
+    noise: &Noise,
     covariance: &DMatrix<f64>,
     is_unmeasured: impl Fn(usize) -> bool,
 ) -> BTreeMap<Dof, AxisNoise> {
@@ -68,10 +68,13 @@ pub(super) fn disturbances<const N: usize, const M: usize>(
     let of = |(i, &dof): (usize, &Dof)| {
         let found = AxisNoise {
             disturbance: with_std(noise.disturbance[i], i),
-            correlation_s: with_std(noise.correlation_s[i], N + i),
+            correlation_s: with_std(
+                noise.correlation_s[i],
+                noise.place(NoiseNumber::Correlation(i)),
+            ),
             velocity: match is_unmeasured(i) {
                 true => (noise.velocity[i], f64::INFINITY),
-                false => with_std(noise.velocity[i], 2 * N + i),
+                false => with_std(noise.velocity[i], noise.place(NoiseNumber::Velocity(i))),
             },
         };
         (dof, found)
@@ -79,53 +82,51 @@ pub(super) fn disturbances<const N: usize, const M: usize>(
     structure.axes().iter().enumerate().map(of).collect()
 }
 
-pub(super) fn attitude_noise<const N: usize, const M: usize>(
-    noise: &Noise<N, M>,
-    covariance: &DMatrix<f64>,
-) -> Option<(f64, f64)> {
-    let k = Noise::<N, M>::ATTITUDE;
-    (M > N).then(|| (noise.attitude, noise.attitude * covariance[(k, k)].sqrt()))
+pub(super) fn attitude_noise(noise: &Noise, covariance: &DMatrix<f64>) -> Option<(f64, f64)> {
+    let k = noise.place(NoiseNumber::Attitude);
+    noise.attitude.map(|std| (std, std * covariance[(k, k)].sqrt()))
 }
 
 /// Returns the noise of the sensors by its name in results, with standard deviations.
-pub(super) fn instruments<const N: usize, const M: usize>(
-    noise: &Noise<N, M>,
+pub(super) fn instruments(
+    noise: &Noise,
     covariance: &DMatrix<f64>,
 ) -> BTreeMap<&'static str, (f64, f64)> {
-    let of = |(place, number): (usize, usize)| {
-        let (value, k) = (noise.instruments.numbers[number], Noise::<N, M>::INSTRUMENTS + place);
+    let of = |number: usize| {
+        let value = noise.instruments.numbers[number];
+        let k = noise.place(NoiseNumber::Instrument(number));
         (InstrumentNoise::NAMES[number].0, (value, value * covariance[(k, k)].sqrt()))
     };
-    noise.instruments.needed().enumerate().map(of).collect()
+    noise.instruments.needed().map(of).collect()
 }
 
-pub(super) fn current_drift<const N: usize, const M: usize>(
-    noise: &Noise<N, M>,
-    covariance: &DMatrix<f64>,
-) -> Option<CurrentDrift> {
+pub(super) fn current_drift(noise: &Noise, covariance: &DMatrix<f64>) -> Option<CurrentDrift> {
     let Drift { std_m_s, correlation_s } = noise.drift?;
-    let with_std = |x: f64, k: usize| (x, x * covariance[(k, k)].sqrt());
+    let with_std = |x: f64, number| {
+        let k = noise.place(number);
+        (x, x * covariance[(k, k)].sqrt())
+    };
     Some(CurrentDrift {
-        std_m_s: with_std(std_m_s, noise.first_of_drift()),
-        correlation_s: with_std(correlation_s, noise.first_of_drift() + 1),
+        std_m_s: with_std(std_m_s, NoiseNumber::Drift),
+        correlation_s: with_std(correlation_s, NoiseNumber::DriftCorrelation),
     })
 }
 
-pub(super) fn swell_force<const N: usize, const M: usize>(
+pub(super) fn swell_force(
     structure: &Structure,
-    noise: &Noise<N, M>,
+    noise: &Noise,
     covariance: &DMatrix<f64>,
 ) -> Option<SwellForce> {
-    let swell = noise.swell?;
-    let with_std = |x: f64, k: usize| {
-        let k = noise.first_of_swell() + k;
+    let swell = noise.swell.as_ref()?;
+    let with_std = |x: f64, number| {
+        let k = noise.place(number);
         (x, x * covariance[(k, k)].sqrt())
     };
-    let of = |(i, &dof): (usize, &Dof)| (dof, with_std(swell.std[i], i));
+    let of = |(i, &dof): (usize, &Dof)| (dof, with_std(swell.std[i], NoiseNumber::Swell(i)));
     Some(SwellForce {
         force: structure.axes().iter().enumerate().map(of).collect(),
-        period_s: with_std(TAU / swell.frequency, N),
-        damping: with_std(swell.damping, N + 1),
+        period_s: with_std(TAU / swell.frequency, NoiseNumber::SwellFrequency),
+        damping: with_std(swell.damping, NoiseNumber::SwellDamping),
     })
 }
 
@@ -160,9 +161,9 @@ const LAGS: usize = 40;
 /// Where translations have a lag, noise may enter before it or after it: either the innovations are
 /// white, or the innovations filtered by the lag. `keep` is the part of a sample that the lag
 /// carries into the next.
-pub(super) fn whiteness<const N: usize, const M: usize>(
+pub(super) fn whiteness(
     problem: &Problem,
-    point: &Point<N, M>,
+    point: &Point,
     keep: f64,
 ) -> Result<BTreeMap<Dof, f64>, Error> {
     let trials = problem.innovations(point)?;

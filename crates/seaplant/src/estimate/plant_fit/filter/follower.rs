@@ -3,7 +3,7 @@
 use nalgebra::{SVector, Vector3};
 
 use super::navigation::{Crossed, InstrumentNoise, MapChange};
-use super::noise::{Impulse, Noise, impulse_by_correlation};
+use super::noise::{Impulse, NoiseNumber, Swell, impulse_by_correlation};
 use super::state::{Covariance, Observation, State, Transition};
 use super::{Sweep, add_down_covariance};
 use crate::motion::{times, times_transposed, with_down};
@@ -29,50 +29,51 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     /// Computes the process noise covariance of all disturbances over a step.
     pub(super) fn process(&self, h: f64) -> Covariance<N, M, K> {
         let mut sum = self.zero_covariance();
-        (0..N).for_each(|axis| sum.add(&self.axis_process(axis, h), 1.0));
+        (0..self.noise.axes()).for_each(|axis| sum.add(&self.axis_process(axis, h), 1.0));
         self.add_navigation_process(h, &mut sum);
         sum
     }
 
-    /// Computes the derivative of a filter step by the k-th logarithm of the noise.
-    pub(super) fn change(&self, k: usize, h: f64) -> Change {
-        let axis = k % N;
-        let mut change = Change::default();
-        if let Some(of_swell) = k.checked_sub(self.noise.first_of_swell()) {
-            self.set_swell_change(of_swell, h, &mut change);
-            return change;
-        }
-        if let Some(of_drift) = k.checked_sub(self.noise.first_of_drift()) {
-            let drift = self.noise.of_water();
-            let by = match of_drift {
-                0 => 2.0 * drift.process(h),
-                _ => {
-                    let rho = drift.fade(h);
-                    let by = rho * h / drift.correlation_s;
-                    change.map = [0, 1].map(|k| MapChange { row: k, from: k, by }).to_vec();
-                    -2.0 * drift.std_m_s.powi(2) * rho * by
-                }
-            };
-            change.process = vec![(0, by), (1, by)];
-            return change;
-        }
-        if let Some(place) = k.checked_sub(Noise::<N, M>::INSTRUMENTS) {
-            if let Some(number) = self.noise.instruments.needed().nth(place) {
-                self.set_sensor_change(number, h, &mut change);
+    /// Computes the derivative of a filter step by the logarithm of one number of the noise.
+    fn change(&self, number: NoiseNumber, h: f64) -> Change {
+        let noise = self.noise;
+        let of_swell =
+            |of: &dyn Fn(&Swell) -> Change| noise.swell.as_ref().map(of).unwrap_or_default();
+        match number {
+            NoiseNumber::Disturbance(axis) => {
+                let (sigma, t) = (noise.disturbance[axis], noise.correlation_s[axis]);
+                let impulse = Some((axis, Impulse::over(h, sigma, t).doubled()));
+                Change { impulse, ..Change::default() }
             }
-            return change;
-        }
-        let (sigma, t) = (self.noise.disturbance[axis], self.noise.correlation_s[axis]);
-        match k / N {
-            0 => change.impulse = Some((axis, Impulse::over(h, sigma, t).doubled())),
-            1 => {
-                let fade_by = self.fade(h)[axis] * h / t;
-                change.impulse = Some((axis, Impulse::by_correlation(h, sigma, t)));
-                change.fade = Some(Fade { axis, by: fade_by, push: impulse_by_correlation(h / t) });
+            NoiseNumber::Correlation(axis) => {
+                let (sigma, t) = (noise.disturbance[axis], noise.correlation_s[axis]);
+                let by = self.fade(h)[axis] * h / t;
+                let impulse = Some((axis, Impulse::by_correlation(h, sigma, t)));
+                let fade = Some(Fade { axis, by, push: impulse_by_correlation(h / t) });
+                Change { impulse, fade, ..Change::default() }
             }
-            _ => {}
+            NoiseNumber::Velocity(_) | NoiseNumber::Attitude => Change::default(),
+            NoiseNumber::Instrument(number) => self.sensor_change(number, h),
+            NoiseNumber::Drift => {
+                let by = 2.0 * noise.of_water().process(h);
+                Change { process: vec![(0, by), (1, by)], ..Change::default() }
+            }
+            NoiseNumber::DriftCorrelation => {
+                let drift = noise.of_water();
+                let rho = drift.fade(h);
+                let by = rho * h / drift.correlation_s;
+                let map = [0, 1].map(|k| MapChange { row: k, from: k, by }).to_vec();
+                let by = -2.0 * drift.std_m_s.powi(2) * rho * by;
+                Change { process: vec![(0, by), (1, by)], map, ..Change::default() }
+            }
+            NoiseNumber::Swell(axis) => of_swell(&|swell| self.swell_force_change(swell, axis, h)),
+            NoiseNumber::SwellFrequency => {
+                of_swell(&|swell| self.swell_shape_change(swell, swell.turn_changes(h)[0], h))
+            }
+            NoiseNumber::SwellDamping => {
+                of_swell(&|swell| self.swell_shape_change(swell, swell.turn_changes(h)[1], h))
+            }
         }
-        change
     }
 
     /// Returns the change of a step's process noise as a covariance.
@@ -86,7 +87,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
 
     /// Returns the derivatives of a step by all logarithms of the noise.
     pub(super) fn changes(&self, h: f64) -> Vec<Change> {
-        (0..self.noise.count()).map(|k| self.change(k, h)).collect()
+        self.noise.numbers().into_iter().map(|number| self.change(number, h)).collect()
     }
 
     pub(super) fn noise_sensitivities(&self) -> Vec<NoiseSensitivity<N, M, K>> {
@@ -94,40 +95,43 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             mean: State::zeros(self.states()),
             covariance: self.zero_covariance(),
         };
-        let mut sensitivities = vec![none; self.noise.count()];
-        if let Some(drift) = self.noise.drift {
-            let by = 2.0 * drift.std_m_s.powi(2);
-            let first = self.noise.first_of_drift();
-            sensitivities[first].covariance.add_initial_current(&self.initial_current_map(), by);
-        }
-        for axis in 0..N {
-            sensitivities[axis].covariance.ff[(axis, axis)] =
-                2.0 * self.noise.disturbance[axis].powi(2);
-            if self.is_measured(axis) {
-                sensitivities[2 * N + axis].covariance.xx =
-                    self.initial_velocity_covariance(axis) * 2.0;
+        let of = |number: NoiseNumber| {
+            let mut own = none.clone();
+            let covariance = &mut own.covariance;
+            let squared = |std: f64| 2.0 * std.powi(2);
+            match number {
+                NoiseNumber::Disturbance(axis) => {
+                    covariance.ff[(axis, axis)] = squared(self.noise.disturbance[axis]);
+                }
+                NoiseNumber::Velocity(axis) if self.is_measured(axis) => {
+                    covariance.xx = self.initial_velocity_covariance(axis) * 2.0;
+                }
+                NoiseNumber::Attitude => {
+                    let std = self.noise.attitude.unwrap_or_default();
+                    let of_down = self.initial_down_covariance() * squared(std);
+                    add_down_covariance(&mut covariance.xx, &of_down);
+                }
+                NoiseNumber::Instrument(InstrumentNoise::OFFSET) => {
+                    let by = squared(self.noise.instruments.numbers[InstrumentNoise::OFFSET]);
+                    let offsets = self.schedule.layout.offset.into_iter().flatten();
+                    offsets.for_each(|state| covariance.oo[(state, state)] = by);
+                }
+                NoiseNumber::Drift => {
+                    let by = squared(self.noise.of_water().std_m_s);
+                    covariance.add_initial_current(&self.initial_current_map(), by);
+                }
+                NoiseNumber::Swell(axis) => {
+                    let by =
+                        self.noise.swell.as_ref().map_or(0.0, |swell| squared(swell.std[axis]));
+                    let own = self.swell_states().filter(|(other, _)| *other == axis);
+                    own.flat_map(|(_, states)| states)
+                        .for_each(|state| covariance.oo[(state, state)] = by);
+                }
+                _ => {}
             }
-        }
-        if M > N {
-            let of_down = self.initial_down_covariance() * (2.0 * self.noise.attitude.powi(2));
-            add_down_covariance(
-                &mut sensitivities[Noise::<N, M>::ATTITUDE].covariance.xx,
-                &of_down,
-            );
-        }
-        let instruments = &self.noise.instruments;
-        if instruments.active[InstrumentNoise::OFFSET] {
-            let place = Noise::<N, M>::INSTRUMENTS + instruments.place(InstrumentNoise::OFFSET);
-            let by = 2.0 * instruments.numbers[InstrumentNoise::OFFSET].powi(2);
-            let offsets = self.schedule.layout.offset.into_iter().flatten();
-            offsets.for_each(|state| sensitivities[place].covariance.oo[(state, state)] = by);
-        }
-        for (axis, states) in self.swell_states() {
-            let by = self.noise.swell.map_or(0.0, |swell| 2.0 * swell.std[axis].powi(2));
-            let own = &mut sensitivities[self.noise.first_of_swell() + axis].covariance;
-            states.into_iter().for_each(|state| own.oo[(state, state)] = by);
-        }
-        sensitivities
+            own
+        };
+        self.noise.numbers().into_iter().map(of).collect()
     }
 }
 

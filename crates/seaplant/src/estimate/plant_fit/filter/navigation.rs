@@ -20,6 +20,7 @@ use nalgebra::{Matrix3x2, SMatrix, SVector, Vector3, Vector6};
 
 use super::Sweep;
 use super::follower::Change;
+use super::noise::Swell;
 use super::state::{Covariance, State, Transition, symmetrise};
 use crate::estimate::plant_fit::schedule::FilterInstant;
 use crate::motion::{apply, times, times_sparse_transposed, times_transposed};
@@ -248,7 +249,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         let offset = self.noise.instruments.numbers[InstrumentNoise::OFFSET];
         layout.offset.into_iter().flatten().for_each(|state| set(state, offset.powi(2)));
         for (axis, states) in self.swell_states() {
-            let std = self.noise.swell.map_or(0.0, |swell| swell.std[axis]);
+            let std = self.noise.swell.as_ref().map_or(0.0, |swell| swell.std[axis]);
             states.into_iter().for_each(|state| set(state, std.powi(2)));
         }
     }
@@ -256,7 +257,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     /// Returns the two states of swell on each axis, by index among the plant's axes.
     pub(super) fn swell_states(&self) -> impl Iterator<Item = (usize, [usize; 2])> + use<N, M, K> {
         let first = self.schedule.layout.count;
-        let axes = if self.noise.swell.is_some() { N } else { 0 };
+        let axes = self.noise.swell.as_ref().map_or(0, |swell| swell.std.len());
         (0..axes).map(move |axis| (axis, [first + 2 * axis, first + 2 * axis + 1]))
     }
 
@@ -286,28 +287,31 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         let offsets = self.schedule.layout.offset.into_iter().flatten();
         offsets.for_each(|state| process.oo[(state, state)] = of_offset);
         for (axis, states) in self.swell_states() {
-            let added = self.noise.swell.map_or(0.0, |swell| swell.process(axis, h));
+            let added = self.noise.swell.as_ref().map_or(0.0, |swell| swell.process(axis, h));
             states.into_iter().for_each(|state| process.oo[(state, state)] = added);
         }
     }
 
-    /// Sets the derivative of a step by the logarithm of a number of swell.
-    pub(super) fn set_swell_change(&self, number: usize, h: f64, change: &mut Change) {
-        let Some(swell) = self.noise.swell else { return };
-        let of_axes = |by: &dyn Fn(usize) -> Option<f64>| -> Vec<(usize, f64)> {
-            let of = |(axis, states): (usize, [usize; 2])| {
-                by(axis).into_iter().flat_map(move |by| states.map(|state| (state, by)))
-            };
-            self.swell_states().flat_map(of).collect()
+    /// Returns the derivative of a step by the logarithm of the force of swell on one axis.
+    pub(super) fn swell_force_change(&self, swell: &Swell, axis: usize, h: f64) -> Change {
+        let by = 2.0 * swell.process(axis, h);
+        let own = self.swell_states().filter(|(other, _)| *other == axis);
+        let process = own.flat_map(|(_, states)| states.map(|state| (state, by))).collect();
+        Change { process, ..Change::default() }
+    }
+
+    /// Returns the derivative of a step by the logarithm of frequency or damping of swell, which changes
+    /// what its states turn by.
+    pub(super) fn swell_shape_change(
+        &self,
+        swell: &Swell,
+        [by_cos, by_sin]: [f64; 2],
+        h: f64,
+    ) -> Change {
+        let added = |(axis, states): (usize, [usize; 2])| {
+            states.map(|state| (state, swell.process_change(axis, h)))
         };
-        let Some(shape) = number.checked_sub(N) else {
-            let by = 2.0 * swell.process(number, h);
-            change.process = of_axes(&|axis| (axis == number).then_some(by));
-            return;
-        };
-        change.process = of_axes(&|axis| Some(swell.process_change(axis, h)));
-        let [by_cos, by_sin] = swell.turn_changes(h)[shape];
-        let of = |(_, [s, other]): (usize, [usize; 2])| {
+        let turned = |(_, [s, other]): (usize, [usize; 2])| {
             let change = |row, from, by| MapChange { row, from, by };
             [
                 change(s, s, by_cos),
@@ -316,26 +320,30 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 change(other, other, by_cos),
             ]
         };
-        change.map = self.swell_states().flat_map(of).collect();
+        let process = self.swell_states().flat_map(added).collect();
+        let map = self.swell_states().flat_map(turned).collect();
+        Change { process, map, ..Change::default() }
     }
 
-    /// Sets the derivative of a step by the logarithm of one entry of the sensor noise.
-    pub(super) fn set_sensor_change(&self, number: usize, h: f64, change: &mut Change) {
+    /// Returns the derivative of a step by the logarithm of one entry of the sensor noise.
+    pub(super) fn sensor_change(&self, number: usize, h: f64) -> Change {
         let instruments = &self.noise.instruments;
         let (std, rho) = (instruments.numbers[InstrumentNoise::OFFSET], instruments.offset_fade(h));
         let offsets = || self.schedule.layout.offset.into_iter().flatten();
         let all = |by: f64| offsets().map(|state| (state, by)).collect();
         match number {
             InstrumentNoise::OFFSET => {
-                change.process = all(2.0 * std.powi(2) * (1.0 - rho.powi(2)));
+                let process = all(2.0 * std.powi(2) * (1.0 - rho.powi(2)));
+                Change { process, ..Change::default() }
             }
             InstrumentNoise::OFFSET_CORRELATION => {
                 let by = rho * h / instruments.numbers[InstrumentNoise::OFFSET_CORRELATION];
-                change.process = all(-2.0 * std.powi(2) * rho * by);
-                let map = |state| MapChange { row: state, from: state, by };
-                change.map = offsets().map(map).collect();
+                let process = all(-2.0 * std.powi(2) * rho * by);
+                let map =
+                    offsets().map(|state| MapChange { row: state, from: state, by }).collect();
+                Change { process, map, ..Change::default() }
             }
-            _ => {}
+            _ => Change::default(),
         }
     }
 
@@ -410,7 +418,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
 
     /// Sets the part of a step's map that swell makes.
     fn set_swell(&self, h: f64, by_disturbance: &SMatrix<f64, M, N>, rows: &mut Rows<M, K>) {
-        let Some(swell) = self.noise.swell else { return };
+        let Some(swell) = &self.noise.swell else { return };
         let [cos, sin] = swell.turn(h);
         let mut pushing = SMatrix::<f64, M, K>::zeros();
         for (axis, [s, other]) in self.swell_states() {
@@ -458,7 +466,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         }
         navigation[0] *= fade;
         navigation[1] *= fade;
-        if let Some(swell) = self.noise.swell {
+        if let Some(swell) = &self.noise.swell {
             let [cos, sin] = swell.turn(h);
             for (_, [s, other]) in self.swell_states() {
                 let (own, across) = (navigation[s], navigation[other]);

@@ -2,29 +2,67 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DVector, SVector};
+use nalgebra::DVector;
 
 use super::navigation::InstrumentNoise;
 use super::state::Observed;
-use crate::motion::Decay;
 
-/// Noise parameters other than the plant's coefficients, by axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::estimate::plant_fit) struct Noise<const N: usize, const M: usize> {
-    /// Standard deviation of the disturbance, N or N m.
-    pub(in crate::estimate::plant_fit) disturbance: SVector<f64, N>,
+/// Parameters other than those of plant, thrust and mean current.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::estimate::plant_fit) struct Noise {
+    /// Standard deviation of the disturbance of each axis of the plant, N or N m.
+    pub(in crate::estimate::plant_fit) disturbance: DVector<f64>,
     /// Its correlation time, s.
-    pub(in crate::estimate::plant_fit) correlation_s: SVector<f64, N>,
+    pub(in crate::estimate::plant_fit) correlation_s: DVector<f64>,
     /// Standard deviation of a sample of velocity, m/s or rad/s.
-    pub(in crate::estimate::plant_fit) velocity: SVector<f64, N>,
-    /// Standard deviation of a sample of roll and of pitch, rad, where attitude is a state (M > N).
-    pub(in crate::estimate::plant_fit) attitude: f64,
+    pub(in crate::estimate::plant_fit) velocity: DVector<f64>,
+    /// Standard deviation of a sample of roll and of pitch, rad; `None` where attitude is no state.
+    pub(in crate::estimate::plant_fit) attitude: Option<f64>,
     /// Noise of the sensors of position, depth, heading and acceleration.
     pub(in crate::estimate::plant_fit) instruments: InstrumentNoise,
     /// Variation of the current; `None` if it is constant.
     pub(in crate::estimate::plant_fit) drift: Option<Drift>,
     /// Force of waves; `None` in calm water.
-    pub(in crate::estimate::plant_fit) swell: Option<Swell<N>>,
+    pub(in crate::estimate::plant_fit) swell: Option<Swell>,
+}
+
+/// One number of a [`Noise`]; fits change their logarithms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::estimate::plant_fit) enum NoiseNumber {
+    /// Standard deviation of an axis's disturbance.
+    Disturbance(usize),
+    /// Its correlation time.
+    Correlation(usize),
+    /// Standard deviation of a sample of an axis's velocity.
+    Velocity(usize),
+    /// Standard deviation of a sample of roll and of pitch.
+    Attitude,
+    /// An entry of [`InstrumentNoise`].
+    Instrument(usize),
+    /// Standard deviation of the current's variation.
+    Drift,
+    /// Its correlation time.
+    DriftCorrelation,
+    /// Standard deviation of the force of waves on an axis.
+    Swell(usize),
+    /// Angular frequency of waves.
+    SwellFrequency,
+    /// Damping ratio of waves.
+    SwellDamping,
+}
+
+impl NoiseNumber {
+    /// Returns true for a standard deviation; others are times, a frequency or a ratio.
+    pub(in crate::estimate::plant_fit) fn is_std(self) -> bool {
+        !matches!(
+            self,
+            Self::Correlation(_)
+                | Self::Instrument(InstrumentNoise::OFFSET_CORRELATION)
+                | Self::DriftCorrelation
+                | Self::SwellFrequency
+                | Self::SwellDamping
+        )
+    }
 }
 
 /// Variation of the current during a trial: a Gauss–Markov velocity north and another east.
@@ -69,17 +107,17 @@ impl Drift {
 ///
 /// # Source
 /// [Harvey1989, ch. 2.3].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::estimate::plant_fit) struct Swell<const N: usize> {
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::estimate::plant_fit) struct Swell {
     /// Standard deviation on each axis, N or N m.
-    pub(in crate::estimate::plant_fit) std: SVector<f64, N>,
+    pub(in crate::estimate::plant_fit) std: DVector<f64>,
     /// Angular frequency ω, rad/s.
     pub(in crate::estimate::plant_fit) frequency: f64,
     /// Damping ratio ζ.
     pub(in crate::estimate::plant_fit) damping: f64,
 }
 
-impl<const N: usize> Swell<N> {
+impl Swell {
     /// Limits of the angular frequency, rad/s: periods of 2 to 30 s.
     pub(in crate::estimate::plant_fit) const FREQUENCY: [f64; 2] = [TAU / 30.0, TAU / 2.0];
 
@@ -124,129 +162,114 @@ impl<const N: usize> Swell<N> {
     }
 }
 
-impl<const N: usize> Noise<N, N> {
-    /// Extends the noise to a filter with attitude states; `attitude` is the noise of roll and
-    /// pitch, rad.
-    pub(in crate::estimate::plant_fit) fn with_attitude(self, attitude: f64) -> Noise<6, 9> {
-        // The value at an unused index has no effect but must be finite.
-        let placed = |of: SVector<f64, N>| SVector::from_fn(|i, _| *of.get(i).unwrap_or(&1.0));
-        Noise {
-            disturbance: placed(self.disturbance),
-            correlation_s: placed(self.correlation_s),
-            velocity: placed(self.velocity),
-            attitude,
-            instruments: self.instruments,
-            drift: self.drift,
-            swell: self.swell.map(|swell| Swell {
-                std: placed(swell.std),
-                frequency: swell.frequency,
-                damping: swell.damping,
-            }),
+impl Noise {
+    /// Returns the number of axes.
+    pub(in crate::estimate::plant_fit) fn axes(&self) -> usize {
+        self.disturbance.len()
+    }
+
+    /// Returns all numbers, in the order of their logarithms.
+    pub(in crate::estimate::plant_fit) fn numbers(&self) -> Vec<NoiseNumber> {
+        let axes = 0..self.axes();
+        let mut all: Vec<NoiseNumber> = axes.clone().map(NoiseNumber::Disturbance).collect();
+        all.extend(axes.clone().map(NoiseNumber::Correlation));
+        all.extend(axes.clone().map(NoiseNumber::Velocity));
+        all.extend(self.attitude.map(|_| NoiseNumber::Attitude));
+        all.extend(self.instruments.needed().map(NoiseNumber::Instrument));
+        if self.drift.is_some() {
+            all.extend([NoiseNumber::Drift, NoiseNumber::DriftCorrelation]);
+        }
+        if self.swell.is_some() {
+            all.extend(axes.map(NoiseNumber::Swell));
+            all.extend([NoiseNumber::SwellFrequency, NoiseNumber::SwellDamping]);
+        }
+        all
+    }
+
+    /// Returns the number of logarithms.
+    pub(in crate::estimate::plant_fit) fn count(&self) -> usize {
+        let of_swell = self.swell.as_ref().map_or(0, |_| self.axes() + 2);
+        self.first_of_swell() + of_swell
+    }
+
+    /// Returns the index of a number's logarithm.
+    pub(in crate::estimate::plant_fit) fn place(&self, number: NoiseNumber) -> usize {
+        let n = self.axes();
+        match number {
+            NoiseNumber::Disturbance(axis) => axis,
+            NoiseNumber::Correlation(axis) => n + axis,
+            NoiseNumber::Velocity(axis) => 2 * n + axis,
+            NoiseNumber::Attitude => 3 * n,
+            NoiseNumber::Instrument(k) => self.first_of_instruments() + self.instruments.place(k),
+            NoiseNumber::Drift => self.first_of_drift(),
+            NoiseNumber::DriftCorrelation => self.first_of_drift() + 1,
+            NoiseNumber::Swell(axis) => self.first_of_swell() + axis,
+            NoiseNumber::SwellFrequency => self.first_of_swell() + n,
+            NoiseNumber::SwellDamping => self.first_of_swell() + n + 1,
         }
     }
-}
 
-impl<const N: usize, const M: usize> Noise<N, M> {
-    /// Index of the logarithm of the attitude noise, if attitude is a state.
-    pub(in crate::estimate::plant_fit) const ATTITUDE: usize = 3 * N;
-
-    /// Index of the first logarithm of the sensor noise.
-    pub(in crate::estimate::plant_fit) const INSTRUMENTS: usize =
-        Self::ATTITUDE + if M > N { 1 } else { 0 };
-
-    /// Returns the index of the logarithm of the current's standard deviation; that of its
-    /// correlation time follows.
-    pub(in crate::estimate::plant_fit) fn first_of_drift(&self) -> usize {
-        Self::INSTRUMENTS + self.instruments.count()
+    fn first_of_instruments(&self) -> usize {
+        3 * self.axes() + usize::from(self.attitude.is_some())
     }
 
-    /// Returns the index of the logarithm of the first axis's swell; frequency and damping follow
-    /// those of all axes.
-    pub(in crate::estimate::plant_fit) fn first_of_swell(&self) -> usize {
+    fn first_of_drift(&self) -> usize {
+        self.first_of_instruments() + self.instruments.count()
+    }
+
+    fn first_of_swell(&self) -> usize {
         self.first_of_drift() + if self.drift.is_some() { 2 } else { 0 }
     }
 
-    /// Returns the number of parameters.
-    pub(in crate::estimate::plant_fit) fn count(&self) -> usize {
-        self.first_of_swell() + if self.swell.is_some() { N + 2 } else { 0 }
-    }
-
-    /// Returns true if a parameter is a standard deviation; others are times, a frequency or a ratio.
-    pub(in crate::estimate::plant_fit) fn is_std(&self, k: usize) -> bool {
-        if let Some(of_swell) = k.checked_sub(self.first_of_swell()) {
-            return of_swell < N;
-        }
-        if let Some(of_drift) = k.checked_sub(self.first_of_drift()) {
-            return of_drift == 0;
-        }
-        match k.checked_sub(Self::INSTRUMENTS) {
-            Some(place) => {
-                self.instruments.needed().nth(place) != Some(InstrumentNoise::OFFSET_CORRELATION)
-            }
-            None => !(N..2 * N).contains(&k),
-        }
-    }
-
-    /// Returns the logarithms of the parameters: 3 N of the axes, one of attitude if it is a state,
-    /// those of the active sensors, two of the current if it varies, and N + 2 of swell.
+    /// Returns the logarithms of all numbers.
     pub(in crate::estimate::plant_fit) fn logarithms(&self) -> DVector<f64> {
-        let parts = [self.disturbance, self.correlation_s, self.velocity];
-        let of_axes = parts.into_iter().flat_map(|part| part.map(f64::ln).data.0[0]);
-        let of_attitude = (M > N).then(|| self.attitude.ln());
-        let of_instruments = self.instruments.needed().map(|k| self.instruments.numbers[k].ln());
-        let of_water =
-            self.drift.iter().flat_map(|drift| [drift.std_m_s.ln(), drift.correlation_s.ln()]);
-        let of_swell = self.swell.iter().flat_map(|swell| {
-            let shape = [swell.frequency.ln(), swell.damping.ln()];
-            swell.std.map(f64::ln).data.0[0].into_iter().chain(shape)
-        });
-        let all = of_axes.chain(of_attitude).chain(of_instruments).chain(of_water).chain(of_swell);
-        DVector::from_vec(all.collect())
+        let mut own = self.clone();
+        let of = |number| own.value_mut(number).map_or(0.0, |value| value.ln());
+        DVector::from_vec(self.numbers().into_iter().map(of).collect())
     }
 
-    /// Returns the noise with parameters from their logarithms.
+    /// Returns the noise with numbers from their logarithms.
     pub(in crate::estimate::plant_fit) fn with_logarithms(
         &self,
         logarithms: &DVector<f64>,
     ) -> Self {
-        let part = |k: usize| SVector::from_fn(|i, _| logarithms[k * N + i].exp());
-        let first = self.first_of_drift();
-        let drift = self.drift.map(|_| Drift {
-            std_m_s: logarithms[first].exp(),
-            correlation_s: logarithms[first + 1].exp(),
-        });
-        let first = self.first_of_swell();
-        let swell = self.swell.map(|_| Swell {
-            std: SVector::from_fn(|i, _| logarithms[first + i].exp()),
-            frequency: logarithms[first + N].exp(),
-            damping: logarithms[first + N + 1].exp(),
-        });
-        let attitude = if M > N { logarithms[Self::ATTITUDE].exp() } else { 0.0 };
-        let mut instruments = self.instruments;
-        for (place, k) in self.instruments.needed().enumerate() {
-            instruments.numbers[k] = logarithms[Self::INSTRUMENTS + place].exp();
+        let mut new = self.clone();
+        for (number, logarithm) in self.numbers().into_iter().zip(logarithms) {
+            if let Some(value) = new.value_mut(number) {
+                *value = logarithm.exp();
+            }
         }
-        let [disturbance, correlation_s, velocity] = [0, 1, 2].map(part);
-        Self { disturbance, correlation_s, velocity, attitude, instruments, drift, swell }
+        new
+    }
+
+    /// Returns a number; `None` of what is not part of the noise.
+    fn value_mut(&mut self, number: NoiseNumber) -> Option<&mut f64> {
+        let (drift, swell) = (self.drift.as_mut(), self.swell.as_mut());
+        match number {
+            NoiseNumber::Disturbance(axis) => self.disturbance.get_mut(axis),
+            NoiseNumber::Correlation(axis) => self.correlation_s.get_mut(axis),
+            NoiseNumber::Velocity(axis) => self.velocity.get_mut(axis),
+            NoiseNumber::Attitude => self.attitude.as_mut(),
+            NoiseNumber::Instrument(k) => self.instruments.numbers.get_mut(k),
+            NoiseNumber::Drift => drift.map(|drift| &mut drift.std_m_s),
+            NoiseNumber::DriftCorrelation => drift.map(|drift| &mut drift.correlation_s),
+            NoiseNumber::Swell(axis) => swell.and_then(|swell| swell.std.get_mut(axis)),
+            NoiseNumber::SwellFrequency => swell.map(|swell| &mut swell.frequency),
+            NoiseNumber::SwellDamping => swell.map(|swell| &mut swell.damping),
+        }
     }
 
     /// Returns the index of the logarithm of a measurement's noise.
     pub(super) fn place_of(&self, of: &Observed) -> usize {
-        match of {
-            Observed::Velocity(place) => 2 * N + place,
-            Observed::Down(_) => Self::ATTITUDE,
-            Observed::Navigation { number, .. } => {
-                Self::INSTRUMENTS + self.instruments.place(*number)
-            }
-        }
+        self.place(match *of {
+            Observed::Velocity(place) => NoiseNumber::Velocity(place),
+            Observed::Down(_) => NoiseNumber::Attitude,
+            Observed::Navigation { number, .. } => NoiseNumber::Instrument(number),
+        })
     }
 
     pub(super) fn of_water(&self) -> Drift {
         self.drift.unwrap_or(Drift::NONE)
-    }
-
-    pub(super) fn decay(&self) -> Decay<N> {
-        Decay { rate: self.correlation_s.map(|t| 1.0 / t) }
     }
 }
 
@@ -316,6 +339,29 @@ pub(super) fn impulse_by_correlation(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_stand_where_their_place_says() {
+        let active = std::array::from_fn(|k| k % 3 != 1);
+        let noise = Noise {
+            disturbance: DVector::repeat(2, 1.0),
+            correlation_s: DVector::repeat(2, 2.0),
+            velocity: DVector::repeat(2, 3.0),
+            attitude: Some(4.0),
+            instruments: InstrumentNoise { active, ..InstrumentNoise::NONE },
+            drift: Some(Drift::FIRST),
+            swell: Some(Swell { std: DVector::repeat(2, 5.0), frequency: 6.0, damping: 0.1 }),
+        };
+        let numbers = noise.numbers();
+        assert_eq!(numbers.len(), noise.count());
+        for (k, number) in numbers.iter().enumerate() {
+            assert_eq!(noise.place(*number), k, "{number:?}");
+            let mut moved = noise.logarithms();
+            moved[k] += 0.5;
+            let changed = noise.with_logarithms(&moved).logarithms() - noise.logarithms();
+            assert!((changed[k] - 0.5).abs() < 1e-12 && (changed.sum() - 0.5).abs() < 1e-12);
+        }
+    }
 
     /// The process noise must be positive definite for correlation times both longer and shorter
     /// than the step.

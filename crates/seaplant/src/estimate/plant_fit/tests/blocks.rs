@@ -188,7 +188,7 @@ fn a_heading_counts_without_the_whole_turns_that_a_log_lost() {
         Problem::new(plant.structure(), &[record], None, false, Attitude::Known)
     };
     let logged = problem(&record);
-    let point = fit::Point::<6, 6> {
+    let point = fit::Point {
         free: logged.physical.free(&DVector::from_row_slice(plant.coefficients())),
         actuator: Actuator::default(),
         currents: vec![[0.0; 2]],
