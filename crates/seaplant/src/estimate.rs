@@ -13,6 +13,7 @@ pub mod online;
 mod output_error;
 mod paper;
 mod plant_fit;
+mod propellers;
 mod records;
 pub mod steady;
 mod weighted_least_squares;
@@ -26,7 +27,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};
 pub use filter_error::{Candidate, Decision, FilterError, SteadyTest, first_delays};
-pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, drive_over, first_look};
+pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, first_look};
 pub(crate) use fit::{Estimate, Fit};
 pub(crate) use method::Method;
 pub(crate) use model::simulated_speed;

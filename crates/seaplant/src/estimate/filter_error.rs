@@ -1,9 +1,7 @@
 //! The filter error method: maximum likelihood on the innovations of a Kalman filter.
 
-mod approach;
 mod candidate;
 mod discrete;
-mod drive;
 mod driven;
 mod first_look;
 mod fit;
@@ -25,55 +23,14 @@ pub use fit::{FilterError, first_delays};
 pub(crate) use fit::{MOST_SEARCHED, MOST_TRIALS};
 pub use together::SteadyTest;
 
-use crate::{ThrustModel, ThrusterTrack, Timed};
-pub(super) use drive::{Drive, Push};
 pub(crate) use first_look::first_look;
-pub(super) use parameters::{Shape, Unknown, Values};
-pub(super) use schedule::Stop;
-
-use schedule::steps_through;
-
-/// Thrust as it acts over a step.
-pub(crate) struct DriveStep {
-    /// Its end, s.
-    pub(crate) time_s: f64,
-    /// Its length, s; 0 at the first instant.
-    pub(crate) length_s: f64,
-    /// Mean force τ*, N or N m.
-    pub(crate) tau: f64,
-    /// Σ lever² |n| of the propellers that push forward, and of those that push backward.
-    pub(crate) gamma: [f64; 2],
-    /// What turning does to the velocity of a rigid body, m/s².
-    pub(crate) turning: f64,
-}
-
-/// Thrust as it acts, over steps through `times_s` that are at most 0.1 s long.
-pub(crate) fn drive_over<'a>(
-    tracks: &'a [ThrusterTrack],
-    turning: Option<&'a Timed>,
-    times_s: &'a [f64],
-    thrust: &ThrustModel,
-) -> impl Iterator<Item = DriveStep> + 'a {
-    let shape = Shape { full_speed: thrust.full_speed, linear: thrust.linear, ..Shape::default() };
-    let mut values = Values::none(shape);
-    values.set(Unknown::LogLagRatio, thrust.lag_ratio.ln());
-    values.set(Unknown::Slew, thrust.slew_s);
-    values.set(Unknown::Exponent, thrust.exponent - 2.0);
-    values.set(Unknown::Lag, thrust.lag_s);
-    values.set(Unknown::Delay, thrust.delay_s);
-    values.set(Unknown::LogReverseRatio, thrust.reverse_ratio.ln());
-    let mut drive = Drive::new(tracks, turning, &values, times_s.first().copied().unwrap_or(0.0));
-    steps_through(times_s).map(move |stop| {
-        let push = if stop.length_s > 0.0 { drive.until(&stop) } else { Push::default() };
-        let Push { tau, gamma, turning, .. } = push;
-        DriveStep { time_s: stop.time_s, length_s: stop.length_s, tau, gamma, turning }
-    })
-}
+pub(super) use parameters::Values;
 
 #[cfg(test)]
 mod tests {
     use nalgebra::DVector;
 
+    use super::parameters::{Shape, Unknown};
     use super::problem::{Belief, Kind, Prior, Problem, Record};
     use super::*;
     use crate::twin::{Disturbance, TwinAccelerometer, TwinSpec, make};

@@ -1,6 +1,6 @@
 //! Simulation of a plant of one axis with thrust and sensor models.
 
-use super::drive_over;
+use super::propellers::drive_over;
 use crate::simulate::{Response, State, advance, has_run_away, simulate};
 use crate::{AxisRecord, Error, LumpedParameters, ThrustModel, VelocitySensor};
 
@@ -43,15 +43,15 @@ impl Model {
         let mut next = times_s.iter().peekable();
         let mut state = start;
         for step in drive_over(&tracks, axis.turning.as_ref(), times_s, &self.thrust) {
-            let turning = self.thrust.turning * step.turning;
+            let turning = self.thrust.turning * step.push.turning;
             let acceleration = |v: f64| {
                 // Drag acts on velocity through the water.
                 let r = v - current;
-                let [forward, backward] = step.gamma;
+                let [forward, backward] = step.push.gamma;
                 let ahead = if r < 0.0 { backward } else { forward };
                 let lost =
                     self.thrust.inflow * (forward + backward) + self.thrust.inflow_ahead * ahead;
-                self.lumped.acceleration(step.tau, r) - self.lumped.alpha * lost * r + turning
+                self.lumped.acceleration(step.push.tau, r) - self.lumped.alpha * lost * r + turning
             };
             state = advance(acceleration, state, step.length_s);
             if has_run_away(state) {

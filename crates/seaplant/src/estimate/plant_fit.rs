@@ -2,15 +2,17 @@
 //! error.
 
 mod actuator;
+mod descent;
 mod equation_error;
 mod filter;
-mod fit;
 mod free;
 mod gains;
 mod independence;
 mod information;
 mod known;
+mod noise_descent;
 mod plan;
+mod problem;
 mod report;
 mod schedule;
 mod search;
@@ -28,9 +30,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::plant::{Basis, Plant, RigidBody, Signal, Structure, Symmetry};
 use crate::{Dof, Error, Method, ThrusterFault, TrialRecord, VelocityReport};
 pub use actuator::Actuator;
+use descent::{Optimum, Tolerance};
 use equation_error::Solved;
 use filter::{Drift, InstrumentNoise, NoiseNumber, Swell};
-use fit::{CURRENT_STD, Optimum, Problem, Tolerance};
 pub use gains::GainBeside;
 use gains::{OfScale, Scaled};
 pub use information::{
@@ -38,6 +40,7 @@ pub use information::{
 };
 pub use known::ScaleClaim;
 pub use plan::PlantPlan;
+use problem::{CURRENT_STD, Problem};
 use report::Reported;
 use schedule::Attitude;
 pub use search::Tried;
@@ -516,23 +519,25 @@ impl Fitted {
         if problem.structure.axes().iter().all(|dof| white(*dof) <= COLOURED) {
             return Ok(self);
         }
+        let pieces = problem.in_pieces();
+        let data = pieces.as_ref().unwrap_or(problem);
         let start = |(period_s, part): (f64, f64)| {
             let mut point = optimum.point.clone();
             let frequency = TAU / period_s;
             let std = &noise.disturbance * part.sqrt();
             point.noise.swell = Some(Swell { std, frequency, damping: Swell::FIRST_DAMPING });
             point.noise.disturbance *= (1.0 - part).sqrt();
-            (problem.cost(&point), point)
+            (data.cost(&point), point)
         };
         let parts = FIRST_SWELL_PARTS.into_iter();
         let starts = parts.flat_map(|part| FIRST_PERIODS_S.map(|period_s| start((period_s, part))));
-        let Some((first, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else {
             return Ok(self);
         };
         let needed = search::ADMITTED * (problem.structure.axes().len() + 2) as f64;
         let is_likelier = |cost: f64| 2.0 * (optimum.cost - cost) > needed;
         // Waves that matter are likelier before the plant has changed, too.
-        if !is_likelier(first) {
+        if !is_likelier(problem.cost(&start)) {
             return Ok(self);
         }
         // A descent that does not settle finds no waves.

@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::drive::{Drive, Push, SHAPING};
-use super::parameters::Values;
+use super::parameters::{Unknown, Values};
 use super::schedule::{Measurements, Stop};
+use crate::estimate::propellers::{Drive, DriveLaw, Push};
 
 /// A step and the thrust over it.
 pub(super) type DrivenStep = (Stop, Push);
@@ -19,27 +19,33 @@ pub(super) struct KeptSteps(Mutex<Kept>);
 #[derive(Debug, Default)]
 struct Kept {
     /// The actuators of the last pass.
-    last: Option<ActuatorNumbers>,
-    steps: Option<(ActuatorNumbers, Arc<[DrivenStep]>)>,
+    last: Option<DriveLaw>,
+    steps: Option<(DriveLaw, Arc<[DrivenStep]>)>,
 }
+
+/// The unknowns that shape thrust, in the order of [`By`](crate::estimate::propellers::By).
+pub(super) const SHAPING: [Unknown; 7] = [
+    Unknown::Lag,
+    Unknown::LogLagRatio,
+    Unknown::Slew,
+    Unknown::Delay,
+    Unknown::LogReverseRatio,
+    Unknown::LogForwardRatio,
+    Unknown::Exponent,
+];
 
 /// All that thrust depends on besides the log.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct ActuatorNumbers {
-    shaping: [f64; SHAPING.len()],
-    full_speed: f64,
-    linear: bool,
-    exponent: bool,
-}
-
-impl ActuatorNumbers {
-    fn new(values: &Values) -> Self {
-        Self {
-            shaping: SHAPING.map(|unknown| values.get(unknown)),
-            full_speed: values.shape.full_speed,
-            linear: values.shape.linear,
-            exponent: values.shape.exponent,
-        }
+pub(super) fn law_of(values: &Values) -> DriveLaw {
+    DriveLaw {
+        lag_s: values.get(Unknown::Lag),
+        log_lag_ratio: values.get(Unknown::LogLagRatio),
+        slew_s: values.get(Unknown::Slew),
+        delay_s: values.get(Unknown::Delay),
+        log_reverse_ratio: values.get(Unknown::LogReverseRatio),
+        beyond_square: values.get(Unknown::Exponent),
+        full_speed: values.shape.full_speed,
+        is_linear: values.shape.linear,
+        has_exponent: values.shape.exponent,
     }
 }
 
@@ -58,16 +64,16 @@ impl KeptSteps {
         samples: usize,
         steps: impl FnOnce() -> Arc<[DrivenStep]>,
     ) -> Option<Arc<[DrivenStep]>> {
-        let numbers = ActuatorNumbers::new(values);
+        let law = law_of(values);
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = kept.last.replace(numbers);
+        let before = kept.last.replace(law);
         match &kept.steps {
-            Some((of, steps)) if *of == numbers => return Some(Arc::clone(steps)),
-            _ if before != Some(numbers) || samples > MOST_KEPT => return None,
+            Some((of, steps)) if *of == law => return Some(Arc::clone(steps)),
+            _ if before != Some(law) || samples > MOST_KEPT => return None,
             _ => {}
         }
         let steps = steps();
-        kept.steps = Some((numbers, Arc::clone(&steps)));
+        kept.steps = Some((law, Arc::clone(&steps)));
         Some(steps)
     }
 }
@@ -78,7 +84,11 @@ pub(super) fn driven(
     mut drive: Drive<'_>,
 ) -> impl Iterator<Item = DrivenStep> {
     measurements.steps().map(move |stop| {
-        let push = if stop.length_s > 0.0 { drive.until(&stop) } else { Push::default() };
+        let push = if stop.length_s > 0.0 {
+            drive.until(stop.time_s, stop.length_s)
+        } else {
+            Push::default()
+        };
         (stop, push)
     })
 }

@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::drive::Drive;
-use super::driven::{DrivenStep, KeptSteps, driven};
+use super::driven::{DrivenStep, KeptSteps, driven, law_of};
 use super::kalman::{Innovation, Likelihood, Start, Wanted, likelihood};
 use super::parameters::{Active, Sensor, Shape, Unknown, Values};
 use super::schedule::{Instrument, Measurements};
 use super::spikes::spikes;
+use crate::estimate::propellers::Drive;
 use crate::navigation::{MeanAcceleration, MeanOver};
 use crate::{AxisRecord, ThrusterTrack, Timed};
 
@@ -382,7 +382,7 @@ impl<'a> Problem<'a> {
         let of = |Part { measurements, start, steps }: &Part| {
             let all = || {
                 let first_s = measurements.first_s();
-                driven(measurements, Drive::new(tracks, turning.as_ref(), values, first_s))
+                driven(measurements, Drive::new(tracks, turning.as_ref(), &law_of(values), first_s))
             };
             let pass = |steps: &mut dyn Iterator<Item = DrivenStep>| {
                 likelihood(measurements, steps, &self.active, values, *start, wanted)

@@ -2,12 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use crate::estimate::propellers::steps_between;
 use crate::navigation::{MeanAcceleration, MeanOver, Motion};
 use crate::series::ROUNDING_S;
 use crate::{AxisRecord, Timed};
-
-/// The longest step, s: drag changes a vehicle's speed over seconds.
-pub(crate) const LONGEST_STEP_S: f64 = 0.1;
 
 /// A new state explains so many samples whatever the plant.
 const LEAST_SAMPLES: usize = 3;
@@ -158,8 +156,14 @@ impl Measurements {
 
     /// The steps through all of them: every measurement is the end of one, and none is
     /// longer than 0.1 s.
-    pub(crate) fn steps(&self) -> Steps<impl Iterator<Item = (f64, Measured)> + '_> {
-        Steps::new(self.in_order())
+    pub(crate) fn steps(&self) -> impl Iterator<Item = Stop> + '_ {
+        let mut before = None;
+        self.in_order().flat_map(move |(to_s, measured)| {
+            steps_between(before.replace(to_s), to_s).map(move |(time_s, length_s)| {
+                let measured = if time_s == to_s { measured } else { Measured::default() };
+                Stop { time_s, length_s, measured }
+            })
+        })
     }
 
     fn in_order(&self) -> impl Iterator<Item = (f64, Measured)> + '_ {
@@ -203,113 +207,6 @@ fn edges(all: &MeanAcceleration) -> impl Iterator<Item = (f64, Option<(f64, f64)
     })
 }
 
-/// Steps from one instant to the next, cut to be at most 0.1 s long.
-pub(crate) struct Steps<I> {
-    instants: I,
-    /// The last instant, and the next with what was measured there.
-    from_s: Option<f64>,
-    to: (f64, Measured),
-    /// Steps between the two, and how many of them are made.
-    count: usize,
-    made: usize,
-}
-
-impl<I: Iterator<Item = (f64, Measured)>> Steps<I> {
-    fn new(instants: I) -> Self {
-        Self { instants, from_s: None, to: (0.0, Measured::default()), count: 0, made: 0 }
-    }
-}
-
-impl<I: Iterator<Item = (f64, Measured)>> Iterator for Steps<I> {
-    type Item = Stop;
-
-    #[inline]
-    fn next(&mut self) -> Option<Stop> {
-        if self.made == self.count {
-            let before = (self.count > 0).then_some(self.to.0);
-            self.to = self.instants.next()?;
-            self.made = 0;
-            self.from_s = before;
-            // Half a millionth of a step forgives the rounding of decimal time stamps.
-            let steps =
-                |from_s: f64| ((self.to.0 - from_s) / LONGEST_STEP_S - 5e-7).ceil().max(1.0);
-            self.count = before.map_or(1, |from_s| steps(from_s) as usize);
-        }
-        self.made += 1;
-        let (to_s, measured) = self.to;
-        let Some(from_s) = self.from_s else {
-            return Some(Stop { time_s: to_s, length_s: 0.0, measured });
-        };
-        let length_s = (to_s - from_s) / self.count as f64;
-        if self.made == self.count {
-            return Some(Stop { time_s: to_s, length_s, measured });
-        }
-        let time_s = from_s + self.made as f64 * length_s;
-        Some(Stop { time_s, length_s, measured: Measured::default() })
-    }
-}
-
-/// Steps through instants at which nothing is measured.
-pub(crate) fn steps_through(times_s: &[f64]) -> Steps<impl Iterator<Item = (f64, Measured)> + '_> {
-    Steps::new(times_s.iter().map(|&t| (t, Measured::default())))
-}
-
-/// ∫ x dt of a signal that is held or moves linearly from sample to sample, for times that rise.
-#[derive(Clone, Debug)]
-pub(crate) struct SignalIntegral<'a> {
-    series: &'a Timed,
-    linear: bool,
-    /// The sample in effect.
-    at: usize,
-    /// The integral up to it.
-    before: f64,
-}
-
-impl<'a> SignalIntegral<'a> {
-    pub(crate) fn new(series: &'a Timed, linear: bool) -> Self {
-        Self { series, linear, at: 0, before: 0.0 }
-    }
-
-    /// Where the signal jumps most between where it was last looked at and `to_s`, if by more than
-    /// `least`.
-    #[inline]
-    pub(crate) fn jump_before(&self, to_s: f64, least: f64) -> Option<f64> {
-        if self.linear {
-            return None;
-        }
-        let (t, x) = (self.series.time_s(), self.series.values());
-        let (mut greatest, mut found) = (least, None);
-        for k in self.at + 1..t.len() {
-            if t[k] >= to_s {
-                break;
-            }
-            let jump = (x[k] - x[k - 1]).abs();
-            if jump > greatest {
-                (greatest, found) = (jump, Some(t[k]));
-            }
-        }
-        found
-    }
-
-    /// The integral up to `t_s`, from the first sample on, and the signal there.
-    #[inline]
-    pub(crate) fn until(&mut self, t_s: f64) -> (f64, f64) {
-        let (t, x) = (self.series.time_s(), self.series.values());
-        while self.at + 1 < t.len() && t[self.at + 1] <= t_s {
-            let end = if self.linear { x[self.at + 1] } else { x[self.at] };
-            self.before += 0.5 * (x[self.at] + end) * (t[self.at + 1] - t[self.at]);
-            self.at += 1;
-        }
-        let (from, since) = (x[self.at], t_s - t[self.at]);
-        // Before the first sample and after the last the signal is held.
-        if !self.linear || since <= 0.0 || self.at + 1 == t.len() {
-            return (self.before + from * since, from);
-        }
-        let slope = (x[self.at + 1] - from) / (t[self.at + 1] - t[self.at]);
-        (self.before + from * since + 0.5 * slope * since * since, from + slope * since)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -349,7 +246,7 @@ mod tests {
         assert!(
             stops.windows(2).all(|w| (w[1].time_s - w[0].time_s - w[1].length_s).abs() < 1e-12)
         );
-        assert!(stops.iter().all(|stop| stop.length_s < LONGEST_STEP_S + 1e-6));
+        assert!(stops.iter().all(|stop| stop.length_s < 0.1 + 1e-6));
     }
 
     #[test]
@@ -381,37 +278,6 @@ mod tests {
                     .all(|stop| stop.measured.lever == [0.5; 2])
             );
         }
-    }
-
-    #[test]
-    fn an_integral_of_held_samples_goes_on_before_and_after_them() {
-        let held = series(&[0.0, 1.0, 3.0], &[2.0, -1.0, 4.0]);
-        let mut integral = SignalIntegral::new(&held, false);
-        assert_eq!(integral.until(-0.5), (-1.0, 2.0));
-        assert_eq!(integral.until(0.5), (1.0, 2.0));
-        assert_eq!(integral.until(2.0), (1.0, -1.0));
-        assert_eq!(integral.until(4.0), (4.0, 4.0));
-    }
-
-    #[test]
-    fn the_greatest_jump_ahead_is_found_if_it_is_large_enough() {
-        let held = series(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, -4.0, -5.0]);
-        let mut integral = SignalIntegral::new(&held, false);
-        integral.until(0.5);
-        assert_eq!(integral.jump_before(2.5, 0.5), Some(2.0));
-        assert_eq!(integral.jump_before(2.0, 0.5), Some(1.0));
-        assert_eq!(integral.jump_before(2.0, 1.5), None);
-        assert_eq!(SignalIntegral::new(&held, true).jump_before(2.5, 0.5), None);
-    }
-
-    #[test]
-    fn an_integral_of_linear_samples_is_that_of_trapezia() {
-        let moving = series(&[0.0, 1.0, 3.0], &[2.0, -1.0, 4.0]);
-        let mut integral = SignalIntegral::new(&moving, true);
-        assert_eq!(integral.until(-0.5), (-1.0, 2.0));
-        assert_eq!(integral.until(0.5), (0.625, 0.5));
-        assert_eq!(integral.until(2.0), (0.75, 1.5));
-        assert_eq!(integral.until(4.0), (7.5, 4.0));
     }
 
     #[test]

@@ -4,7 +4,8 @@ use nalgebra::Vector6;
 
 use super::Sample;
 use super::logs::{LEAST_SAMPLES, Stretch};
-use crate::estimate::{Fit, drive_over};
+use crate::estimate::Fit;
+use crate::estimate::propellers::drive_over;
 use crate::trial::ReadyStretch;
 use crate::{AxisRecord, Error, Grid, Model};
 
@@ -118,9 +119,9 @@ impl MeanInputs {
         for step in drive_over(&tracks, axis.turning.as_ref(), &edges, &model.thrust) {
             let part = step.length_s / part_s;
             if k < count && part > 0.0 {
-                all.tau[k] += part * step.tau;
-                all.turning[k] += part * step.turning;
-                all.gamma[k].iter_mut().zip(step.gamma).for_each(|(sum, x)| *sum += part * x);
+                all.tau[k] += part * step.push.tau;
+                all.turning[k] += part * step.push.turning;
+                all.gamma[k].iter_mut().zip(step.push.gamma).for_each(|(sum, x)| *sum += part * x);
             }
             k += usize::from(part > 0.0 && edges.get(k + 1).is_some_and(|end| *end <= step.time_s));
         }

@@ -40,8 +40,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector6;
 
-use super::super::filter_error::{Drive, Push, Shape, Stop, Unknown, Values};
 use super::super::inputs::Inputs;
+use super::super::propellers::{By, Drive, DriveLaw, Push};
 use super::search::ADMITTED;
 use crate::motion::{HeldForce, PUSHED_BY, Slice};
 use crate::plant::Signal;
@@ -102,14 +102,7 @@ const LEAST_EARLY_S: f64 = 0.005;
 const OUT_OF_PROPORTION: f64 = 0.01;
 
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
-const SHAPED_BY: [Unknown; 6] = [
-    Unknown::Lag,
-    Unknown::Delay,
-    Unknown::LogReverseRatio,
-    Unknown::LogLagRatio,
-    Unknown::Exponent,
-    Unknown::Slew,
-];
+const SHAPED_BY: [By; 6] = [By::Lag, By::Delay, By::Reverse, By::LagRatio, By::Exponent, By::Slew];
 
 /// Whether what pushes in reverse is in proportion to all that pushes, on all axes and at all times:
 /// of a pair that turns a vehicle one pushes ahead and the other astern, by as much.
@@ -375,8 +368,8 @@ impl Actuator {
         self.drive(track, slices, |push| {
             let Some(sum) = pushes.next() else { return };
             sum.force += wrench * push.tau;
-            for (column, unknown) in sum.by.iter_mut().zip(SHAPED_BY) {
-                *column += wrench * push.by(unknown);
+            for (column, by) in sum.by.iter_mut().zip(SHAPED_BY) {
+                *column += wrench * push.tau_by[by as usize];
             }
         });
     }
@@ -384,24 +377,30 @@ impl Actuator {
     /// What a thruster does over each of some slices, one after the other.
     fn drive(&self, track: &ThrusterTrack, slices: &[Slice], mut each: impl FnMut(&Push)) {
         let Some(first) = slices.first() else { return };
-        let full_speed = self.full_speed;
-        let mut values = Values::none(Shape { full_speed, exponent: true, ..Shape::default() });
-        for (unknown, number) in SHAPED_BY.into_iter().zip(self.numbers()) {
-            values.set(unknown, number);
-        }
+        let law = DriveLaw {
+            lag_s: self.lag_s,
+            log_lag_ratio: self.log_lag_ratio,
+            slew_s: self.slew_s,
+            delay_s: self.delay_s,
+            log_reverse_ratio: self.log_reverse_ratio,
+            beyond_square: self.beyond_square,
+            full_speed: self.full_speed,
+            is_linear: false,
+            has_exponent: true,
+        };
         // What it was told shortly before is still on its way.
         let lead_s = (first.from_s - track.speed.first_s()).clamp(0.0, self.settles_s());
         let steps = (lead_s / FINEST_S).ceil();
         let from_s = first.from_s - lead_s;
-        let mut drive = Drive::new(std::slice::from_ref(track), None, &values, from_s);
+        let mut drive = Drive::new(std::slice::from_ref(track), None, &law, from_s);
         for k in 0..steps as usize {
             let length_s = lead_s / steps;
             let time_s = from_s + (k as f64 + 1.0) * length_s;
-            drive.until(&Stop { time_s, length_s, ..Stop::default() });
+            drive.until(time_s, length_s);
         }
         for slice in slices {
             let time_s = slice.from_s + slice.length_s;
-            each(&drive.until(&Stop { time_s, length_s: slice.length_s, ..Stop::default() }));
+            each(&drive.until(time_s, slice.length_s));
         }
     }
 

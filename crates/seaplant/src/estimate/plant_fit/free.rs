@@ -10,8 +10,9 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
+use super::descent::Tolerance;
 use super::filter::{Noise, NoiseNumber};
-use super::fit::{Point, Problem, Tolerance};
+use super::problem::{Point, Problem};
 use crate::motion::PUSHED_BY;
 use crate::statistics::robust_covariance;
 use crate::{Dof, Error, TrialRecord};

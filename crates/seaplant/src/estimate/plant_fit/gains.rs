@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::descent::Tolerance;
 use super::filter::Slope;
-use super::fit::Tolerance;
 use super::search;
 use super::start::begun;
 use super::uncertainty::inverse;

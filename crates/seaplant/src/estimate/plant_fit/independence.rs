@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::filter::{DrivenState, Innovation};
-use super::fit::{Point, Problem};
+use super::problem::{Point, Problem};
 use crate::Dof;
 
 /// Delays of the innovations behind the inputs, in samples of their axis.

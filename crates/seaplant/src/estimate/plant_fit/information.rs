@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
 use super::filter::{InstrumentNoise, Noise};
-use super::fit::{CURRENT_STD, Point, Problem};
+use super::problem::{CURRENT_STD, Point, Problem};
 use super::schedule::Attitude;
 use super::uncertainty::inverse;
 use crate::plant::{Parameterisation, Plant};

@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::actuator::Actuator;
-use super::fit::{Optimum, Point, Problem, Tolerance};
+use super::descent::{Optimum, Tolerance};
+use super::problem::{Point, Problem};
 use super::uncertainty::inverse;
 use crate::motion::{KnownForce, Load};
 

@@ -3,7 +3,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{Optimum, Point, Problem, ReportSlope, Tolerance};
+use super::descent::{Optimum, Tolerance};
+use super::problem::{Point, Problem, ReportSlope};
 use super::uncertainty::{Asked, put_behind};
 use super::{COLOURED, Fitted, search};
 use crate::{Dof, Error, Timed, TrialRecord, VelocityReport};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::fit::{Point, Problem};
+use super::problem::{Point, Problem};
 use super::uncertainty::inverse;
 use crate::plant::{Basis, EffectForce, Parameterisation, Plant, Product, Structure, Symmetry};
 use crate::{Dof, Error, TrialRecord};

@@ -1,7 +1,8 @@
 //! Start of a fit: the optimum from the likeliest of several initial points.
 
+use super::descent::{Optimum, Tolerance};
 use super::equation_error::{self, Solved};
-use super::fit::{Optimum, Point, Problem, Tolerance, first_noise};
+use super::problem::{Point, Problem, first_noise};
 use super::{Fitted, free, search};
 use crate::plant::{Basis, Parameterisation, Plant};
 use crate::{Error, TrialRecord};

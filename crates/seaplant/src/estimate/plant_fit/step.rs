@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
 use super::filter::{Drift, Noise, Swell};
-use super::fit::{Point, Problem};
+use super::problem::{Point, Problem};
 use super::report::left_of_report;
 use super::schedule::Attitude;
 use super::uncertainty::{inverse, whiteness};

@@ -11,7 +11,7 @@
 
 use nalgebra::DVector;
 
-use super::fit::Tolerance;
+use super::descent::Tolerance;
 use super::{Fitted, Optimum, gains, search};
 use crate::plant::{Basis, Effect, EffectForce, Pusher, Structure};
 use crate::{Error, TrialRecord};

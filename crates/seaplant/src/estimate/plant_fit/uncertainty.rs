@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector};
 
 use super::filter::{Drift, Innovation, InstrumentNoise, Noise, NoiseNumber};
-use super::fit::{Point, Problem};
+use super::problem::{Point, Problem};
 use super::{AxisNoise, CurrentDrift, SwellForce};
 use crate::estimate::PRECISION;
 use crate::plant::{Plant, Structure};

@@ -2,8 +2,8 @@
 
 use super::{D, Discrete, Inflow, Kalman, Layout, Sources, Square, V};
 use crate::estimate::filter_error::discrete::{Sensing, Slow, Waves};
-use crate::estimate::filter_error::drive::Push;
 use crate::estimate::filter_error::parameters::Unknown;
+use crate::estimate::propellers::Push;
 
 impl<const S: usize, const N: usize> Kalman<'_, S, N> {
     pub(super) fn discrete(&self, h: f64) -> Discrete {

@@ -188,11 +188,11 @@ fn a_heading_counts_without_the_whole_turns_that_a_log_lost() {
         Problem::new(plant.structure(), &[record], None, false, Attitude::Known)
     };
     let logged = problem(&record);
-    let point = fit::Point {
+    let point = problem::Point {
         free: logged.physical.free(&DVector::from_row_slice(plant.coefficients())),
         actuator: Actuator::default(),
         currents: vec![[0.0; 2]],
-        noise: fit::first_noise(&logged, &[1.0; 6]),
+        noise: problem::first_noise(&logged, &[1.0; 6]),
     };
     let slopes = |record: &TrialRecord| {
         let problem = problem(record);

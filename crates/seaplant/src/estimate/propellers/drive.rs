@@ -1,41 +1,65 @@
 //! Thrust as it acts: after lag and delay, with the reverse ratio, and what inflow takes.
 
 use super::approach::{Changing, Propulsion, Segment};
-use super::parameters::{Unknown, Values};
-use super::schedule::{SignalIntegral, Stop};
+use super::integral::SignalIntegral;
 use crate::{ThrusterTrack, Timed};
 
-/// The unknowns that shape thrust, in the order of [`Push::tau_by`].
-pub(crate) const SHAPING: [Unknown; 7] = [
-    Unknown::Lag,
-    Unknown::LogLagRatio,
-    Unknown::Slew,
-    Unknown::Delay,
-    Unknown::LogReverseRatio,
-    Unknown::LogForwardRatio,
-    Unknown::Exponent,
-];
+/// What stands between the logged speed of propellers and their thrust.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct DriveLaw {
+    /// First-order lag of propeller speed, s.
+    pub(crate) lag_s: f64,
+    /// Logarithm of the lag of a propeller that slows down over that of one that speeds up.
+    pub(crate) log_lag_ratio: f64,
+    /// Time from rest to full speed at the greatest rate, s; 0 without a limit.
+    pub(crate) slew_s: f64,
+    /// Delay of thrust, s.
+    pub(crate) delay_s: f64,
+    /// Logarithm of reverse thrust over what its curve says.
+    pub(crate) log_reverse_ratio: f64,
+    /// Exponent of thrust over propeller speed, less 2.
+    pub(crate) beyond_square: f64,
+    /// The greatest propeller speed, where another exponent leaves thrust as it is.
+    pub(crate) full_speed: f64,
+    /// True if logged speeds move linearly from sample to sample; else they are held.
+    pub(crate) is_linear: bool,
+    /// True if the derivative by the exponent is asked for.
+    pub(crate) has_exponent: bool,
+}
 
-/// The first of them shape propeller speed; the others what thrust it makes.
-pub(crate) const OF_SPEED: usize = 4;
+/// What thrust is differentiated by, in the order of [`Push::tau_by`]. The first shape propeller speed, the
+/// others what thrust it makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum By {
+    Lag,
+    LagRatio,
+    Slew,
+    Delay,
+    /// Logarithm of reverse thrust.
+    Reverse,
+    /// Logarithm of forward thrust.
+    Forward,
+    Exponent,
+}
 
-/// Places among [`SHAPING`].
-const DELAY: usize = 3;
-const REVERSE: usize = 4;
-const FORWARD: usize = 5;
-const EXPONENT: usize = 6;
+impl By {
+    pub(crate) const COUNT: usize = Self::Exponent as usize + 1;
+
+    /// How many shape propeller speed.
+    pub(crate) const OF_SPEED: usize = Self::Delay as usize + 1;
+}
 
 /// Thrust over one step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Push {
     /// Mean force τ*, N or N m.
     pub(crate) tau: f64,
-    /// Its derivatives by [`SHAPING`].
-    pub(crate) tau_by: [f64; SHAPING.len()],
+    /// Its derivatives by [`By`].
+    pub(crate) tau_by: [f64; By::COUNT],
     /// `Σ lever² |n|` of the propellers that push forward, and of those that push backward.
     pub(crate) gamma: [f64; 2],
-    /// Their derivatives by the unknowns that shape propeller speed.
-    pub(crate) gamma_by: [[f64; OF_SPEED]; 2],
+    /// Their derivatives by what shapes propeller speed.
+    pub(crate) gamma_by: [[f64; By::OF_SPEED]; 2],
     /// What turning does to the velocity of a rigid body, m/s².
     pub(crate) turning: f64,
 }
@@ -104,7 +128,7 @@ impl Propeller<'_> {
         push: &mut Push,
     ) {
         let slope = propulsion.slope(&self.speed, &asked);
-        self.speed.by[DELAY] += slope * weight.signum();
+        self.speed.by[By::Delay as usize] += slope * weight.signum();
         push.end_later(self.track, law, self.speed.x, weight);
     }
 }
@@ -114,13 +138,12 @@ impl<'a> Drive<'a> {
     pub(crate) fn new(
         tracks: &'a [ThrusterTrack],
         turning: Option<&'a Timed>,
-        values: &Values,
+        law: &DriveLaw,
         from_s: f64,
     ) -> Self {
-        let delay_s = values.get(Unknown::Delay);
-        let linear = values.shape.linear;
+        let delay_s = law.delay_s;
         let propeller = |track: &'a ThrusterTrack| {
-            let mut asked = SignalIntegral::new(&track.speed, linear);
+            let mut asked = SignalIntegral::new(&track.speed, law.is_linear);
             let settled = asked.until(from_s - delay_s - JUST_BEFORE_S).1;
             let before = asked.until(from_s - delay_s);
             Propeller { track, asked, before, speed: Changing::constant(settled) }
@@ -128,21 +151,20 @@ impl<'a> Drive<'a> {
         Self {
             propellers: tracks.iter().map(propeller).collect(),
             turning: turning.map(|turning| SignalIntegral::new(turning, false)),
-            propulsion: Propulsion::of(values),
+            propulsion: Propulsion::of(law),
             delay_s,
-            law: ThrustLaw::of(values),
+            law: ThrustLaw::of(law),
         }
     }
 
-    /// The thrust of all over the step that ends at a stop.
+    /// The thrust of all over the step of `h` seconds that ends at `time_s`.
     #[inline]
-    pub(crate) fn until(&mut self, stop: &Stop) -> Push {
-        let h = stop.length_s;
-        let at = |turning: &mut SignalIntegral<'_>| turning.until(stop.time_s - 0.5 * h).1;
+    pub(crate) fn until(&mut self, time_s: f64, h: f64) -> Push {
+        let at = |turning: &mut SignalIntegral<'_>| turning.until(time_s - 0.5 * h).1;
         let mut push = Push { turning: self.turning.as_mut().map_or(0.0, at), ..Push::default() };
         self.propulsion.step(h);
         let law = self.law;
-        let to_s = stop.time_s - self.delay_s;
+        let to_s = time_s - self.delay_s;
         for propeller in &mut self.propellers {
             let before = propeller.before;
             let jump_s = propeller.asked.jump_before(to_s, JUMP_PART * law.full_speed);
@@ -156,18 +178,18 @@ impl<'a> Drive<'a> {
             propeller.before = after;
             let Some((middle, first_s)) = first else {
                 let mut asked = Changing::constant((after.0 - before.0) / h);
-                asked.by[DELAY] = (before.1 - after.1) / h;
+                asked.by[By::Delay as usize] = (before.1 - after.1) / h;
                 propeller.go(&self.propulsion, &law, asked, [h, h], &mut push);
                 continue;
             };
             // A later jump makes what is before it longer, and what is after it shorter.
             let second_s = h - first_s;
             let mut asked = Changing::constant((middle - before.0) / first_s);
-            asked.by[DELAY] = (before.1 - asked.x) / first_s;
+            asked.by[By::Delay as usize] = (before.1 - asked.x) / first_s;
             propeller.go(&self.propulsion, &law, asked, [first_s, h], &mut push);
             propeller.end_later(&self.propulsion, &law, asked, 1.0 / h, &mut push);
             let mut asked = Changing::constant((after.0 - middle) / second_s);
-            asked.by[DELAY] = (asked.x - after.1) / second_s;
+            asked.by[By::Delay as usize] = (asked.x - after.1) / second_s;
             propeller.go(&self.propulsion, &law, asked, [second_s, h], &mut push);
             propeller.end_later(&self.propulsion, &law, asked, -1.0 / h, &mut push);
         }
@@ -188,24 +210,19 @@ struct ThrustLaw {
 }
 
 impl ThrustLaw {
-    fn of(values: &Values) -> Self {
-        let (exponent, full_speed) = (values.get(Unknown::Exponent), values.shape.full_speed);
+    fn of(law: &DriveLaw) -> Self {
+        let DriveLaw { beyond_square: exponent, full_speed, .. } = *law;
         Self {
-            kappa: values.get(Unknown::LogReverseRatio).exp(),
+            kappa: law.log_reverse_ratio.exp(),
             exponent,
             full_speed,
             ln_full_speed: full_speed.ln(),
-            has_exponent: full_speed > 0.0 && (exponent != 0.0 || values.shape.exponent),
+            has_exponent: full_speed > 0.0 && (exponent != 0.0 || law.has_exponent),
         }
     }
 }
 
 impl Push {
-    /// The derivative of the mean force by an unknown; zero of one that does not shape it.
-    pub(crate) fn by(&self, unknown: Unknown) -> f64 {
-        SHAPING.iter().position(|own| *own == unknown).map_or(0.0, |k| self.tau_by[k])
-    }
-
     /// Adds what a later end of a part of a step does, by the delay.
     fn end_later(&mut self, track: &ThrusterTrack, law: &ThrustLaw, speed: f64, weight: f64) {
         let (sign, strength) =
@@ -215,9 +232,9 @@ impl Push {
             false => 1.0,
         };
         let force = sign * track.lever * strength * gain * speed * speed;
-        self.tau_by[DELAY] += weight * force;
+        self.tau_by[By::Delay as usize] += weight * force;
         let way = usize::from(sign * track.lever < 0.0);
-        self.gamma_by[way][DELAY] += weight * track.lever * track.lever * speed.abs();
+        self.gamma_by[way][By::Delay as usize] += weight * track.lever * track.lever * speed.abs();
     }
 
     /// Adds the thrust of the part of a step in which the propeller turns one way.
@@ -237,13 +254,14 @@ impl Push {
                 force = force.times(gain * (1.0 + 0.5 * law.exponent));
                 force.x = x * gain;
             }
-            self.tau_by[EXPONENT] += force.x * ratio;
+            self.tau_by[By::Exponent as usize] += force.x * ratio;
         }
         self.tau += force.x;
         for (all, by) in self.tau_by.iter_mut().zip(force.by) {
             *all += by;
         }
-        self.tau_by[if segment.reversed { REVERSE } else { FORWARD }] += force.x;
+        let way = if segment.reversed { By::Reverse } else { By::Forward };
+        self.tau_by[way as usize] += force.x;
         let area = segment.path.times(part * sign * track.lever * track.lever);
         let way = usize::from(sign * track.lever < 0.0);
         self.gamma[way] += area.x;

@@ -1,17 +1,13 @@
-//! Filter error estimation of a coupled plant: from a start to the optimum.
+//! What is fitted: all quantities, the trials, and the likelihood with its slopes.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector, Matrix6};
 
 use super::actuator::Actuator;
-use super::filter::{
-    Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, NoiseNumber, Over, Pass, Slope,
-    Swell,
-};
-use super::schedule::{Attitude, PIECES_PART, Schedule, known_together};
+use super::filter::{Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, Over, Pass, Slope};
+use super::schedule::{Attitude, Schedule, known_together};
 use super::uncertainty::inverse;
-use crate::estimate::descend::Parabola;
 use crate::motion::{HeldForce, KnownForce, Load};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
@@ -39,7 +35,7 @@ pub(super) struct Problem {
     /// The fitted data: complete trials, or pieces of them.
     pub(super) schedules: Arc<[Schedule]>,
     /// Pieces of the trials for the first steps.
-    pieces: Option<Arc<[Schedule]>>,
+    pub(super) pieces: Option<Arc<[Schedule]>>,
     forces: Arc<ForceCache>,
     rigid_body: Option<Matrix6<f64>>,
     /// True for the numbers of the actuator that are fitted.
@@ -65,7 +61,7 @@ pub(super) struct Problem {
     /// Attitude as known input or as state.
     pub(super) attitude: Attitude,
     /// Noise of roll and pitch estimated from differences of their samples, rad.
-    attitude_noise: f64,
+    pub(super) attitude_noise: f64,
     /// Sensor noise of positions and accelerations, estimated from differences of their samples.
     pub(super) instruments: InstrumentNoise,
     /// True for output error: no disturbance, so that all misfit is measurement noise.
@@ -93,20 +89,6 @@ impl ForceCache {
             }
         }
     }
-}
-
-/// Result of the optimisation.
-#[derive(Clone, Debug)]
-pub(super) struct Optimum {
-    pub(super) point: Point,
-    /// Negative log-likelihood.
-    pub(super) cost: f64,
-    /// Fisher information of coefficients, actuator and currents, including priors.
-    pub(super) information: DMatrix<f64>,
-    /// Fisher information of the logarithms of the noise; zero for output error.
-    pub(super) noise_information: DMatrix<f64>,
-    /// Number of iterations.
-    pub(super) iterations: usize,
 }
 
 /// Gradient and information of the likelihood by all fitted quantities and by delay, lag and lever
@@ -152,159 +134,14 @@ impl ReportSlope {
     }
 }
 
-/// Treatment of the noise during a descent.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum WithNoise {
-    Fitted,
-    Kept,
-}
-
 /// Prior standard deviation of each component of a current, m/s.
 pub(super) const CURRENT_STD: f64 = 1.0;
 
 /// Information of a held coefficient times its square: a relative standard deviation of 1e-9.
 const KNOWN: f64 = 1e18;
 
-/// Maximum number of iterations of a fit.
-const MOST_STEPS: usize = 60;
-
-/// Maximum number of steps of the noise between two of the plant.
-const MOST_NOISE_STEPS: usize = 8;
-
-/// Convergence tolerance of a fit.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tolerance {
-    /// The iteration stops when the expected gain in log-likelihood of a step is below this.
-    plant: f64,
-    /// The same for a step of the noise, whose parameters matter less. At the true value of some twenty of
-    /// them the log-likelihood is some ten below its maximum.
-    pub(super) noise: f64,
-    /// True where the noise may be fitted to pieces of the trials.
-    is_coarse: bool,
-}
-
-impl Tolerance {
-    /// Steps of every coefficient are below 3 % of its standard deviation.
-    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 0.2, is_coarse: false };
-    /// Steps of every coefficient are below half of its standard deviation: sufficient for a search
-    /// of missing terms and as a start for a finer fit.
-    pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5, is_coarse: true };
-
-    /// Returns the tolerance for output error, where the correlated misfit makes about a hundred
-    /// samples worth one independent sample.
-    fn for_output_error(self) -> Self {
-        Self { plant: 100.0 * self.plant, noise: 100.0 * self.noise, ..self }
-    }
-
-    /// Returns the actual gain below which a step is the last, whatever gain was expected.
-    fn least_gain(self) -> f64 {
-        0.1 * self.plant
-    }
-}
-
 /// Minimum number of scalar measurements per coefficient in the pieces of the trials.
 const SAMPLES_PER_TERM: usize = 50;
-
-/// Maximum step of a logarithm of the noise.
-const GREATEST_LOG_STEP: f64 = 1.0;
-
-/// Information on the logarithm of a disturbance below which it is absent: it changes no likelihood.
-const ABSENT: f64 = 1e-4;
-
-/// Maximum downward step of the logarithm of a disturbance, …
-const GREATEST_FALL: f64 = 3.0;
-/// … and maximum upward step.
-const GREATEST_RISE: f64 = 6.0;
-
-/// Limits of the disturbance's correlation time, s: a shorter one is indistinguishable from
-/// measurement noise, a longer one from a constant.
-const CORRELATION_S: [f64; 2] = [0.2, 300.0];
-
-/// Limits of the standard deviation of the current's variation, m/s.
-const DRIFT_STD_M_S: [f64; 2] = [1e-4, 1.0];
-
-/// Limits of the correlation time of the current's variation, s: shorter is turbulence or sensor
-/// noise, longer is constant during a trial.
-const DRIFT_CORRELATION_S: [f64; 2] = [10.0, 1000.0];
-
-/// Lower limit of measurement noise as a fraction of the estimate from differences of samples:
-/// otherwise a disturbance that explains every sample could reduce it to zero.
-const LEAST_NOISE_PART: f64 = 0.1;
-
-/// Damping of Gauss–Newton steps: initial value, factor, limits.
-const DAMPING: f64 = 1e-4;
-const DAMPING_FACTOR: f64 = 8.0;
-const MOST_DAMPING: f64 = 1e8;
-const LEAST_DAMPING: f64 = 1e-9;
-
-/// Initial and least damping of steps of the noise, whose curvature is known less well.
-const NOISE_DAMPING: f64 = 0.02;
-
-/// Gain of a step of the plant above which earlier steps of the noise say nothing of its curvature.
-const KEPT_BELOW: f64 = 1.0;
-
-/// Descent of the noise: what its steps have shown carries over to the next.
-struct NoiseDescent {
-    damping: f64,
-    /// Logarithms of the noise, and their Fisher information there.
-    known: Option<(DVector<f64>, DMatrix<f64>)>,
-    /// Logarithms of the noise at the last point, and the gradient there.
-    last: Option<(DVector<f64>, DVector<f64>)>,
-    /// Steps, and the change of the gradient over each; the latest is last.
-    steps: Vec<(DVector<f64>, DVector<f64>)>,
-}
-
-/// Change of any logarithm of the noise that leaves its information as it is.
-const SAME_INFORMATION: f64 = 0.3;
-
-impl NoiseDescent {
-    const fn new() -> Self {
-        Self { damping: NOISE_DAMPING, known: None, last: None, steps: Vec::new() }
-    }
-
-    /// Forgets past steps, as the likelihood is another one with another plant.
-    fn forget(&mut self) {
-        (self.last, self.steps) = Default::default();
-    }
-
-    /// Returns the Fisher information at a point, if it was computed near it.
-    fn information_at(&self, logarithms: &DVector<f64>) -> Option<DMatrix<f64>> {
-        let (known, information) = self.known.as_ref()?;
-        let is_near =
-            known.len() == logarithms.len() && (known - logarithms).amax() <= SAME_INFORMATION;
-        is_near.then(|| information.clone())
-    }
-
-    /// Estimates the Hessian at a point: its Fisher information, which is the Hessian only where the
-    /// model is true, with the update of Broyden, Fletcher, Goldfarb and Shanno for each step so far.
-    ///
-    /// # Source
-    /// [NocedalWright2006, eq. 6.19].
-    fn hessian(
-        &mut self,
-        at: &DVector<f64>,
-        gradient: &DVector<f64>,
-        information: &DMatrix<f64>,
-    ) -> DMatrix<f64> {
-        if let Some((before, gradient_before)) = &self.last {
-            let (step, change) = (at - before, gradient - gradient_before);
-            if step.dot(&change) > 0.0 {
-                self.steps.push((step, change));
-            }
-        }
-        self.last = Some((at.clone(), gradient.clone()));
-        let mut hessian = information.clone();
-        for (step, change) in &self.steps {
-            let expected = &hessian * step;
-            let curvature = step.dot(&expected);
-            if curvature > 0.0 {
-                hessian -= &expected * expected.transpose() / curvature;
-                hessian += change * change.transpose() / step.dot(change);
-            }
-        }
-        hessian
-    }
-}
 
 impl Problem {
     pub(super) fn new(
@@ -559,7 +396,7 @@ impl Problem {
         }
     }
 
-    fn prior(&self, point: &Point) -> f64 {
+    pub(super) fn prior(&self, point: &Point) -> f64 {
         let of_terms = self.prior_coefficients(point).into_iter().map(|(_, number)| number);
         let half_square = |(x, std): (f64, f64)| 0.5 * (x / std).powi(2);
         of_terms.chain(self.prior_numbers(point)).map(half_square).sum()
@@ -624,299 +461,10 @@ impl Problem {
         Some(parts.iter().sum::<DMatrix<f64>>() * part)
     }
 
-    /// Returns true if output error is the fallback when this fit does not converge, so that
-    /// further attempts are not worth their time.
-    pub(super) fn has_rival(&self) -> bool {
-        !self.is_free && self.structure.reads_beside_thrusters()
-    }
-
-    /// Finds the optimum from a start, with the first steps on pieces of the trials.
-    ///
-    /// # Errors
-    /// [`Error::Plant`] if the fit does not converge.
-    pub(super) fn optimum(&self, start: Point, tolerance: Tolerance) -> Result<Optimum, Error> {
-        let pieces = self.in_pieces();
-        if let Some(pieces) = pieces.as_ref().filter(|_| self.has_rival()) {
-            let nearer = pieces.descent(start, Tolerance::COARSE)?;
-            return self.descent(nearer.point, tolerance);
-        }
-        let on_pieces = |pieces: Self| pieces.descent(start.clone(), Tolerance::COARSE).ok();
-        let nearer = pieces.and_then(on_pieces);
-        let found = nearer.and_then(|nearer| self.descent(nearer.point, tolerance).ok());
-        found.map_or_else(|| self.descent(start, tolerance), Ok)
-    }
-
-    /// Finds the optimum from a start: alternates steps of plant and currents at fixed filter gains
-    /// with steps of the noise.
-    ///
-    /// # Errors
-    /// [`Error::Plant`] if the fit does not converge.
-    pub(super) fn descent(&self, start: Point, tolerance: Tolerance) -> Result<Optimum, Error> {
-        self.descend(start, tolerance, WithNoise::Fitted)
-    }
-
-    /// Finds the optimum at fixed noise: for a plant with few more terms than the one with which
-    /// the noise was fitted.
-    ///
-    /// # Errors
-    /// As [`Self::descent`].
-    pub(super) fn descent_at_noise(
-        &self,
-        start: Point,
-        tolerance: Tolerance,
-    ) -> Result<Optimum, Error> {
-        self.descend(start, tolerance, WithNoise::Kept)
-    }
-
-    fn descend(
-        &self,
-        start: Point,
-        tolerance: Tolerance,
-        noise: WithNoise,
-    ) -> Result<Optimum, Error> {
-        let refuse =
-            |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
-        let tolerance = if self.is_free { tolerance.for_output_error() } else { tolerance };
-        let mut point = start;
-        let mut damping = DAMPING;
-        let mut of_noise = NoiseDescent::new();
-        let mut is_kept = noise == WithNoise::Kept;
-        let mut noise_is_settled = is_kept;
-        let (mut gain, mut before) = (f64::INFINITY, [f64::INFINITY; 2]);
-        for iterations in 0..MOST_STEPS {
-            if !noise_is_settled {
-                noise_is_settled = self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
-            }
-            let (slope, gains) = self
-                .by_plant(&point)
-                .ok_or_else(|| refuse("its simulation diverges from the start; leave out terms, or use trials with more motion"))?;
-            is_kept |= self.has_partial_noise(tolerance) && alternate(before, slope.cost);
-            before = [before[1], slope.cost];
-            gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
-            if gain > KEPT_BELOW {
-                of_noise.forget();
-            }
-            let is_last = gain < tolerance.plant;
-            if is_last && noise_is_settled {
-                let Slope { cost, information, .. } = slope;
-                let iterations = iterations + 1;
-                let noise_information = self.information_of_all_noise(&point, of_noise, tolerance);
-                return Ok(Optimum { point, cost, information, noise_information, iterations });
-            }
-            noise_is_settled =
-                is_kept || is_last && self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
-        }
-        Err(refuse(
-            "the fit did not converge; leave out terms, or use trials with more variation of speed and turning",
-        ))
-    }
-
-    /// Makes a damped Gauss–Newton step of plant and currents; returns the expected gain of an
-    /// undamped step.
-    fn step_plant(
-        &self,
-        point: &mut Point,
-        slope: &Slope,
-        gains: &[Gains],
-        damping: &mut f64,
-        tolerance: Tolerance,
-    ) -> f64 {
-        let (gradient, hessian) = self.in_free_numbers(&point.free, slope);
-        let (numbers, limits) = (point.numbers(), self.limits(point));
-        let parabola =
-            Parabola::new((&gradient, &hessian), (&numbers, &limits), |k| self.is_held(point, k));
-        let at = slope.misfit + self.prior(point);
-        let whole = parabola.step(LEAST_DAMPING);
-        let expected = whole.map_or(f64::INFINITY, |step| 0.5 * parabola.promise(&step));
-        while *damping < MOST_DAMPING {
-            let Some(step) = parabola.step(*damping) else {
-                *damping *= DAMPING_FACTOR;
-                continue;
-            };
-            let moved = point.moved(&step, &limits);
-            let there = self.at_gains(&moved, gains);
-            if there <= at {
-                *point = moved;
-                *damping = (*damping / DAMPING_FACTOR).max(LEAST_DAMPING);
-                // Where a limit shortens the step, the gain is less than expected.
-                let gained = at - there;
-                return if gained < tolerance.least_gain() { gained } else { expected };
-            }
-            if expected < tolerance.plant {
-                return expected;
-            }
-            *damping *= DAMPING_FACTOR;
-        }
-        // No shorter step reduces the cost: this is the minimum, within rounding.
-        *damping = DAMPING;
-        0.0
-    }
-
-    /// Returns the lower and upper limit of each number of a point.
-    fn limits(&self, point: &Point) -> Vec<(f64, f64)> {
-        let lowest = self.physical.lowest().into_iter();
-        let of_plant = lowest.map(|low| (low.unwrap_or(f64::NEG_INFINITY), f64::INFINITY));
-        let of_currents = point.currents.iter().flatten();
-        let of_currents = of_currents.map(|_| (f64::NEG_INFINITY, f64::INFINITY));
-        of_plant.chain(Actuator::LIMITS).chain(of_currents).collect()
-    }
-
-    /// Returns true if a number of a point is not fitted.
-    fn is_held(&self, point: &Point, k: usize) -> bool {
-        let p = point.free.len();
-        match k.checked_sub(p) {
-            None => false,
-            Some(k) => self.fits.get(k).map_or(!self.has_current, |fits| !fits),
-        }
-    }
-
-    /// Converts gradient and information from coefficients to the plant's free parameters.
-    fn in_free_numbers(&self, free: &DVector<f64>, slope: &Slope) -> (DVector<f64>, DMatrix<f64>) {
-        let (p, all) = (free.len(), slope.gradient.len());
-        let mut jacobian = DMatrix::identity(all, all);
-        jacobian.view_mut((0, 0), (p, p)).copy_from(&self.physical.jacobian(free));
-        let hessian = jacobian.transpose() * &slope.information * &jacobian;
-        (jacobian.transpose() * &slope.gradient, hessian)
-    }
-
-    /// Returns true if the noise is fitted to pieces of the trials, which determine it well enough for a
-    /// coarse fit. With position or acceleration sensors its gradient takes so long that they have to do
-    /// at the optimum as well.
-    fn has_partial_noise(&self, tolerance: Tolerance) -> bool {
-        let is_enough = tolerance.is_coarse || self.instruments.count() > 0;
-        is_enough && self.pieces.is_some()
-    }
-
-    /// Makes steps of the noise while each gains more than the last step of the plant promised;
-    /// returns true if the noise has converged.
-    fn settle_noise(
-        &self,
-        point: &mut Point,
-        tolerance: Tolerance,
-        descent: &mut NoiseDescent,
-        promised: f64,
-    ) -> bool {
-        if self.is_free {
-            return self.step_misfit(point, tolerance);
-        }
-        for _ in 0..MOST_NOISE_STEPS {
-            match self.step_noise(point, tolerance, descent) {
-                None => return true,
-                Some(gained) if gained <= promised => return false,
-                Some(_) => {}
-            }
-        }
-        false
-    }
-
-    /// Returns the Fisher information of the noise that a descent knows, for all samples; zero where the
-    /// noise was kept.
-    fn information_of_all_noise(
-        &self,
-        point: &Point,
-        descent: NoiseDescent,
-        tolerance: Tolerance,
-    ) -> DMatrix<f64> {
-        let count = point.noise.count();
-        let Some((_, information)) = descent.known else { return DMatrix::zeros(count, count) };
-        let pieces = if self.has_partial_noise(tolerance) { self.in_pieces() } else { None };
-        let part = pieces.map_or(1.0, |pieces| pieces.samples() as f64 / self.samples() as f64);
-        information / part
-    }
-
-    /// Makes one step of the noise; returns its gain in log-likelihood, or `None` if the noise has
-    /// converged.
-    fn step_noise(
-        &self,
-        point: &mut Point,
-        tolerance: Tolerance,
-        descent: &mut NoiseDescent,
-    ) -> Option<f64> {
-        let pieces = if self.has_partial_noise(tolerance) { self.in_pieces() } else { None };
-        let data = pieces.as_ref().unwrap_or(self);
-        let needed = tolerance.noise * if pieces.is_some() { PIECES_PART } else { 1.0 };
-        let logarithms = point.noise.logarithms();
-        let (cost, gradient) = data.by_noise(point)?;
-        let information = match descent.information_at(&logarithms) {
-            Some(known) => known,
-            None => {
-                let information = data.noise_information(point)?;
-                descent.known = Some((logarithms.clone(), information.clone()));
-                information
-            }
-        };
-        let limits = self.noise_limits(&point.noise);
-        let hessian = descent.hessian(&logarithms, &gradient, &information);
-        let damping = &mut descent.damping;
-        // A disturbance that is absent and need not grow has no correlation time either.
-        let is_absent = |axis: usize| information[(axis, axis)] < ABSENT && gradient[axis] >= 0.0;
-        let numbers = point.noise.numbers();
-        let is_held = |k: usize| match numbers[k] {
-            NoiseNumber::Disturbance(axis) | NoiseNumber::Correlation(axis) => is_absent(axis),
-            NoiseNumber::Velocity(axis) => self.is_unmeasured(axis),
-            _ => false,
-        };
-        let parabola = Parabola::new((&gradient, &hessian), (&logarithms, &limits), is_held);
-        while *damping < MOST_DAMPING {
-            let Some(step) = parabola.step(*damping) else {
-                *damping *= DAMPING_FACTOR;
-                continue;
-            };
-            if 0.5 * parabola.promise(&step) < needed {
-                return None;
-            }
-            // Each component is limited separately, so that one that diverges does not slow the
-            // others.
-            let is_first = *damping <= NOISE_DAMPING;
-            let reached = step.iter().zip(&numbers).map(|(x, number)| {
-                let x = if number.is_std() { as_step_of_variance(*x) } else { *x };
-                // A disturbance that was or is absent has to change by orders of magnitude.
-                let [down, up] = match number {
-                    NoiseNumber::Disturbance(_) if is_first => [GREATEST_FALL, GREATEST_RISE],
-                    NoiseNumber::Disturbance(_) => [GREATEST_FALL, GREATEST_LOG_STEP],
-                    _ => [GREATEST_LOG_STEP; 2],
-                };
-                x.clamp(-down, up)
-            });
-            let step = DVector::from_iterator(step.len(), reached);
-            let moved = clamped(&logarithms + step, &limits);
-            let moved = Point { noise: point.noise.with_logarithms(&moved), ..point.clone() };
-            let gained = cost + self.prior(point) - data.cost(&moved);
-            if gained > 0.0 {
-                *point = moved;
-                *damping = (*damping / DAMPING_FACTOR).max(NOISE_DAMPING);
-                // An absent disturbance decreases without limit and gains nothing.
-                return (gained >= needed).then_some(gained);
-            }
-            *damping *= DAMPING_FACTOR;
-        }
-        *damping = NOISE_DAMPING;
-        None
-    }
-
     /// Returns true if no trial has a measured velocity of the axis at an index.
     pub(super) fn is_unmeasured(&self, place: usize) -> bool {
         let Some(dof) = self.structure.axes().get(place) else { return false };
         self.schedules.iter().all(|schedule| !schedule.is_measured[dof.index()])
-    }
-
-    /// Returns the lower and upper limit of each logarithm of the noise.
-    fn noise_limits(&self, noise: &Noise) -> Vec<(f64, f64)> {
-        let least = |of_samples: f64| [LEAST_NOISE_PART * of_samples, f64::INFINITY];
-        let of = |number: &NoiseNumber| match *number {
-            NoiseNumber::Disturbance(_) | NoiseNumber::Swell(_) => [0.0, f64::INFINITY],
-            NoiseNumber::Correlation(_) => CORRELATION_S,
-            NoiseNumber::Velocity(axis) => least(self.sample_noise[axis]),
-            NoiseNumber::Attitude => least(self.attitude_noise),
-            NoiseNumber::Instrument(InstrumentNoise::OFFSET) => OFFSET_M_S2,
-            NoiseNumber::Instrument(InstrumentNoise::OFFSET_CORRELATION) => OFFSET_CORRELATION_S,
-            NoiseNumber::Instrument(number) => least(self.instruments.numbers[number]),
-            NoiseNumber::Drift => DRIFT_STD_M_S,
-            NoiseNumber::DriftCorrelation => DRIFT_CORRELATION_S,
-            NoiseNumber::SwellFrequency => Swell::FREQUENCY,
-            NoiseNumber::SwellDamping => Swell::DAMPING,
-        };
-        noise.numbers().iter().map(|number| of(number).map(f64::ln).into()).collect()
     }
 }
 
@@ -928,14 +476,14 @@ impl Point {
     }
 
     /// Returns the free parameters of the plant, the numbers of the actuator and the currents.
-    fn numbers(&self) -> DVector<f64> {
+    pub(super) fn numbers(&self) -> DVector<f64> {
         let (free, actuator) = (self.free.iter().copied(), self.actuator.numbers());
         let all = free.chain(actuator).chain(self.currents.as_flattened().iter().copied());
         DVector::from_vec(all.collect())
     }
 
     /// Returns the point after a step of these numbers, within limits.
-    fn moved(&self, step: &DVector<f64>, limits: &[(f64, f64)]) -> Self {
+    pub(super) fn moved(&self, step: &DVector<f64>, limits: &[(f64, f64)]) -> Self {
         let numbers = clamped(self.numbers() + step, limits);
         let (p, q) = (self.free.len(), self.free.len() + Actuator::COUNT);
         let mut moved = self.clone();
@@ -947,29 +495,8 @@ impl Point {
     }
 }
 
-/// Converts a step x of ln σ to the one that changes σ² by as much as x promises, `σ² (1 + 2x)`: the
-/// likelihood is closer to a parabola in variances than in their logarithms.
-fn as_step_of_variance(x: f64) -> f64 {
-    // No variance falls below a tenth.
-    let part = 1.0 + 2.0 * x;
-    if part > 0.1 { 0.5 * part.ln() } else { x.min(0.5 * 0.1_f64.ln()) }
-}
-
-/// Returns true if costs alternate between two values: the last is nearly that before the one before it.
-/// Noise that is fitted to pieces of the trials and a plant that is fitted to all of them do so where pieces
-/// differ from the rest.
-fn alternate([before, last]: [f64; 2], cost: f64) -> bool {
-    let swing = (cost - last).abs();
-    swing > LEAST_SWING && (cost - before).abs() < CLOSED_PART * swing
-}
-
-/// Least swing of a cost: a coarse fit that converges changes it by less than one.
-const LEAST_SWING: f64 = 10.0;
-/// Part of a swing by which costs may differ that count as the same.
-const CLOSED_PART: f64 = 0.05;
-
 /// Clamps numbers to their limits, which a step may exceed by rounding.
-fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
+pub(super) fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVector<f64> {
     for (x, (low, high)) in numbers.iter_mut().zip(limits) {
         *x = x.clamp(*low, *high);
     }
@@ -1016,12 +543,9 @@ fn first_instruments(records: &[&TrialRecord], schedules: &[Schedule]) -> Instru
 /// Initial standard deviation of the accelerometer offset, m/s²: corresponds to an attitude error
 /// of a third of a degree.
 const FIRST_OFFSET_M_S2: f64 = 0.05;
-/// Its limits, m/s².
-const OFFSET_M_S2: [f64; 2] = [1e-4, 2.0];
+
 /// Initial correlation time of the offset, s.
 const FIRST_OFFSET_CORRELATION_S: f64 = 60.0;
-/// Its limits, s: shorter is measurement noise, longer is a constant.
-const OFFSET_CORRELATION_S: [f64; 2] = [3.0, 3000.0];
 
 /// Lower limit of any sensor noise, in the sensor's unit.
 const LEAST_NOISE: f64 = 1e-6;
@@ -1043,32 +567,3 @@ pub(super) fn first_noise(problem: &Problem, residual: &[f64]) -> Noise {
 
 /// Initial correlation time of disturbances, s.
 const FIRST_CORRELATION_S: f64 = 3.0;
-
-#[cfg(test)]
-mod tests {
-    use super::{alternate, as_step_of_variance};
-
-    #[test]
-    fn costs_that_alternate_are_told_from_those_that_fall() {
-        // As noise of pieces and a plant of all trials did with kicks in some pieces.
-        assert!(alternate([-389_469.9, -376_993.7], -389_470.0));
-        assert!(!alternate([f64::INFINITY; 2], -100.0));
-        assert!(!alternate([f64::INFINITY, -100.0], -200.0));
-        assert!(!alternate([-100.0, -200.0], -250.0), "falling");
-        assert!(!alternate([-200.0, -100.0], -150.0), "half of the way back");
-        assert!(!alternate([-200.0, -199.0], -200.0), "converged");
-    }
-
-    /// White noise of r times the variance that is assumed has a slope of 1 − r by ln σ and a Fisher
-    /// information of 2, by number of samples.
-    #[test]
-    fn a_wrong_variance_of_white_noise_takes_one_step() {
-        for ratio in [0.11_f64, 0.5, 1.0, 4.0, 1e9] {
-            let found = (2.0 * as_step_of_variance(0.5 * (ratio - 1.0))).exp();
-            assert!((found / ratio - 1.0).abs() < 1e-9, "{found}, not {ratio}");
-        }
-        let steps = [-9.0, -1.2, -0.5, -0.46, -0.44, 0.0, 3.0];
-        let reached = steps.map(as_step_of_variance);
-        assert!(reached.is_sorted() && reached.iter().all(|x| x.is_finite()), "{reached:?}");
-    }
-}

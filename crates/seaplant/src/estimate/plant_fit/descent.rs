@@ -1,0 +1,262 @@
+//! From a start to the optimum: Gauss–Newton steps of plant, thrust and currents at fixed filter gains, and
+//! steps of the noise between them.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::actuator::Actuator;
+use super::filter::{Gains, Slope};
+use super::noise_descent::NoiseDescent;
+use super::problem::{Point, Problem};
+use crate::Error;
+use crate::estimate::descend::Parabola;
+use crate::plant::Parameterisation;
+
+/// Result of the optimisation.
+#[derive(Clone, Debug)]
+pub(super) struct Optimum {
+    pub(super) point: Point,
+    /// Negative log-likelihood.
+    pub(super) cost: f64,
+    /// Fisher information of coefficients, actuator and currents, including priors.
+    pub(super) information: DMatrix<f64>,
+    /// Fisher information of the logarithms of the noise; zero for output error.
+    pub(super) noise_information: DMatrix<f64>,
+    /// Number of iterations.
+    pub(super) iterations: usize,
+}
+
+/// Treatment of the noise during a descent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum WithNoise {
+    Fitted,
+    Kept,
+}
+
+/// Maximum number of iterations of a fit.
+const MOST_STEPS: usize = 60;
+
+/// Convergence tolerance of a fit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tolerance {
+    /// The iteration stops when the expected gain in log-likelihood of a step is below this.
+    plant: f64,
+    /// The same for a step of the noise, whose parameters matter less. At the true value of some twenty of
+    /// them the log-likelihood is some ten below its maximum.
+    pub(super) noise: f64,
+    /// True where the noise may be fitted to pieces of the trials.
+    pub(super) is_coarse: bool,
+}
+
+impl Tolerance {
+    /// Steps of every coefficient are below 3 % of its standard deviation.
+    pub(super) const FINE: Self = Self { plant: 5e-4, noise: 0.2, is_coarse: false };
+    /// Steps of every coefficient are below half of its standard deviation: sufficient for a search
+    /// of missing terms and as a start for a finer fit.
+    pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5, is_coarse: true };
+
+    /// Returns the tolerance for output error, where the correlated misfit makes about a hundred
+    /// samples worth one independent sample.
+    fn for_output_error(self) -> Self {
+        Self { plant: 100.0 * self.plant, noise: 100.0 * self.noise, ..self }
+    }
+
+    /// Returns the actual gain below which a step is the last, whatever gain was expected.
+    fn least_gain(self) -> f64 {
+        0.1 * self.plant
+    }
+}
+
+/// Damping of Gauss–Newton steps: initial value, factor, limits.
+const DAMPING: f64 = 1e-4;
+pub(super) const DAMPING_FACTOR: f64 = 8.0;
+pub(super) const MOST_DAMPING: f64 = 1e8;
+const LEAST_DAMPING: f64 = 1e-9;
+
+/// Gain of a step of the plant above which earlier steps of the noise say nothing of its curvature.
+const KEPT_BELOW: f64 = 1.0;
+
+impl Problem {
+    /// Returns true if output error is the fallback when this fit does not converge, so that
+    /// further attempts are not worth their time.
+    pub(super) fn has_rival(&self) -> bool {
+        !self.is_free && self.structure.reads_beside_thrusters()
+    }
+
+    /// Finds the optimum from a start, with the first steps on pieces of the trials.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the fit does not converge.
+    pub(super) fn optimum(&self, start: Point, tolerance: Tolerance) -> Result<Optimum, Error> {
+        let pieces = self.in_pieces();
+        if let Some(pieces) = pieces.as_ref().filter(|_| self.has_rival()) {
+            let nearer = pieces.descent(start, Tolerance::COARSE)?;
+            return self.descent(nearer.point, tolerance);
+        }
+        let on_pieces = |pieces: Self| pieces.descent(start.clone(), Tolerance::COARSE).ok();
+        let nearer = pieces.and_then(on_pieces);
+        let found = nearer.and_then(|nearer| self.descent(nearer.point, tolerance).ok());
+        found.map_or_else(|| self.descent(start, tolerance), Ok)
+    }
+
+    /// Finds the optimum from a start: alternates steps of plant and currents at fixed filter gains
+    /// with steps of the noise.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the fit does not converge.
+    pub(super) fn descent(&self, start: Point, tolerance: Tolerance) -> Result<Optimum, Error> {
+        self.descend(start, tolerance, WithNoise::Fitted)
+    }
+
+    /// Finds the optimum at fixed noise: for a plant with few more terms than the one with which
+    /// the noise was fitted.
+    ///
+    /// # Errors
+    /// As [`Self::descent`].
+    pub(super) fn descent_at_noise(
+        &self,
+        start: Point,
+        tolerance: Tolerance,
+    ) -> Result<Optimum, Error> {
+        self.descend(start, tolerance, WithNoise::Kept)
+    }
+
+    fn descend(
+        &self,
+        start: Point,
+        tolerance: Tolerance,
+        noise: WithNoise,
+    ) -> Result<Optimum, Error> {
+        let refuse =
+            |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
+        let tolerance = if self.is_free { tolerance.for_output_error() } else { tolerance };
+        let mut point = start;
+        let mut damping = DAMPING;
+        let mut of_noise = NoiseDescent::new();
+        let mut is_kept = noise == WithNoise::Kept;
+        let mut noise_is_settled = is_kept;
+        let (mut gain, mut before) = (f64::INFINITY, [f64::INFINITY; 2]);
+        for iterations in 0..MOST_STEPS {
+            if !noise_is_settled {
+                noise_is_settled = self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
+            }
+            let (slope, gains) = self
+                .by_plant(&point)
+                .ok_or_else(|| refuse("its simulation diverges from the start; leave out terms, or use trials with more motion"))?;
+            is_kept |= self.has_partial_noise(tolerance) && alternate(before, slope.cost);
+            before = [before[1], slope.cost];
+            gain = self.step_plant(&mut point, &slope, &gains, &mut damping, tolerance);
+            if gain > KEPT_BELOW {
+                of_noise.forget();
+            }
+            let is_last = gain < tolerance.plant;
+            if is_last && noise_is_settled {
+                let Slope { cost, information, .. } = slope;
+                let iterations = iterations + 1;
+                let noise_information = self.information_of_all_noise(&point, of_noise, tolerance);
+                return Ok(Optimum { point, cost, information, noise_information, iterations });
+            }
+            noise_is_settled =
+                is_kept || is_last && self.settle_noise(&mut point, tolerance, &mut of_noise, gain);
+        }
+        Err(refuse(
+            "the fit did not converge; leave out terms, or use trials with more variation of speed and turning",
+        ))
+    }
+
+    /// Makes a damped Gauss–Newton step of plant and currents; returns the expected gain of an
+    /// undamped step.
+    fn step_plant(
+        &self,
+        point: &mut Point,
+        slope: &Slope,
+        gains: &[Gains],
+        damping: &mut f64,
+        tolerance: Tolerance,
+    ) -> f64 {
+        let (gradient, hessian) = self.in_free_numbers(&point.free, slope);
+        let (numbers, limits) = (point.numbers(), self.limits(point));
+        let parabola =
+            Parabola::new((&gradient, &hessian), (&numbers, &limits), |k| self.is_held(point, k));
+        let at = slope.misfit + self.prior(point);
+        let whole = parabola.step(LEAST_DAMPING);
+        let expected = whole.map_or(f64::INFINITY, |step| 0.5 * parabola.promise(&step));
+        while *damping < MOST_DAMPING {
+            let Some(step) = parabola.step(*damping) else {
+                *damping *= DAMPING_FACTOR;
+                continue;
+            };
+            let moved = point.moved(&step, &limits);
+            let there = self.at_gains(&moved, gains);
+            if there <= at {
+                *point = moved;
+                *damping = (*damping / DAMPING_FACTOR).max(LEAST_DAMPING);
+                // Where a limit shortens the step, the gain is less than expected.
+                let gained = at - there;
+                return if gained < tolerance.least_gain() { gained } else { expected };
+            }
+            if expected < tolerance.plant {
+                return expected;
+            }
+            *damping *= DAMPING_FACTOR;
+        }
+        // No shorter step reduces the cost: this is the minimum, within rounding.
+        *damping = DAMPING;
+        0.0
+    }
+
+    /// Returns the lower and upper limit of each number of a point.
+    fn limits(&self, point: &Point) -> Vec<(f64, f64)> {
+        let lowest = self.physical.lowest().into_iter();
+        let of_plant = lowest.map(|low| (low.unwrap_or(f64::NEG_INFINITY), f64::INFINITY));
+        let of_currents = point.currents.iter().flatten();
+        let of_currents = of_currents.map(|_| (f64::NEG_INFINITY, f64::INFINITY));
+        of_plant.chain(Actuator::LIMITS).chain(of_currents).collect()
+    }
+
+    /// Returns true if a number of a point is not fitted.
+    fn is_held(&self, point: &Point, k: usize) -> bool {
+        let p = point.free.len();
+        match k.checked_sub(p) {
+            None => false,
+            Some(k) => self.fits.get(k).map_or(!self.has_current, |fits| !fits),
+        }
+    }
+
+    /// Converts gradient and information from coefficients to the plant's free parameters.
+    fn in_free_numbers(&self, free: &DVector<f64>, slope: &Slope) -> (DVector<f64>, DMatrix<f64>) {
+        let (p, all) = (free.len(), slope.gradient.len());
+        let mut jacobian = DMatrix::identity(all, all);
+        jacobian.view_mut((0, 0), (p, p)).copy_from(&self.physical.jacobian(free));
+        let hessian = jacobian.transpose() * &slope.information * &jacobian;
+        (jacobian.transpose() * &slope.gradient, hessian)
+    }
+}
+
+/// Returns true if costs alternate between two values: the last is nearly that before the one before it.
+/// Noise that is fitted to pieces of the trials and a plant that is fitted to all of them do so where pieces
+/// differ from the rest.
+fn alternate([before, last]: [f64; 2], cost: f64) -> bool {
+    let swing = (cost - last).abs();
+    swing > LEAST_SWING && (cost - before).abs() < CLOSED_PART * swing
+}
+
+/// Least swing of a cost: a coarse fit that converges changes it by less than one.
+const LEAST_SWING: f64 = 10.0;
+/// Part of a swing by which costs may differ that count as the same.
+const CLOSED_PART: f64 = 0.05;
+
+#[cfg(test)]
+mod tests {
+    use super::alternate;
+
+    #[test]
+    fn costs_that_alternate_are_told_from_those_that_fall() {
+        // As noise of pieces and a plant of all trials did with kicks in some pieces.
+        assert!(alternate([-389_469.9, -376_993.7], -389_470.0));
+        assert!(!alternate([f64::INFINITY; 2], -100.0));
+        assert!(!alternate([f64::INFINITY, -100.0], -200.0));
+        assert!(!alternate([-100.0, -200.0], -250.0), "falling");
+        assert!(!alternate([-200.0, -100.0], -150.0), "half of the way back");
+        assert!(!alternate([-200.0, -199.0], -200.0), "converged");
+    }
+}
