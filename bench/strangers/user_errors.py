@@ -145,7 +145,7 @@ def curve_of_rpm(f, g, axis):
     f.curves((30 / 3.14159265) ** -2)
 
 
-@error(ONE_AXIS, " kn ", axes=["surge", "sway", "heave"])
+@error(ONE_AXIS, " kn", axes=["surge", "sway", "heave"])
 def speed_knots(f, g, axis):
     f.channel(MOTION, f"scale = {KNOT}")
 
@@ -275,7 +275,7 @@ def curves_lbf(f, g, axis):
     f.curves(1 / LBF)
 
 
-@error(TOGETHER, " kn ")
+@error(TOGETHER, " kn")
 def dvl_knots(f, g, axis):
     f.channel(r"dvl\.velocity\.[xyz]", f"scale = {KNOT}")
 

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::Results;
+use seaplant::results::{Results, Trust};
 use seaplant::{
     Caveat, CaveatCode, Dof, IdentifyOptions, Method, QuadraticThrust, Quantity, Recording, Role,
     ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
@@ -277,7 +277,11 @@ fn a_dvl_at_45_degrees_shows_without_lateral_thrust() {
 
 /// What is identified of surge by itself, by equation error.
 fn surge(change: impl Fn(&mut Recording, &mut Vehicle)) -> Results {
-    let setup = TrialSetup { dofs: vec![Dof::Surge], ..TrialSetup::default() };
+    alone(Dof::Surge, change)
+}
+
+fn alone(dof: Dof, change: impl Fn(&mut Recording, &mut Vehicle)) -> Results {
+    let setup = TrialSetup { dofs: vec![dof], ..TrialSetup::default() };
     let (vehicle, trials) = trials(&setup, change);
     let options =
         IdentifyOptions { methods: vec![Method::EquationError], ..IdentifyOptions::default() };
@@ -293,6 +297,18 @@ fn a_fit_that_fails_says_which_mistake_explains_the_logs() {
             && failure.message.contains("`negate = true` for \"dvl.velocity.x\"")
     });
     assert!(told, "{:?}", results.failures);
+}
+
+/// With levers a thousand times as long a plant of yaw predicts as well, with an inertia a thousand times as
+/// large.
+#[test]
+fn thrusters_placed_in_millimetres_are_named_whatever_the_plant_predicts() {
+    let results = alone(Dof::Yaw, |_, vehicle| {
+        vehicle.thrusters.iter_mut().for_each(|thruster| thruster.position_body *= 1000.0);
+    });
+    let plant = &results.plants[&Dof::Yaw];
+    assert_eq!(plant.verdict.trust, Trust::DoNotUse, "{:?}", plant.verdict);
+    assert!(plant.caveats[0].message.contains("position_m"), "{:?}", plant.caveats);
 }
 
 #[test]

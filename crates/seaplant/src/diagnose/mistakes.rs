@@ -13,6 +13,7 @@ mod weak;
 use change::{Change, view};
 use weak::{Explained, Settings, View, choose_settings, explained};
 
+use crate::plant::RigidBody;
 use crate::trial::Logged;
 use crate::{Caveat, CaveatCode, Dof, Role, Trial, Vehicle};
 
@@ -75,8 +76,20 @@ pub(crate) fn mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Mistake> {
     let right: Vec<Dof> = axes.iter().filter(is_right).map(|(dof, _)| *dof).collect();
     let mut all = instruments::mistakes(&logs, &vehicle.sensors, &right);
     all.extend(mistakes);
+    all.extend(units::far_thruster(vehicle));
     all.extend(units::mistakes(vehicle, &logs, &axes));
     all
+}
+
+/// Finds the mistakes that are certain whatever a plant predicts, as it may predict well in a wrong unit:
+/// thrusters outside the vehicle, and a unit of vertical velocity that depth contradicts. `heave_kg` is the
+/// mass of a plant in heave.
+pub(crate) fn certain(vehicle: &Vehicle, trials: &[Trial], heave_kg: Option<f64>) -> Vec<Mistake> {
+    let fitted = trials.iter().filter(|trial| trial.role() == Role::Fit);
+    let logs: Vec<&Logged> = fitted.filter_map(Trial::logged).collect();
+    let rigid = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
+    let of_velocity = instruments::unit_of_velocity(&logs, heave_kg, rigid.or(vehicle.dry_mass_kg));
+    units::far_thruster(vehicle).into_iter().chain(of_velocity).collect()
 }
 
 /// The result of a search.

@@ -1,7 +1,9 @@
 //! Probable mistakes of the user, with the plants that they may explain.
 
+use std::collections::BTreeMap;
+
 use super::verdict::verdict;
-use crate::diagnose::{Mistake, mistakes};
+use crate::diagnose::{Mistake, certain, mistakes};
 use crate::results::{Failure, FittedPlant, PlantResult, Results, Trust, Verdict};
 use crate::{Caveat, Dof, Trial, Vehicle};
 
@@ -15,16 +17,22 @@ pub fn likely_mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Caveat> {
 
 /// Adds the mistakes that may explain failed fits and doubtful plants to the results.
 ///
-/// A mistake is reported only if at least one of its axes is doubtful, and then for all of them.
+/// A mistake that is not certain is reported only if at least one of its axes is doubtful, and then for all of
+/// them.
 pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
     let Results { failures, plants, methods, coupled, .. } = results;
     let verdicts = plants.values().map(|plant| &plant.verdict);
     let mut verdicts = verdicts.chain(coupled.values().map(|plant| &plant.verdict));
-    if failures.is_empty() && !verdicts.any(is_doubtful) {
+    let is_sound = failures.is_empty() && !verdicts.any(is_doubtful);
+    let certain = certain(vehicle, trials, heave_kg(plants, coupled));
+    if is_sound && certain.is_empty() {
         return;
     }
     let mut found = mistakes(vehicle, trials);
     found.retain(|mistake| {
+        if certain.iter().any(|own| own.axes == mistake.axes) {
+            return true;
+        }
         let is_of = |dof: &Dof| mistake.axes.contains(dof);
         let alone = plants.iter().any(|(dof, plant)| is_of(dof) && is_doubtful(&plant.verdict));
         let together =
@@ -44,6 +52,16 @@ pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
         of_method.into_iter().for_each(|same| doubt(*dof, same, &found));
     }
     coupled.values_mut().for_each(|plant| doubt_together(plant, &found));
+}
+
+/// Returns the mass of a plant in heave.
+fn heave_kg(
+    plants: &BTreeMap<Dof, PlantResult>,
+    coupled: &BTreeMap<String, FittedPlant>,
+) -> Option<f64> {
+    let alone = plants.get(&Dof::Heave).map(|plant| plant.parameters.mass.value);
+    let mut together = coupled.values().filter_map(|plant| plant.parameters.get("mass.heave"));
+    alone.or_else(|| Some(together.next()?.value))
 }
 
 fn is_doubtful(verdict: &Verdict) -> bool {

@@ -92,6 +92,9 @@ const HIGHEST_SPEED_OF_ENDS_M_S: f64 = 3.0;
 /// Density of water, kg/m³, for the volume of a floating vehicle from its mass.
 const WATER: f64 = 1000.0;
 const DEEPEST_M: f64 = 12_000.0;
+/// Greatest part of the samples of a motion that may be glitches; more of them beyond a limit say that its unit
+/// is wrong.
+const GLITCHES_PART: f64 = 0.02;
 const HIGHEST_ANGLE_RAD: f64 = 8.0;
 const HIGHEST_SURFACE_ANGLE_RAD: f64 = 1.6;
 
@@ -132,7 +135,14 @@ fn suspicious(quantity: &Quantity, series: &Timed, highest_rate: f64) -> Option<
             "{quantity} reaches {peak:.4} {}, which no vehicle does: check its unit ({hint})",
             quantity.kind().unit()
         );
-        Caveat::warning(CaveatCode::SuspiciousUnit, message)
+        let beyond = series.values().iter().filter(|x| x.abs() > limit).count();
+        let is_motion =
+            matches!(quantity.kind(), Kind::Velocity | Kind::AngularVelocity | Kind::Angle);
+        // A few samples may be glitches of the sensor.
+        match is_motion && beyond as f64 > GLITCHES_PART * series.len() as f64 {
+            true => Caveat::severe(CaveatCode::SuspiciousUnit, message),
+            false => Caveat::warning(CaveatCode::SuspiciousUnit, message),
+        }
     })
 }
 

@@ -67,11 +67,34 @@ fn depth_beside_velocity(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
     if matches!(source, Quantity::Depth) {
         return None;
     }
-    let pairs = moved(logs, |log| Some((down(log)?, log.depth.as_ref()?)));
     let source = source.to_string();
     let is_right = right.contains(&Dof::Heave);
-    let message = contradiction(ratio(&pairs)?, is_right, &source)?;
+    let message = contradiction(depth_by_velocity(logs)?, is_right, &source)?;
     Some(Mistake { axes: vec![Dof::Heave], message })
+}
+
+/// Returns how many times as far depth moves as vertical velocity says.
+fn depth_by_velocity(logs: &[&Logged]) -> Option<f64> {
+    ratio(&moved(logs, |log| Some((down(log)?, log.depth.as_ref()?))))
+}
+
+/// Finds units of depth or vertical velocity that contradict each other. Where one of both readings makes the
+/// heave mass of the plant impossible for a vehicle of that mass in air, depth is the one that is wrong, which
+/// harms no plant.
+pub(super) fn unit_of_velocity(
+    logs: &[&Logged],
+    heave_kg: Option<f64>,
+    dry_kg: Option<f64>,
+) -> Option<Mistake> {
+    let mistake = depth_beside_velocity(logs, &[])?;
+    let times = depth_by_velocity(logs)?.abs();
+    if (times - 1.0).abs() < units::NEAR {
+        return None;
+    }
+    let is_depth = heave_kg.zip(dry_kg).is_some_and(|(mass, dry)| {
+        units::is_usual(mass, dry) && !units::is_usual(mass / times, dry)
+    });
+    (!is_depth).then_some(mistake)
 }
 
 /// Returns downward velocity in the world's frame: `−u sin θ + (v sin φ + w cos φ) cos θ`.

@@ -54,15 +54,19 @@ const MOST_READINGS: usize = 4;
 /// Largest unexplained share of the change of velocity for a usable mass estimate.
 const MOST_LEFT: f64 = 0.5;
 
+/// Returns true if a mass is usual for a vehicle of some mass in air.
+pub(super) fn is_usual(mass_kg: f64, dry_kg: f64) -> bool {
+    (USUAL_TIMES.0..USUAL_TIMES.1).contains(&(mass_kg / dry_kg))
+}
+
 /// Finds units of force or speed with which impossible masses become possible.
 pub(super) fn mistakes(
     vehicle: &Vehicle,
     logs: &[&Logged],
     axes: &[(Dof, Explained)],
 ) -> Vec<Mistake> {
-    let distant = far_thruster(vehicle);
     let rigid = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
-    let Some(dry) = rigid.or(vehicle.dry_mass_kg) else { return distant.into_iter().collect() };
+    let Some(dry) = rigid.or(vehicle.dry_mass_kg) else { return Vec::new() };
     let is_known = |(dof, found): &&(Dof, Explained)| {
         !dof.is_rotation() && found.alpha > 0.0 && found.unexplained < MOST_LEFT
     };
@@ -75,21 +79,19 @@ pub(super) fn mistakes(
     let is_off = |times: f64| !(LEAST_TIMES..MOST_TIMES).contains(&times);
     let off: Vec<(Dof, f64)> = times.iter().copied().filter(|(_, times)| is_off(*times)).collect();
     if off.is_empty() {
-        return distant.into_iter().collect();
+        return Vec::new();
     }
     // The scale of thrusters and of the velocity sensor is common to all axes; wrenches have their
     // own.
     let suspect = if is_wrench { off } else { times };
     let readings = readings(&suspect, is_wrench);
-    let Some(message) = message(&suspect, &readings, logs, dry) else {
-        return distant.into_iter().collect();
-    };
+    let Some(message) = message(&suspect, &readings, logs, dry) else { return Vec::new() };
     let axes = match is_wrench {
         true => suspect.iter().map(|(dof, _)| *dof).collect(),
         // Thrusters along these axes also turn the vehicle about the others.
         false => axes.iter().map(|(dof, _)| *dof).collect(),
     };
-    distant.into_iter().chain([Mistake { axes, message }]).collect()
+    vec![Mistake { axes, message }]
 }
 
 /// A possibly wrong unit, and the factor of masses that corrects it.
@@ -172,7 +174,7 @@ const FAR_TIMES: f64 = 3.0;
 const LONGEST_TIMES: f64 = 20.0;
 
 /// Finds a thruster far outside the vehicle.
-fn far_thruster(vehicle: &Vehicle) -> Option<Mistake> {
+pub(super) fn far_thruster(vehicle: &Vehicle) -> Option<Mistake> {
     let by_mass = vehicle.dry_mass_kg.map(|mass| LONGEST_TIMES * (mass / 1000.0).cbrt());
     let by_size = vehicle.size_m.map(|size| FAR_TIMES * size.into_iter().fold(0.0, f64::max));
     let most_m = by_size.or(by_mass)?;

@@ -152,7 +152,9 @@ impl Problem {
             if is_last && noise_is_settled {
                 let Slope { cost, information, .. } = slope;
                 let iterations = iterations + 1;
-                let noise_information = self.information_of_all_noise(&point, of_noise, tolerance);
+                let count = point.noise.count();
+                let of_noise = (!self.is_free).then(|| self.noise_information(&point)).flatten();
+                let noise_information = of_noise.unwrap_or_else(|| DMatrix::zeros(count, count));
                 return Ok(Optimum { point, cost, information, noise_information, iterations });
             }
             noise_is_settled =

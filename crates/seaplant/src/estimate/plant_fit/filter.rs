@@ -276,14 +276,14 @@ impl<'a, const N: usize, const M: usize> Deref for SizedPass<'a, N, M> {
 }
 
 /// Calls a method of a pass with room for its navigation states, as matrices of the largest size would be
-/// copied where hardly any state is in use: 4 for the current with a position, or with depth and heading; 12
-/// for all instruments without waves, or for waves on five axes. Each size costs time to compile; methods
-/// that have no such matrices, or are called rarely, do without.
+/// copied where hardly any state is in use: 4 for the current with a position, or with depth and heading; 14
+/// for all instruments without waves, or for waves on six axes without these. Each size costs time to compile;
+/// methods that have no such matrices do without.
 macro_rules! with_room {
     ($pass:expr, $method:ident($($argument:expr),*)) => {
         match $pass.states() {
             ..=4 => Sweep::<'_, N, M, 4> { pass: $pass }.$method($($argument),*),
-            5..=12 => Sweep::<'_, N, M, 12> { pass: $pass }.$method($($argument),*),
+            5..=14 => Sweep::<'_, N, M, 14> { pass: $pass }.$method($($argument),*),
             _ => Sweep::<'_, N, M, MOST_NAVIGATION> { pass: $pass }.$method($($argument),*),
         }
     };
@@ -328,10 +328,7 @@ impl<const N: usize, const M: usize> Pass for SizedPass<'_, N, M> {
     }
 
     fn noise_information(&self) -> DMatrix<f64> {
-        match self.states() {
-            ..=4 => Sweep::<'_, N, M, 4> { pass: self }.noise_information(),
-            _ => Sweep::<'_, N, M, MOST_NAVIGATION> { pass: self }.noise_information(),
-        }
+        with_room!(self, noise_information())
     }
 }
 
@@ -843,7 +840,7 @@ mod tests {
             let pass = SizedPass { plant: &filter.plant, over };
             // The current, and waves on three axes.
             assert_eq!(pass.states(), 8);
-            assert_eq!(with_room_for::<12>(&pass), with_room_for::<MOST_NAVIGATION>(&pass));
+            assert_eq!(with_room_for::<14>(&pass), with_room_for::<MOST_NAVIGATION>(&pass));
             let calm = Noise { swell: None, ..over.noise.clone() };
             let over = Over { noise: &calm, ..over };
             let pass = SizedPass { over, ..pass };

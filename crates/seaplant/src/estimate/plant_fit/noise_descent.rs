@@ -11,33 +11,20 @@ use crate::estimate::descend::Parabola;
 /// Descent of the noise: what its steps have shown carries over to the next.
 pub(super) struct NoiseDescent {
     damping: f64,
-    /// Logarithms of the noise, and their Fisher information there.
-    known: Option<(DVector<f64>, DMatrix<f64>)>,
     /// Logarithms of the noise at the last point, and the gradient there.
     last: Option<(DVector<f64>, DVector<f64>)>,
     /// Steps, and the change of the gradient over each; the latest is last.
     steps: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
-/// Change of any logarithm of the noise that leaves its information as it is.
-const SAME_INFORMATION: f64 = 0.3;
-
 impl NoiseDescent {
     pub(super) const fn new() -> Self {
-        Self { damping: NOISE_DAMPING, known: None, last: None, steps: Vec::new() }
+        Self { damping: NOISE_DAMPING, last: None, steps: Vec::new() }
     }
 
     /// Forgets past steps, as the likelihood is another one with another plant.
     pub(super) fn forget(&mut self) {
         (self.last, self.steps) = Default::default();
-    }
-
-    /// Returns the Fisher information at a point, if it was computed near it.
-    fn information_at(&self, logarithms: &DVector<f64>) -> Option<DMatrix<f64>> {
-        let (known, information) = self.known.as_ref()?;
-        let is_near =
-            known.len() == logarithms.len() && (known - logarithms).amax() <= SAME_INFORMATION;
-        is_near.then(|| information.clone())
     }
 
     /// Estimates the Hessian at a point: its Fisher information, which is the Hessian only where the
@@ -112,7 +99,7 @@ const NOISE_DAMPING: f64 = 0.02;
 impl Problem {
     /// Returns true if the noise is fitted to pieces of the trials, which determine it well enough for a
     /// coarse fit. With position or acceleration sensors its gradient takes so long that they have to do
-    /// at the optimum as well.
+    /// at the optimum as well. Waves are not determined by pieces: their fit would be that of other waves.
     pub(super) fn has_partial_noise(&self, tolerance: Tolerance) -> bool {
         let is_enough = tolerance.is_coarse || self.instruments.count() > 0;
         is_enough && self.pieces.is_some()
@@ -140,21 +127,6 @@ impl Problem {
         false
     }
 
-    /// Returns the Fisher information of the noise that a descent knows, for all samples; zero where the
-    /// noise was kept.
-    pub(super) fn information_of_all_noise(
-        &self,
-        point: &Point,
-        descent: NoiseDescent,
-        tolerance: Tolerance,
-    ) -> DMatrix<f64> {
-        let count = point.noise.count();
-        let Some((_, information)) = descent.known else { return DMatrix::zeros(count, count) };
-        let pieces = if self.has_partial_noise(tolerance) { self.in_pieces() } else { None };
-        let part = pieces.map_or(1.0, |pieces| pieces.samples() as f64 / self.samples() as f64);
-        information / part
-    }
-
     /// Makes one step of the noise; returns its gain in log-likelihood, or `None` if the noise has
     /// converged.
     fn step_noise(
@@ -163,19 +135,13 @@ impl Problem {
         tolerance: Tolerance,
         descent: &mut NoiseDescent,
     ) -> Option<f64> {
-        let pieces = if self.has_partial_noise(tolerance) { self.in_pieces() } else { None };
+        let is_partial = self.has_partial_noise(tolerance);
+        let pieces = if is_partial { self.in_pieces() } else { None };
         let data = pieces.as_ref().unwrap_or(self);
         let needed = tolerance.noise * if pieces.is_some() { PIECES_PART } else { 1.0 };
         let logarithms = point.noise.logarithms();
         let (cost, gradient) = data.by_noise(point)?;
-        let information = match descent.information_at(&logarithms) {
-            Some(known) => known,
-            None => {
-                let information = data.noise_information(point)?;
-                descent.known = Some((logarithms.clone(), information.clone()));
-                information
-            }
-        };
+        let information = data.noise_information(point)?;
         let limits = self.noise_limits(&point.noise);
         let hessian = descent.hessian(&logarithms, &gradient, &information);
         let damping = &mut descent.damping;

@@ -5,7 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{DMatrix, DVector, Matrix6};
 
 use super::actuator::Actuator;
-use super::filter::{Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, Over, Pass, Slope};
+use super::filter::{
+    Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, NoiseNumber, Over, Pass, Slope,
+};
 use super::schedule::{Attitude, Schedule, known_together};
 use super::uncertainty::inverse;
 use crate::motion::{HeldForce, KnownForce, Load};
@@ -37,6 +39,7 @@ pub(super) struct Problem {
     /// Pieces of the trials for the first steps.
     pub(super) pieces: Option<Arc<[Schedule]>>,
     forces: Arc<ForceCache>,
+    noise_information: Arc<NoiseInformation>,
     rigid_body: Option<Matrix6<f64>>,
     /// True for the numbers of the actuator that are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
@@ -88,6 +91,42 @@ impl ForceCache {
                 pushes
             }
         }
+    }
+}
+
+/// Fisher information of the logarithms of the noise for one measurement, for each set of numbers at the last
+/// point at which it was computed. It takes longer than any gradient and hardly depends on the plant.
+#[derive(Default)]
+struct NoiseInformation(Mutex<Vec<InformationAt>>);
+
+/// Information at a point of the noise.
+struct InformationAt {
+    numbers: Vec<NoiseNumber>,
+    logarithms: DVector<f64>,
+    information: DMatrix<f64>,
+}
+
+/// Change of any logarithm of the noise that leaves its information as it is.
+const SAME_INFORMATION: f64 = 0.3;
+
+impl NoiseInformation {
+    fn get(
+        &self,
+        noise: &Noise,
+        compute: impl FnOnce() -> Option<DMatrix<f64>>,
+    ) -> Option<DMatrix<f64>> {
+        let mut met = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (numbers, logarithms) = (noise.numbers(), noise.logarithms());
+        let at = met.iter().position(|own| own.numbers == numbers);
+        if let Some(own) = at.map(|at| &met[at])
+            && (&own.logarithms - &logarithms).amax() <= SAME_INFORMATION
+        {
+            return Some(own.information.clone());
+        }
+        let information = compute()?;
+        at.map(|at| met.swap_remove(at));
+        met.push(InformationAt { numbers, logarithms, information: information.clone() });
+        Some(information)
     }
 }
 
@@ -173,6 +212,7 @@ impl Problem {
             schedules,
             pieces: are_enough.then_some(pieces),
             forces: Arc::default(),
+            noise_information: Arc::default(),
             rigid_body,
             fits: Actuator::fitted(records, axes),
             first_actuator: Actuator::first(records),
@@ -200,7 +240,8 @@ impl Problem {
     fn again(&self, records: &[&TrialRecord], attitude: Attitude) -> Self {
         let Self { structure, rigid_body, is_free, fits, first_actuator, .. } = self;
         let new = Self::new(structure, records, *rigid_body, *is_free, attitude);
-        Self { fits: *fits, first_actuator: *first_actuator, ..new }
+        let noise_information = Arc::clone(&self.noise_information);
+        Self { fits: *fits, first_actuator: *first_actuator, noise_information, ..new }
     }
 
     /// Returns the problem with attitude as a state.
@@ -233,6 +274,7 @@ impl Problem {
             schedules: Arc::clone(&self.schedules),
             pieces: self.pieces.clone(),
             forces: Arc::clone(&self.forces),
+            noise_information: Arc::clone(&self.noise_information),
             rigid_body: self.rigid_body,
             fits: self.fits,
             first_actuator: self.first_actuator,
@@ -451,14 +493,16 @@ impl Problem {
         cost.is_finite().then(|| (cost, gradients.iter().sum()))
     }
 
-    /// Computes the Fisher information of the logarithms of the noise: that of pieces of the trials, by
-    /// their number of samples, as it takes far longer than the gradient.
+    /// Returns the Fisher information of the logarithms of the noise: that of pieces of the trials, by
+    /// their number of samples, at a point that may differ by some tenths.
     pub(super) fn noise_information(&self, point: &Point) -> Option<DMatrix<f64>> {
-        let pieces = self.in_pieces();
-        let data = pieces.as_ref().unwrap_or(self);
-        let parts = data.each(point, |_, pass| pass.noise_information()).ok()?;
-        let part = self.samples() as f64 / data.samples() as f64;
-        Some(parts.iter().sum::<DMatrix<f64>>() * part)
+        let of_one = self.noise_information.get(&point.noise, || {
+            let pieces = self.in_pieces();
+            let data = pieces.as_ref().unwrap_or(self);
+            let parts = data.each(point, |_, pass| pass.noise_information()).ok()?;
+            Some(parts.iter().sum::<DMatrix<f64>>() / data.samples() as f64)
+        })?;
+        Some(of_one * self.samples() as f64)
     }
 
     /// Returns true if no trial has a measured velocity of the axis at an index.
