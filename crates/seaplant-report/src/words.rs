@@ -116,7 +116,7 @@ pub(crate) fn escaped(text: &str) -> String {
 
 /// Writes the motion that unseen trials confirm; nothing if none was tested.
 pub(crate) fn good_for(verdict: &Verdict) -> String {
-    let words = verdict.good_for.as_ref().map(|good_for| with_minus(&good_for.words));
+    let words = verdict.spoken_good_for().map(with_minus);
     words.map_or_else(String::new, |words| format!("Good for {words}"))
 }
 

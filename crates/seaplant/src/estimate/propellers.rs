@@ -4,7 +4,7 @@ mod approach;
 mod drive;
 mod integral;
 
-pub(crate) use drive::{By, Drive, DriveLaw, Push};
+pub(crate) use drive::{Drive, DriveLaw, DriveNumber, Push};
 
 use crate::{ThrustModel, ThrusterTrack, Timed};
 

@@ -63,6 +63,12 @@ impl Verdict {
         Self { trust, reason: reason.into(), codes, good_for: None, may_be_off: Vec::new() }
     }
 
+    /// Returns the motion that unseen trials confirm, in words; `None` of a plant that is not to be used.
+    pub fn spoken_good_for(&self) -> Option<&str> {
+        let good_for = self.good_for.as_ref().filter(|_| self.trust > Trust::DoNotUse);
+        good_for.map(|good_for| &*good_for.words)
+    }
+
     /// Formats the possible errors of numbers as a sentence; `None` if there are none.
     pub fn spoken_off(&self) -> Option<String> {
         let all: Vec<String> = self.may_be_off.iter().map(MayBeOff::spoken).collect();

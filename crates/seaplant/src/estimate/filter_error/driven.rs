@@ -23,7 +23,7 @@ struct Kept {
     steps: Option<(DriveLaw, Arc<[DrivenStep]>)>,
 }
 
-/// The unknowns that shape thrust, in the order of [`By`](crate::estimate::propellers::By).
+/// The unknowns that shape thrust, in the order of [`DriveNumber`](crate::estimate::propellers::DriveNumber).
 pub(super) const SHAPING: [Unknown; 7] = [
     Unknown::Lag,
     Unknown::LogLagRatio,

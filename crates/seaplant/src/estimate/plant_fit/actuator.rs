@@ -41,7 +41,7 @@ use std::sync::Arc;
 use nalgebra::Vector6;
 
 use super::super::inputs::Inputs;
-use super::super::propellers::{By, Drive, DriveLaw, Push};
+use super::super::propellers::{Drive, DriveLaw, DriveNumber, Push};
 use super::search::ADMITTED;
 use crate::motion::{HeldForce, PUSHED_BY, Slice};
 use crate::plant::Signal;
@@ -102,7 +102,14 @@ const LEAST_EARLY_S: f64 = 0.005;
 const OUT_OF_PROPORTION: f64 = 0.01;
 
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
-const SHAPED_BY: [By; 6] = [By::Lag, By::Delay, By::Reverse, By::LagRatio, By::Exponent, By::Slew];
+const SHAPED_BY: [DriveNumber; 6] = [
+    DriveNumber::Lag,
+    DriveNumber::Delay,
+    DriveNumber::Reverse,
+    DriveNumber::LagRatio,
+    DriveNumber::Exponent,
+    DriveNumber::Slew,
+];
 
 /// Whether what pushes in reverse is in proportion to all that pushes, on all axes and at all times:
 /// of a pair that turns a vehicle one pushes ahead and the other astern, by as much.

@@ -177,7 +177,7 @@ pub(super) struct DrivenState {
 
 /// What a pass of the filter goes over.
 #[derive(Clone, Copy)]
-pub(super) struct Over<'a> {
+pub(super) struct PassInput<'a> {
     pub(super) schedule: &'a Schedule,
     /// Force over each slice of the schedule.
     pub(super) pushes: &'a [HeldForce],
@@ -189,7 +189,7 @@ pub(super) struct Over<'a> {
 /// The filter of a plant, whatever its number of axes.
 pub(super) trait Filter: Sync {
     /// Returns a pass over a trial.
-    fn pass<'a>(&'a self, over: Over<'a>) -> Box<dyn Pass + 'a>;
+    fn pass<'a>(&'a self, input: PassInput<'a>) -> Box<dyn Pass + 'a>;
 }
 
 impl dyn Filter {
@@ -223,8 +223,8 @@ impl<const N: usize, const M: usize> SizedFilter<N, M> {
 }
 
 impl<const N: usize, const M: usize> Filter for SizedFilter<N, M> {
-    fn pass<'a>(&'a self, over: Over<'a>) -> Box<dyn Pass + 'a> {
-        Box::new(SizedPass::<N, M> { plant: &self.plant, over })
+    fn pass<'a>(&'a self, input: PassInput<'a>) -> Box<dyn Pass + 'a> {
+        Box::new(SizedPass::<N, M> { plant: &self.plant, input })
     }
 }
 
@@ -264,14 +264,14 @@ pub(super) trait Pass {
 /// A pass of a filter of M states of motion and N disturbances.
 struct SizedPass<'a, const N: usize, const M: usize> {
     plant: &'a Prepared<N>,
-    over: Over<'a>,
+    input: PassInput<'a>,
 }
 
 impl<'a, const N: usize, const M: usize> Deref for SizedPass<'a, N, M> {
-    type Target = Over<'a>;
+    type Target = PassInput<'a>;
 
     fn deref(&self) -> &Self::Target {
-        &self.over
+        &self.input
     }
 }
 
@@ -836,14 +836,14 @@ mod tests {
         let plant = planar();
         let record = record(&plant, "a", 1, 20, 0.005);
         let filter = SizedFilter::<3, 3>::new(&plant, &[]).expect("three axes");
-        over(&record, &plant, |over| {
-            let pass = SizedPass { plant: &filter.plant, over };
+        over(&record, &plant, |input| {
+            let pass = SizedPass { plant: &filter.plant, input };
             // The current, and waves on three axes.
             assert_eq!(pass.states(), 8);
             assert_eq!(with_room_for::<14>(&pass), with_room_for::<MOST_NAVIGATION>(&pass));
-            let calm = Noise { swell: None, ..over.noise.clone() };
-            let over = Over { noise: &calm, ..over };
-            let pass = SizedPass { over, ..pass };
+            let calm = Noise { swell: None, ..input.noise.clone() };
+            let input = PassInput { noise: &calm, ..input };
+            let pass = SizedPass { input, ..pass };
             assert_eq!(pass.states(), 2);
             assert_eq!(with_room_for::<4>(&pass), with_room_for::<MOST_NAVIGATION>(&pass));
         });

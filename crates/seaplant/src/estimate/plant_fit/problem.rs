@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix6};
 
 use super::actuator::Actuator;
 use super::filter::{
-    Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, NoiseNumber, Over, Pass, Slope,
+    Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, NoiseNumber, Pass, PassInput, Slope,
 };
 use super::schedule::{Attitude, Schedule, known_together};
 use super::uncertainty::inverse;
@@ -320,7 +320,7 @@ impl Problem {
         Ok(parallel::of_each(self.schedules.len(), |k| {
             let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
             let current = point.currents[schedule.trial];
-            work(k, &*filter.pass(Over { schedule, pushes, current, noise: &point.noise }))
+            work(k, &*filter.pass(PassInput { schedule, pushes, current, noise: &point.noise }))
         }))
     }
 

@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::filter::{Filter, InstrumentNoise, Noise, Over, Pass};
+use super::filter::{Filter, InstrumentNoise, Noise, Pass, PassInput};
 use super::schedule::Schedule;
 use super::*;
 use crate::motion::{HeldForce, Inputs, body_from_world, simulate};
@@ -205,7 +205,7 @@ fn the_plants_slope_is_that_of_the_cost_at_the_filters_gains() {
         current: [f64; 2],
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(Over { schedule, pushes, current, noise })
+        filter.pass(PassInput { schedule, pushes, current, noise })
     }
     let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
     let pushed = |actuator: Actuator| actuator.pushes(&schedule.thrust, &schedule.slices);
@@ -287,12 +287,16 @@ pub(super) fn filter_of(plant: &Plant, attitude: Attitude) -> Box<dyn Filter> {
 }
 
 /// What is asked of a pass over a record.
-pub(super) fn over<T>(record: &TrialRecord, plant: &Plant, work: impl FnOnce(Over<'_>) -> T) -> T {
+pub(super) fn over<T>(
+    record: &TrialRecord,
+    plant: &Plant,
+    work: impl FnOnce(PassInput<'_>) -> T,
+) -> T {
     let noise = noise();
     let schedules = Schedule::complete(&[record], plant.structure(), Attitude::Known);
     let schedule = &schedules[0];
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
-    work(Over { schedule, pushes: &pushes, current: [0.07, 0.02], noise: &noise })
+    work(PassInput { schedule, pushes: &pushes, current: [0.07, 0.02], noise: &noise })
 }
 
 /// A vehicle that rolls and pitches, driven freely, as its sensors see it.
@@ -362,7 +366,7 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
         (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(Over { schedule, pushes, current: [0.0; 2], noise })
+        filter.pass(PassInput { schedule, pushes, current: [0.0; 2], noise })
     }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let base = prepared(&off);
@@ -425,7 +429,8 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     let logarithms = noise().logarithms();
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
     let pass = |noise: &Noise| {
-        let pass = filter.pass(Over { schedule, pushes: &pushes, current: [0.1, -0.05], noise });
+        let pass =
+            filter.pass(PassInput { schedule, pushes: &pushes, current: [0.1, -0.05], noise });
         (pass.noise_gradient(), pass.innovations().0)
     };
     let ((found, gradient), cost) = pass(&noise());
@@ -462,7 +467,7 @@ fn of_linear_motion_the_noises_slope_is_within_a_thousandth() {
         swell: Some(filter::Swell { std: vec![0.2].into(), frequency: 1.1, damping: 0.08 }),
     };
     let pass = |noise: &Noise| {
-        let pass = filter.pass(Over { schedule, pushes: &pushes, current: [0.1, 0.0], noise });
+        let pass = filter.pass(PassInput { schedule, pushes: &pushes, current: [0.1, 0.0], noise });
         (pass.noise_gradient().1, pass.innovations().0)
     };
     let (gradient, _) = pass(&noise);
@@ -927,7 +932,7 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
         current: [f64; 2],
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(Over { schedule, pushes, current, noise })
+        filter.pass(PassInput { schedule, pushes, current, noise })
     }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let (base, current) = (prepared(&off), [0.04, -0.03]);

@@ -1,18 +1,18 @@
 //! A propeller on its way to the speed asked for, in closed form.
 
-use super::drive::{By, DriveLaw};
+use super::drive::{DriveLaw, DriveNumber};
 
 /// A number with its derivatives by what shapes propeller speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Changing {
     pub(super) x: f64,
     /// By lag, logarithm of the lag ratio, slew time and delay.
-    pub(super) by: [f64; By::OF_SPEED],
+    pub(super) by: [f64; DriveNumber::OF_SPEED],
 }
 
 impl Changing {
     pub(super) const fn constant(x: f64) -> Self {
-        Self { x, by: [0.0; By::OF_SPEED] }
+        Self { x, by: [0.0; DriveNumber::OF_SPEED] }
     }
 
     pub(super) fn times(self, factor: f64) -> Self {
@@ -22,7 +22,7 @@ impl Changing {
     /// A function of other numbers, by the chain rule.
     #[inline]
     fn of<const K: usize>(x: f64, partials: [(f64, &Changing); K]) -> Self {
-        let mut by = [0.0; By::OF_SPEED];
+        let mut by = [0.0; DriveNumber::OF_SPEED];
         for (slope, other) in partials {
             for (sum, part) in by.iter_mut().zip(other.by) {
                 *sum += slope * part;
@@ -102,10 +102,10 @@ impl Propulsion {
         let DriveLaw { lag_s, slew_s, full_speed: full, .. } = *law;
         let ratio = law.log_lag_ratio.exp();
         let mut up = Changing::constant(lag_s);
-        up.by[By::Lag as usize] = 1.0;
+        up.by[DriveNumber::Lag as usize] = 1.0;
         let mut down = Changing::constant(lag_s * ratio);
-        down.by[By::Lag as usize] = ratio;
-        down.by[By::LagRatio as usize] = lag_s * ratio;
+        down.by[DriveNumber::Lag as usize] = ratio;
+        down.by[DriveNumber::LagRatio as usize] = lag_s * ratio;
         let rate = (slew_s > 0.0 && full > 0.0).then(|| (full / slew_s, -full / (slew_s * slew_s)));
         Self { up: Lag::new(up), down: Lag::new(down), rate }
     }
@@ -238,7 +238,7 @@ impl Piece<'_> {
             Self::Linear { rate, by_slew, .. } => {
                 let r = *rate;
                 let mut slope = Changing::constant(r);
-                slope.by[By::Slew as usize] = *by_slew;
+                slope.by[DriveNumber::Slew as usize] = *by_slew;
                 let after = Changing::of(n.x + r * t, [(1.0, &n), (t, &slope)]);
                 let path = n.x * t + 0.5 * r * t * t;
                 let square = n.x * n.x * t + n.x * r * t * t + r * r * t * t * t / 3.0;

@@ -30,7 +30,7 @@ pub(crate) struct DriveLaw {
 /// What thrust is differentiated by, in the order of [`Push::tau_by`]. The first shape propeller speed, the
 /// others what thrust it makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum By {
+pub(crate) enum DriveNumber {
     Lag,
     LagRatio,
     Slew,
@@ -42,7 +42,7 @@ pub(crate) enum By {
     Exponent,
 }
 
-impl By {
+impl DriveNumber {
     pub(crate) const COUNT: usize = Self::Exponent as usize + 1;
 
     /// How many shape propeller speed.
@@ -54,12 +54,12 @@ impl By {
 pub(crate) struct Push {
     /// Mean force τ*, N or N m.
     pub(crate) tau: f64,
-    /// Its derivatives by [`By`].
-    pub(crate) tau_by: [f64; By::COUNT],
+    /// Its derivatives by [`DriveNumber`].
+    pub(crate) tau_by: [f64; DriveNumber::COUNT],
     /// `Σ lever² |n|` of the propellers that push forward, and of those that push backward.
     pub(crate) gamma: [f64; 2],
     /// Their derivatives by what shapes propeller speed.
-    pub(crate) gamma_by: [[f64; By::OF_SPEED]; 2],
+    pub(crate) gamma_by: [[f64; DriveNumber::OF_SPEED]; 2],
     /// What turning does to the velocity of a rigid body, m/s².
     pub(crate) turning: f64,
 }
@@ -128,7 +128,7 @@ impl Propeller<'_> {
         push: &mut Push,
     ) {
         let slope = propulsion.slope(&self.speed, &asked);
-        self.speed.by[By::Delay as usize] += slope * weight.signum();
+        self.speed.by[DriveNumber::Delay as usize] += slope * weight.signum();
         push.end_later(self.track, law, self.speed.x, weight);
     }
 }
@@ -178,18 +178,18 @@ impl<'a> Drive<'a> {
             propeller.before = after;
             let Some((middle, first_s)) = first else {
                 let mut asked = Changing::constant((after.0 - before.0) / h);
-                asked.by[By::Delay as usize] = (before.1 - after.1) / h;
+                asked.by[DriveNumber::Delay as usize] = (before.1 - after.1) / h;
                 propeller.go(&self.propulsion, &law, asked, [h, h], &mut push);
                 continue;
             };
             // A later jump makes what is before it longer, and what is after it shorter.
             let second_s = h - first_s;
             let mut asked = Changing::constant((middle - before.0) / first_s);
-            asked.by[By::Delay as usize] = (before.1 - asked.x) / first_s;
+            asked.by[DriveNumber::Delay as usize] = (before.1 - asked.x) / first_s;
             propeller.go(&self.propulsion, &law, asked, [first_s, h], &mut push);
             propeller.end_later(&self.propulsion, &law, asked, 1.0 / h, &mut push);
             let mut asked = Changing::constant((after.0 - middle) / second_s);
-            asked.by[By::Delay as usize] = (asked.x - after.1) / second_s;
+            asked.by[DriveNumber::Delay as usize] = (asked.x - after.1) / second_s;
             propeller.go(&self.propulsion, &law, asked, [second_s, h], &mut push);
             propeller.end_later(&self.propulsion, &law, asked, -1.0 / h, &mut push);
         }
@@ -232,9 +232,10 @@ impl Push {
             false => 1.0,
         };
         let force = sign * track.lever * strength * gain * speed * speed;
-        self.tau_by[By::Delay as usize] += weight * force;
+        self.tau_by[DriveNumber::Delay as usize] += weight * force;
         let way = usize::from(sign * track.lever < 0.0);
-        self.gamma_by[way][By::Delay as usize] += weight * track.lever * track.lever * speed.abs();
+        self.gamma_by[way][DriveNumber::Delay as usize] +=
+            weight * track.lever * track.lever * speed.abs();
     }
 
     /// Adds the thrust of the part of a step in which the propeller turns one way.
@@ -254,13 +255,13 @@ impl Push {
                 force = force.times(gain * (1.0 + 0.5 * law.exponent));
                 force.x = x * gain;
             }
-            self.tau_by[By::Exponent as usize] += force.x * ratio;
+            self.tau_by[DriveNumber::Exponent as usize] += force.x * ratio;
         }
         self.tau += force.x;
         for (all, by) in self.tau_by.iter_mut().zip(force.by) {
             *all += by;
         }
-        let way = if segment.reversed { By::Reverse } else { By::Forward };
+        let way = if segment.reversed { DriveNumber::Reverse } else { DriveNumber::Forward };
         self.tau_by[way as usize] += force.x;
         let area = segment.path.times(part * sign * track.lever * track.lever);
         let way = usize::from(sign * track.lever < 0.0);

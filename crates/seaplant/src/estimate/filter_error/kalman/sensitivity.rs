@@ -5,7 +5,7 @@ use super::{D, Discrete, Kalman, Layout, Row, Sources, Square, V};
 use crate::estimate::filter_error::discrete::{Sensing, Slow, Waves};
 use crate::estimate::filter_error::driven::SHAPING;
 use crate::estimate::filter_error::parameters::{Sensor, Unknown};
-use crate::estimate::propellers::{By, Push};
+use crate::estimate::propellers::{DriveNumber, Push};
 
 impl<const S: usize, const N: usize> Kalman<'_, S, N> {
     /// ∂f and ∂a by each fitted unknown, the states held.
@@ -32,7 +32,7 @@ impl<const S: usize, const N: usize> Kalman<'_, S, N> {
             set(unknown, -self.alpha * by * r, -self.alpha * by);
         }
         for (i, unknown) in SHAPING.into_iter().enumerate() {
-            let lost = if i < By::OF_SPEED {
+            let lost = if i < DriveNumber::OF_SPEED {
                 let [forward, backward] = push.gamma_by.map(|by| by[i]);
                 self.inflow.all * (forward + backward) + self.inflow.ahead * push.gamma_by[gamma][i]
             } else {
