@@ -48,13 +48,31 @@ impl RealTransform {
     /// Computes n times the series of a spectrum as [`Self::forward`] returns it.
     pub fn inverse(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
         spectrum.resize(self.inverse.complex_len(), Complex::default());
-        // The first and last bins are real but for rounding, since the series are.
-        if let [first, .., last] = &mut spectrum[..] {
+        // The first bin, and the last of an even length, are real but for rounding, since the series are.
+        if let Some(first) = spectrum.first_mut() {
             first.im = 0.0;
-            last.im = if self.inverse.len() % 2 == 0 { 0.0 } else { last.im };
+        }
+        if let Some(last) = spectrum.last_mut().filter(|_| self.length().is_multiple_of(2)) {
+            last.im = 0.0;
         }
         let mut values = self.inverse.make_output_vec();
         self.inverse.process(&mut spectrum, &mut values).expect("both ends are real");
         values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_series_of_any_length_comes_back_n_times_as_large() {
+        for length in [1, 2, 3, 8, 15] {
+            let series: Vec<f64> = (0..length).map(|k| (1.3 * k as f64).cos()).collect();
+            let transform = RealTransform::new(length);
+            let again = transform.inverse(transform.forward(series.clone()));
+            let n = length as f64;
+            assert!(again.iter().zip(&series).all(|(a, x)| (a / n - x).abs() < 1e-14), "{length}");
+        }
     }
 }

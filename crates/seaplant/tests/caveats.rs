@@ -276,6 +276,8 @@ fn a_few_wild_samples_are_removed_and_counted() {
     let plant = plant_of(&simple_vehicle(None), &recording, Method::EquationError);
     let outliers = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::Outliers);
     assert!(outliers.expect("raised").message.starts_with("3 samples"), "{outliers:?}");
+    // They do not say that the unit is wrong.
+    assert!(plant.caveats.iter().all(|c| c.severity != Severity::Severe), "{:?}", plant.caveats);
     assert!((plant.parameters.mass.value / PLANT.mass - 1.0).abs() < 0.01);
 }
 

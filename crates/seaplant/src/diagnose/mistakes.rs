@@ -13,7 +13,6 @@ mod weak;
 use change::{Change, view};
 use weak::{Explained, Settings, View, choose_settings, explained};
 
-use crate::plant::RigidBody;
 use crate::trial::Logged;
 use crate::{Caveat, CaveatCode, Dof, Role, Trial, Vehicle};
 
@@ -63,8 +62,7 @@ const MOST: usize = 3;
 
 /// Finds the mistakes that explain the logs of fitted trials.
 pub(crate) fn mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Mistake> {
-    let fitted = trials.iter().filter(|trial| trial.role() == Role::Fit);
-    let logs: Vec<&Logged> = fitted.filter_map(Trial::logged).collect();
+    let logs = fitted_logs(trials);
     let Some(bench) = Bench::new(&logs) else {
         return instruments::mistakes(&logs, &vehicle.sensors, &[]);
     };
@@ -81,14 +79,17 @@ pub(crate) fn mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Mistake> {
     all
 }
 
+fn fitted_logs(trials: &[Trial]) -> Vec<&Logged> {
+    let fitted = trials.iter().filter(|trial| trial.role() == Role::Fit);
+    fitted.filter_map(Trial::logged).collect()
+}
+
 /// Finds the mistakes that are certain whatever a plant predicts, as it may predict well in a wrong unit:
 /// thrusters outside the vehicle, and a unit of vertical velocity that depth contradicts. `heave_kg` is the
 /// mass of a plant in heave.
 pub(crate) fn certain(vehicle: &Vehicle, trials: &[Trial], heave_kg: Option<f64>) -> Vec<Mistake> {
-    let fitted = trials.iter().filter(|trial| trial.role() == Role::Fit);
-    let logs: Vec<&Logged> = fitted.filter_map(Trial::logged).collect();
-    let rigid = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
-    let of_velocity = instruments::unit_of_velocity(&logs, heave_kg, rigid.or(vehicle.dry_mass_kg));
+    let dry_kg = units::mass_in_air(vehicle);
+    let of_velocity = instruments::unit_of_velocity(&fitted_logs(trials), heave_kg, dry_kg);
     units::far_thruster(vehicle).into_iter().chain(of_velocity).collect()
 }
 

@@ -9,7 +9,7 @@ pub(crate) use drive::{Drive, DriveLaw, DriveNumber, Push};
 use crate::{ThrustModel, ThrusterTrack, Timed};
 
 /// The longest step, s: drag changes a vehicle's speed over seconds.
-const LONGEST_STEP_S: f64 = 0.1;
+pub(crate) const LONGEST_STEP_S: f64 = 0.1;
 
 /// Returns the ends and lengths of steps of at most 0.1 s from one instant to a later one, s; of the first
 /// instant itself a step of no length.

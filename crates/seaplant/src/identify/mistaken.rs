@@ -30,7 +30,7 @@ pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
     }
     let mut found = mistakes(vehicle, trials);
     found.retain(|mistake| {
-        if certain.iter().any(|own| own.axes == mistake.axes) {
+        if certain.contains(mistake) {
             return true;
         }
         let is_of = |dof: &Dof| mistake.axes.contains(dof);

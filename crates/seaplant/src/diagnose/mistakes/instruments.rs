@@ -86,15 +86,12 @@ pub(super) fn unit_of_velocity(
     heave_kg: Option<f64>,
     dry_kg: Option<f64>,
 ) -> Option<Mistake> {
-    let mistake = depth_beside_velocity(logs, &[])?;
     let times = depth_by_velocity(logs)?.abs();
-    if (times - 1.0).abs() < units::NEAR {
-        return None;
-    }
     let is_depth = heave_kg.zip(dry_kg).is_some_and(|(mass, dry)| {
         units::is_usual(mass, dry) && !units::is_usual(mass / times, dry)
     });
-    (!is_depth).then_some(mistake)
+    let is_unit = (times - 1.0).abs() > units::NEAR;
+    depth_beside_velocity(logs, &[]).filter(|_| is_unit && !is_depth)
 }
 
 /// Returns downward velocity in the world's frame: `−u sin θ + (v sin φ + w cos φ) cos θ`.

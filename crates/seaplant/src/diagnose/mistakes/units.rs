@@ -54,6 +54,12 @@ const MOST_READINGS: usize = 4;
 /// Largest unexplained share of the change of velocity for a usable mass estimate.
 const MOST_LEFT: f64 = 0.5;
 
+/// Returns the mass of a vehicle in air, kg, if its file states one.
+pub(super) fn mass_in_air(vehicle: &Vehicle) -> Option<f64> {
+    let rigid = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
+    rigid.or(vehicle.dry_mass_kg)
+}
+
 /// Returns true if a mass is usual for a vehicle of some mass in air.
 pub(super) fn is_usual(mass_kg: f64, dry_kg: f64) -> bool {
     (USUAL_TIMES.0..USUAL_TIMES.1).contains(&(mass_kg / dry_kg))
@@ -65,8 +71,7 @@ pub(super) fn mistakes(
     logs: &[&Logged],
     axes: &[(Dof, Explained)],
 ) -> Vec<Mistake> {
-    let rigid = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
-    let Some(dry) = rigid.or(vehicle.dry_mass_kg) else { return Vec::new() };
+    let Some(dry) = mass_in_air(vehicle) else { return Vec::new() };
     let is_known = |(dof, found): &&(Dof, Explained)| {
         !dof.is_rotation() && found.alpha > 0.0 && found.unexplained < MOST_LEFT
     };

@@ -210,6 +210,7 @@ fn edges(all: &MeanAcceleration) -> impl Iterator<Item = (f64, Option<(f64, f64)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::propellers::LONGEST_STEP_S;
 
     fn series(time_s: &[f64], values: &[f64]) -> Timed {
         Timed::new("test", time_s.to_vec(), values.to_vec()).expect("valid")
@@ -246,7 +247,7 @@ mod tests {
         assert!(
             stops.windows(2).all(|w| (w[1].time_s - w[0].time_s - w[1].length_s).abs() < 1e-12)
         );
-        assert!(stops.iter().all(|stop| stop.length_s < 0.1 + 1e-6));
+        assert!(stops.iter().all(|stop| stop.length_s < LONGEST_STEP_S + 1e-6));
     }
 
     #[test]

@@ -1,3 +1,5 @@
+//! Integrals of logged signals between any two instants.
+
 use crate::Timed;
 
 /// ∫ x dt of a signal that is held or moves linearly from sample to sample, for times that rise.
