@@ -1,7 +1,6 @@
 //! A trial: a time window of one log of one vehicle, checked once.
 
 mod agreement;
-mod as_trial;
 mod axis;
 mod force;
 mod gained;
@@ -20,7 +19,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use axis::{AxisRecord, UniformAxis, UniformStretch};
+pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
 pub use trial_record::{PlacedThruster, ThrusterFault, TrialRecord};
 

@@ -129,6 +129,8 @@ Candidate: TypeAlias = Literal[
     "reverse-ratio",
     "current",
     "inflow",
+    "lever-first",
+    "lever-second",
     "linear-drag",
     "bias",
     "turning",
