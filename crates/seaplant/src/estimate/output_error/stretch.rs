@@ -1,13 +1,11 @@
 //! Sections of a record that can be simulated from one initial state, divided into integration
 //! steps.
 
+use crate::estimate::propellers::LONGEST_STEP_S;
 use crate::navigation::Motion;
 use crate::series::ROUNDING_S;
 use crate::trial::starting_velocity;
 use crate::{AxisRecord, Error, State, Timed};
-
-/// Maximum integration step, s: drag changes a vehicle's speed over seconds.
-const LONGEST_STEP_S: f64 = 0.1;
 
 /// Kind of measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
