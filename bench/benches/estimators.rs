@@ -6,9 +6,7 @@ use std::path::Path;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Vector3, Vector6};
 use seaplant::estimate::online::{Online, OnlineOptions, Sample, Scheme};
-use seaplant::estimate::{
-    Candidate, EquationError, FilterError, OutputError, Records, first_delays, fit_plant,
-};
+use seaplant::estimate::{Candidate, EquationError, FilterError, OutputError, Records, fit_plant};
 use seaplant::plant::{Structure, Symmetry};
 use seaplant::regression::{Columns, least_squares};
 use seaplant::signal::LowPass;
@@ -80,8 +78,6 @@ fn output_error_of_a_trial(c: &mut Criterion) {
 
 fn filter_error_of_a_trial(c: &mut Criterion) {
     let record = [signals(TRIAL_ROWS).record().expect("valid")];
-    let start = EquationError::default().fit_best_delay(&record, first_delays());
-    let start = start.expect("exciting");
     let search = FilterError::default();
     let none = FilterError { candidates: Vec::new(), required: vec![Candidate::Bias] };
     // In addition to mass, drag, bias and three noise parameters.
@@ -97,7 +93,7 @@ fn filter_error_of_a_trial(c: &mut Criterion) {
         [("6 parameters", none), ("10 parameters", ten), ("its whole structure search", search)];
     for (name, method) in cases {
         c.bench_function(&format!("filter error of a 480 s trial, {name}"), |b| {
-            b.iter(|| method.fit_from(black_box(&record), &start).expect("an optimum"));
+            b.iter(|| method.fit(black_box(&record)).expect("an optimum"));
         });
     }
 }

@@ -1,9 +1,12 @@
 //! The estimators: trials in, a fitted plant out.
 
+mod axis_plant;
+mod candidate;
 mod descend;
 mod equation_error;
 mod filter_error;
 mod filtered;
+mod first_look;
 pub(crate) mod fit;
 mod inputs;
 pub(crate) mod method;
@@ -25,9 +28,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
+pub use candidate::{Candidate, Decision};
 pub use equation_error::{DelayedFit, EquationError, EquationErrorStatistics, Shard, ShardClock};
-pub use filter_error::{Candidate, Decision, FilterError, SteadyTest, first_delays};
-pub(crate) use filter_error::{MOST_SEARCHED, MOST_TRIALS, first_look};
+pub(crate) use filter_error::MOST_TRIALS;
+pub use filter_error::{FilterError, SteadyTest};
+use first_look::first_look;
 pub(crate) use fit::{Estimate, Fit};
 pub(crate) use method::Method;
 pub(crate) use model::simulated_speed;
@@ -116,11 +121,6 @@ pub struct Nuisances {
     /// What turning does to body velocity, as a part of what it does to a rigid body: with
     /// added masses, `(m_y/m_x)` in surge and its inverse in sway.
     pub turning: Option<Estimate>,
-    /// What the velocity sensor reads at rest, m/s or rad/s, by trial; where position tells.
-    pub velocity_offset: BTreeMap<String, Estimate>,
-    /// Lever arm of the velocity sensor that navigation did not know, m, along the two
-    /// [`lever_axes`](crate::lever_axes).
-    pub lever_m: [Option<Estimate>; 2],
     /// Standard deviation of the slow disturbance, m/s² or rad/s².
     pub disturbance: Option<Estimate>,
     /// Its correlation time, s.
@@ -131,8 +131,6 @@ pub struct Nuisances {
     pub position_noise: Option<Estimate>,
     /// Standard deviation of a mean acceleration, m/s².
     pub acceleration_noise: Option<Estimate>,
-    /// What the accelerometer reads at rest, m/s², by trial.
-    pub acceleration_offset: BTreeMap<String, Estimate>,
     /// Standard deviation of the gravity that attitude errors leak into acceleration, m/s².
     pub leak: Option<Estimate>,
     /// Its correlation time, s.

@@ -26,8 +26,8 @@ use crate::diagnose::{
 use crate::estimate::online::{OnlineOptions, fit_online};
 use crate::estimate::steady::{SteadyOptions, fit_steady};
 use crate::estimate::{
-    DelayedFit, EquationError, EquationErrorStatistics, FilterError, Fit, Method, OutputError,
-    Paper, Records, WeightedLeastSquares, first_delays,
+    EquationError, EquationErrorStatistics, FilterError, Fit, Method, OutputError, Paper, Records,
+    WeightedLeastSquares,
 };
 use crate::exchange::{Draws, PlantModel};
 use crate::judge::score_plant;
@@ -330,12 +330,9 @@ impl Work<'_> {
             return Err(Error::NoVelocity);
         }
         let fit = if method == Method::FilterError {
-            let hold_out = self.axes(&trials.hold_out, source)?;
-            let steady = self.steady_axes(source)?;
             // It carries thrust errors itself, by its own information.
-            let dry_mass_kg = self.vehicle.dry_mass_kg;
-            let (hold_out, steady) = (&hold_out, &steady);
-            self.by_filter_error(Records { fit: &axes, hold_out, steady, dry_mass_kg, terms })?
+            let steady = self.steady_axes(source)?;
+            self.options.filter_error.fit(Records { fit: &axes, steady: &steady, terms })?
         } else {
             with_thrust_errors(&axes, &|axes| self.fit_alone(method, axes, terms))?
         };
@@ -351,8 +348,7 @@ impl Work<'_> {
     ) -> Result<Fit, Error> {
         let Self { options, batch, .. } = *self;
         let first = options.equation_error;
-        let dry_mass_kg = self.vehicle.dry_mass_kg;
-        let records = Records { dry_mass_kg, terms, ..Records::from(axes) };
+        let records = Records { terms, ..Records::from(axes) };
         match method {
             Method::Paper => options.paper.fit(records),
             Method::EquationError => first.fit(records),
@@ -364,13 +360,8 @@ impl Work<'_> {
                 let terms = terms.or(batch.map(|batch| batch.terms));
                 fit_online(method, Records { terms, ..records }, batch, &options.online)
             }
-            Method::FilterError => self.by_filter_error(records),
+            Method::FilterError => self.options.filter_error.fit(records),
         }
-    }
-
-    fn by_filter_error(&self, records: Records<'_>) -> Result<Fit, Error> {
-        let start = self.options.equation_error.fit_best_delay(records, first_delays())?;
-        self.options.filter_error.fit_from(records, &start)
     }
 
     /// Whether thrust acts later than it was logged, of each method that takes it as
@@ -435,10 +426,8 @@ impl Work<'_> {
             return Ok(self.fit(fit.method, Some(terms))?.0);
         }
         let axes = self.axes(&self.trials.fit, self.source(fit.method))?;
-        let dry_mass_kg = self.vehicle.dry_mass_kg;
-        let records = Records { dry_mass_kg, terms: Some(terms), ..Records::from(&axes[..]) };
-        let start = DelayedFit { delay_s: 0.0, fit: fit.clone() };
-        self.options.filter_error.fit_from(records, &start)
+        let records = Records { terms: Some(terms), ..Records::from(&axes[..]) };
+        self.options.filter_error.fit_from(records, fit)
     }
 
     fn steady(&self, recommended: Option<&Fit>, found: &mut Identification) {

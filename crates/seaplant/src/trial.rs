@@ -1,6 +1,7 @@
 //! A trial: a time window of one log of one vehicle, checked once.
 
 mod agreement;
+mod as_trial;
 mod axis;
 mod force;
 mod gained;
@@ -19,7 +20,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
+pub use axis::{AxisRecord, UniformAxis, UniformStretch};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
 pub use trial_record::{PlacedThruster, ThrusterFault, TrialRecord};
 

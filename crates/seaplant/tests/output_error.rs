@@ -52,7 +52,6 @@ fn axis(force: Timed, motion: Motion) -> AxisRecord {
         force,
         thrusters: Vec::new(),
         motion,
-        lever_rates: None,
         turning: None,
         position: None,
         acceleration: None,

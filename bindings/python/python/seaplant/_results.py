@@ -129,8 +129,6 @@ Candidate: TypeAlias = Literal[
     "reverse-ratio",
     "current",
     "inflow",
-    "lever-first",
-    "lever-second",
     "linear-drag",
     "bias",
     "turning",

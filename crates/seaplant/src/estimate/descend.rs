@@ -79,10 +79,3 @@ impl<'a> Parabola<'a> {
 pub(super) fn unit_diagonal(information: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_diagonal(&information.diagonal().map(|x| 1.0 / x.max(f64::MIN_POSITIVE).sqrt()))
 }
-
-/// Inverts an information matrix; `None` if some number is not determined.
-pub(super) fn scaled_inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = unit_diagonal(information);
-    let inverse = (&scale * information * &scale).cholesky()?.inverse();
-    Some(&scale * inverse * &scale)
-}

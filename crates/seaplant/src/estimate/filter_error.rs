@@ -1,210 +1,203 @@
-//! The filter error method: maximum likelihood on the innovations of a Kalman filter.
+//! The filter error method on one axis: maximum likelihood on the innovations of a Kalman filter.
 
-mod candidate;
-mod discrete;
-mod driven;
-mod first_look;
-mod fit;
-mod held_out;
-mod kalman;
-mod minimise;
-mod parabola;
-mod parameters;
-mod problem;
-mod schedule;
-mod search;
-mod spikes;
-mod strength;
-mod together;
-mod whiteness;
+mod doubts;
+mod steady;
 
-pub use candidate::{Candidate, Decision};
-pub use fit::{FilterError, first_delays};
-pub(crate) use fit::{MOST_SEARCHED, MOST_TRIALS};
-pub use together::SteadyTest;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-pub(crate) use first_look::first_look;
-pub(super) use parameters::Values;
+use super::plant_fit::OneAxis;
+use super::{Candidate, Decision, Estimate, Fit, Records};
+use crate::{AxisRecord, Error, LumpedParameters};
+use doubts::{
+    accelerometer_doubts, fitted_to_pieces, fitted_to_some, hidden_drag, hurried_disturbance,
+    lag_or_mass, struck_out,
+};
+pub use steady::SteadyTest;
 
-#[cfg(test)]
-mod tests {
-    use nalgebra::DVector;
+/// The filter error method with its choices.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FilterError {
+    /// What may be taken into the model where the logs ask for it.
+    pub candidates: Vec<Candidate>,
+    /// What is part of the model whatever the logs say.
+    pub required: Vec<Candidate>,
+}
 
-    use super::parameters::{Shape, Unknown};
-    use super::problem::{Belief, Kind, Prior, Problem, Record};
-    use super::*;
-    use crate::twin::{Disturbance, TwinAccelerometer, TwinSpec, make};
-    use crate::{AxisRecord, Dof, Trial, TrialSetup, VelocitySource};
+impl Default for FilterError {
+    fn default() -> Self {
+        Self { candidates: Candidate::ALL.to_vec(), required: Vec::new() }
+    }
+}
 
-    fn axis(dof: Dof, disturbances: &str, seed: u64) -> AxisRecord {
-        let spec = TwinSpec {
-            seed,
-            disturbances: Disturbance::parse_list(disturbances).expect("known"),
-            ..TwinSpec::jason2()
-        };
-        let twin = make(&spec).expect("valid");
-        let trial = twin.trials.iter().find(|t| t.name == format!("{dof} 1")).expect("there");
-        let setup = TrialSetup { name: trial.name.clone(), dofs: vec![dof], ..Default::default() };
-        Trial::new(setup, &trial.recording, &twin.vehicle)
-            .expect("valid")
-            .axis(dof, VelocitySource::Measured)
-            .expect("there")
+impl FilterError {
+    /// Fits the plant by maximum likelihood on the innovations of a Kalman filter.
+    ///
+    /// It is [`fit_plant`](super::fit_plant) of one axis: states are velocity, a Gauss–Markov
+    /// disturbance and, where it was measured without velocity, position. Thrust follows its log
+    /// after a lag of propeller speed and a delay, with reverse thrust scaled by κ; each trial may
+    /// have a current. Each [`Candidate`] is admitted if the logs ask for it; a bias force is left
+    /// out if they show that it is too small to matter.
+    ///
+    /// Steady records are fitted with the others if a test finds that they ask for the same drag
+    /// and bias force; else they are not, and [`Fit::steady_test`] has both.
+    ///
+    /// # Errors
+    /// As [`Records::dof`]; [`Error::TooShort`] if the records hold fewer rows than coefficients;
+    /// [`Error::NotConverged`] if no optimum is reached.
+    ///
+    /// # Source
+    /// [Jategaonkar2015, ch. 5]: filter error method; score test: \[Rao1948\].
+    ///
+    /// # Example
+    /// ```
+    /// use seaplant::estimate::FilterError;
+    /// use seaplant::twin::{TwinSpec, make};
+    /// use seaplant::{Dof, Trial, TrialSetup, VelocitySource};
+    ///
+    /// let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 240.0, ..TwinSpec::jason2() };
+    /// let twin = make(&spec)?;
+    /// let setup = TrialSetup { dofs: vec![Dof::Surge], ..TrialSetup::default() };
+    /// let trial = Trial::new(setup, &twin.trials[0].recording, &twin.vehicle)?;
+    /// let records = [trial.axis(Dof::Surge, VelocitySource::Measured)?];
+    /// let fit = FilterError::default().fit(&records)?;
+    /// assert!(fit.estimates().mass.covers(12_970.2));
+    /// # Ok::<(), seaplant::Error>(())
+    /// ```
+    pub fn fit<'a>(&self, records: impl Into<Records<'a>>) -> Result<Fit, Error> {
+        self.fit_with(records.into(), None)
     }
 
-    /// Every unknown away from zero, where its sensitivity could hide.
-    fn values() -> Values {
-        let mut values = Values::none(Shape { full_speed: 150.0, ..Shape::default() });
-        for (unknown, value) in [
-            (Unknown::Alpha, 8e-5),
-            (Unknown::Beta, -0.2),
-            (Unknown::Mu, -0.01),
-            (Unknown::Bias, 0.015),
-            (Unknown::Current, 0.03),
-            (Unknown::Lag, 0.2),
-            (Unknown::LogLagRatio, 0.4),
-            (Unknown::Slew, 0.6),
-            (Unknown::Delay, 0.13),
-            (Unknown::LogReverseRatio, -0.1),
-            (Unknown::Inflow, 0.5),
-            (Unknown::InflowAhead, 0.3),
-            (Unknown::Exponent, -0.15),
-            (Unknown::VelocityScale, 0.03),
-            (Unknown::VelocityOffset, 0.01),
-            (Unknown::LogSensorLag, (0.3_f64).ln()),
-            (Unknown::LogSensorWindow, (0.5_f64).ln()),
-            (Unknown::LogSwell, (0.004_f64).ln()),
-            (Unknown::LogSwellFrequency, (0.8_f64).ln()),
-            (Unknown::LogSwellDamping, (0.1_f64).ln()),
-            (Unknown::LogDrift, (0.05_f64).ln()),
-            (Unknown::LogDisturbance, (0.004_f64).ln()),
-            (Unknown::LogCorrelation, 3.0),
-            (Unknown::LogVelocityNoise, (0.004_f64).ln()),
-            (Unknown::LogPositionNoise, (0.003_f64).ln()),
-            (Unknown::LogAccelerationNoise, (0.02_f64).ln()),
-            (Unknown::AccelerationOffset, 0.04),
-            (Unknown::LogLeak, (0.05_f64).ln()),
-            (Unknown::LogLeakCorrelation, 3.5),
-        ] {
-            values.set(unknown, value);
+    /// As [`FilterError::fit`], from a fit of the same records by this method with other terms.
+    ///
+    /// # Errors
+    /// As [`FilterError::fit`].
+    pub fn fit_from<'a>(&self, records: impl Into<Records<'a>>, from: &Fit) -> Result<Fit, Error> {
+        self.fit_with(records.into(), Some(from))
+    }
+
+    fn fit_with(&self, records: Records<'_>, from: Option<&Fit>) -> Result<Fit, Error> {
+        let dof = records.dof()?;
+        let some = some_of(records.fit);
+        let axes = some.as_deref().unwrap_or(records.fit);
+        let pieces = pieces_of(axes);
+        let axes = pieces.as_deref().unwrap_or(axes);
+        let can_be = |candidate: &&Candidate| {
+            candidate.exists_in(axes) && !(candidate.is_term() && records.terms.is_some())
+        };
+        let required: Vec<Candidate> = self.required.iter().filter(can_be).copied().collect();
+        let candidates = self.candidates.iter().filter(can_be);
+        let candidates: Vec<Candidate> =
+            candidates.filter(|own| !required.contains(own)).copied().collect();
+        let asked = OneAxis {
+            dof,
+            axes,
+            candidates: &candidates,
+            required: &required,
+            terms: records.terms,
+            from: from.and_then(|from| from.start.as_ref()),
+        };
+        let of_axis = |error| match error {
+            Error::Plant { .. } => Error::NotConverged { dof, iterations: MOST_ITERATIONS },
+            other => other,
+        };
+        let scale = AxisRecord::scale_by_position(axes);
+        let scale = scale.filter(|_| asked.may_have(Candidate::VelocityScale));
+        let scaled: Vec<AxisRecord> = scale
+            .iter()
+            .flat_map(|(scale, _)| axes.iter().map(|axis| axis.with_velocity_scaled(*scale)))
+            .collect();
+        let axes = if scaled.is_empty() { axes } else { &scaled };
+        let asked = OneAxis { axes, ..asked };
+        let (fit, fitted) = asked.fit().map_err(of_axis)?;
+        let by = scale.map_or(1.0, |(scale, _)| scale);
+        let steady: Vec<AxisRecord> =
+            records.steady.iter().map(|axis| axis.with_velocity_scaled(by)).collect();
+        let fit = match steady.is_empty() {
+            true => fit,
+            false => steady::joined(fit, &fitted, (axes, &steady))?,
+        };
+        let mut fit = scale.iter().fold(fit, |fit, scale| with_velocity_scale(fit, *scale));
+        fit.caveats.extend(hurried_disturbance(&fit, axes));
+        fit.caveats.extend(accelerometer_doubts(&fit));
+        fit.caveats.extend(hidden_drag(&fit, axes));
+        fit.caveats.extend(struck_out(dof, fitted.spikes, fit.samples));
+        if !candidates.is_empty() {
+            fit.caveats.extend(lag_or_mass(&fit, fitted.with_lags_exchanged(axes)));
         }
-        values
-    }
-
-    const PLANT: [Unknown; 9] = [
-        Unknown::Alpha,
-        Unknown::Beta,
-        Unknown::Mu,
-        Unknown::Bias,
-        Unknown::Lag,
-        Unknown::Delay,
-        Unknown::LogReverseRatio,
-        Unknown::LogDisturbance,
-        Unknown::LogCorrelation,
-    ];
-
-    /// Where velocity changes its sign within a step, the third-order term of the prediction
-    /// jumps, and central differences see it; a part of the slope.
-    const SLOPE: f64 = 3e-3;
-
-    /// The analytic gradient beside central differences, and the cost that comes with it beside
-    /// the cost alone.
-    fn gradient_holds(dof: Dof, more: &[Unknown], linear: bool) {
-        let noise = match dof {
-            Dof::Yaw => vec![Unknown::LogPositionNoise],
-            Dof::Heave => vec![Unknown::LogVelocityNoise, Unknown::LogPositionNoise],
-            _ => vec![Unknown::LogVelocityNoise],
-        };
-        gradient_of(&axis(dof, "none", 3), &[&noise, more].concat(), linear);
-    }
-
-    fn gradient_holds_on(axis: &AxisRecord, noise: &[Unknown], more: &[Unknown]) {
-        gradient_of(axis, &[noise, more].concat(), false);
-    }
-
-    fn gradient_of(axis: &AxisRecord, more: &[Unknown], linear: bool) {
-        let (dof, record) = (axis.dof, [Record::of(axis, Kind::Unsteady)]);
-        let unknowns = [&PLANT[..], more].concat();
-        let belief = Belief::Normal { mean: 0.0, std: 0.5 };
-        let heavy = Belief::AtMost { limit: 1e-5, log_std: 0.1 };
-        let priors = [
-            Prior { unknown: Unknown::Lag, belief },
-            Prior { unknown: Unknown::Alpha, belief: heavy },
-        ];
-        // What is not fitted is not there.
-        let mut fixed = Values::none(values().shape);
-        fixed.shape.linear = linear;
-        let problem = Problem::new(&record, &unknowns, &priors, fixed);
-        let theta = DVector::from_fn(problem.len(), |j, _| values().get(problem.numbers()[j]));
-        let (cost, gradient, _) = problem.evaluate(&theta);
-        assert!((cost - problem.cost(&theta)).abs() < 1e-9 * cost.abs());
-        for j in 0..theta.len() {
-            let step = 1e-6 * theta[j].abs();
-            let at = |sign: f64| {
-                let mut moved = theta.clone();
-                moved[j] += sign * step;
-                problem.cost(&moved)
-            };
-            let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
-            let off = (gradient[j] - slope).abs() / slope.abs().max(1.0);
-            let unknown = problem.numbers()[j];
-            assert!(off < SLOPE, "{dof} {unknown:?} of {more:?}: {} and {slope}", gradient[j]);
+        if some.is_some() {
+            fit.caveats.push(fitted_to_some(dof, MOST_TRIALS, records.fit.len()));
         }
+        if pieces.is_some() {
+            fit.caveats.push(fitted_to_pieces(dof, samples_of(axes), samples_of(records.fit)));
+            fit.innovations.dedup_by(|next, first| next.trial == first.trial);
+        }
+        Ok(fit)
     }
+}
 
-    /// A surge record of acceleration alone.
-    fn felt() -> AxisRecord {
-        let spec = TwinSpec {
-            seed: 5,
-            accelerometer: Some(TwinAccelerometer { noise: 0.01, ..Default::default() }),
-            ..TwinSpec::jason2()
+/// Adds the uncertainty of velocities that were corrected by a scale of position over velocity:
+/// `α ∝ s`, `β ∝ 1/s` and `bias ∝ s`.
+fn with_velocity_scale(mut fit: Fit, (scale, std): (f64, f64)) -> Fit {
+    let part = std / scale;
+    let LumpedParameters { alpha, beta, bias, .. } = fit.lumped;
+    let by = nalgebra::Vector4::new(alpha, -beta, 0.0, bias) * part;
+    fit.covariance += by * by.transpose();
+    // What the sensor reads over what is true.
+    let reads = Estimate::new(1.0 / scale, part / scale, fit.t_freedom);
+    fit.nuisances.velocity_scale = Some(reads);
+    fit.structure.push(Decision {
+        candidate: Candidate::VelocityScale,
+        likelihood_ratio: ((scale - 1.0) / std).powi(2),
+        needed: AxisRecord::SCALE_SHOWS.powi(2),
+        size: None,
+        hold_out_ratio: None,
+        admitted: true,
+    });
+    fit
+}
+
+/// The most steps of a descent, as its error states them.
+const MOST_ITERATIONS: usize = 60;
+
+/// Of more trials than this some are fitted: each may have a current of its own, and a step takes
+/// time with the cube of their number.
+pub(crate) const MOST_TRIALS: usize = 300;
+
+/// Of more samples than this a part is fitted: a fit takes some fifty passes, and more samples hardly change it.
+const MOST_FITTED: usize = 20_000;
+
+/// How long the pieces of long records are, s: many time constants of a vehicle.
+const PIECE_S: f64 = 120.0;
+
+/// A piece with fewer samples says nothing.
+const LEAST_OF_PIECE: usize = 30;
+
+fn samples_of(axes: &[AxisRecord]) -> usize {
+    axes.iter().map(|axis| axis.motion.series().len()).sum()
+}
+
+/// Evenly spread pieces of long records; `None` of short ones.
+fn pieces_of(axes: &[AxisRecord]) -> Option<Vec<AxisRecord>> {
+    let part = MOST_FITTED as f64 / samples_of(axes) as f64;
+    let pieces = |axis: &AxisRecord| -> Vec<AxisRecord> {
+        let motion = axis.motion.series();
+        let (from_s, length_s) = (motion.first_s(), motion.last_s() - motion.first_s());
+        let count = (part * length_s / PIECE_S).ceil().max(1.0);
+        let piece = |k: usize| {
+            let middle_s = from_s + (k as f64 + 0.5) * length_s / count;
+            let half_s = 0.5 * part * length_s / count;
+            axis.window([middle_s - half_s, middle_s + half_s])
         };
-        let twin = make(&spec).expect("valid");
-        let setup = TrialSetup { dofs: vec![Dof::Surge], to_s: Some(200.0), ..Default::default() };
-        Trial::new(setup, &twin.trials[0].recording, &twin.vehicle)
-            .expect("valid")
-            .axis(Dof::Surge, VelocitySource::Measured)
-            .expect("there")
-    }
+        let all = (0..count as usize).filter_map(piece);
+        all.filter(|piece| piece.motion.series().len() >= LEAST_OF_PIECE).collect()
+    };
+    (part < 1.0).then(|| axes.iter().flat_map(pieces).collect())
+}
 
-    #[test]
-    fn gradient_holds_for_an_accelerometer() {
-        let more = [
-            Unknown::LogAccelerationNoise,
-            Unknown::AccelerationOffset,
-            Unknown::LogLeak,
-            Unknown::LogLeakCorrelation,
-        ];
-        let axis = felt();
-        gradient_holds_on(&axis, &more, &[]);
-        gradient_holds_on(&axis, &more, &[Unknown::Inflow, Unknown::LogSensorLag]);
-        gradient_holds_on(&axis, &more, &[Unknown::LogSensorWindow]);
-        let waves = [Unknown::LogSwell, Unknown::LogSwellFrequency, Unknown::LogSwellDamping];
-        gradient_holds_on(&axis, &more, &waves);
-    }
-
-    #[test]
-    fn gradient_is_that_of_the_cost() {
-        gradient_holds(Dof::Surge, &[Unknown::Current, Unknown::Inflow], false);
-        gradient_holds(Dof::Yaw, &[Unknown::Inflow], false);
-        gradient_holds(Dof::Heave, &[Unknown::VelocityScale, Unknown::VelocityOffset], false);
-    }
-
-    #[test]
-    fn gradient_holds_for_every_law_of_thrust() {
-        gradient_holds(Dof::Surge, &[Unknown::LogLagRatio, Unknown::InflowAhead], false);
-        gradient_holds(Dof::Surge, &[Unknown::Slew, Unknown::Inflow], false);
-        gradient_holds(Dof::Surge, &[Unknown::Exponent], false);
-        gradient_holds(Dof::Yaw, &[Unknown::Slew, Unknown::LogLagRatio], true);
-    }
-
-    #[test]
-    fn gradient_holds_beside_sensors_waves_and_currents() {
-        gradient_holds(Dof::Surge, &[Unknown::LogSensorLag], false);
-        gradient_holds(Dof::Surge, &[Unknown::LogSensorWindow, Unknown::Current], false);
-        let waves = [Unknown::LogSwell, Unknown::LogSwellFrequency, Unknown::LogSwellDamping];
-        gradient_holds(Dof::Surge, &waves, false);
-        gradient_holds(Dof::Surge, &[Unknown::LogDrift], false);
-        let all = [&waves[..], &[Unknown::LogDrift, Unknown::LogSensorWindow]].concat();
-        gradient_holds(Dof::Heave, &all, false);
-    }
+/// Evenly spread ones of many trials; `None` of few.
+fn some_of(axes: &[AxisRecord]) -> Option<Vec<AxisRecord>> {
+    let place = |k: usize| k * axes.len() / MOST_TRIALS;
+    (axes.len() > MOST_TRIALS).then(|| (0..MOST_TRIALS).map(|k| axes[place(k)].clone()).collect())
 }

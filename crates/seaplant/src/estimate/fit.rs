@@ -6,8 +6,8 @@ use super::{
     Decision, Filters, Innovations, Method, Nuisances, PhysicalEstimates, SteadyTest,
     t_quantile_975,
 };
-use crate::estimate::filter_error::Values;
 use crate::estimate::online::OnlineHistory;
+use crate::estimate::plant_fit::FilterStart;
 use crate::regression::LeastSquares;
 use crate::terms::Term;
 use crate::{
@@ -57,7 +57,7 @@ pub struct Fit {
     /// Caveats of the estimator.
     pub caveats: Vec<Caveat>,
     /// Optimum of the filter error method, from which fits of other terms start.
-    pub(crate) optimum: Option<Values>,
+    pub(crate) start: Option<FilterStart>,
 }
 
 /// A number with its uncertainty.
@@ -180,7 +180,7 @@ impl Fit {
             innovations: Vec::new(),
             history: None,
             caveats,
-            optimum: None,
+            start: None,
         }
     }
 }

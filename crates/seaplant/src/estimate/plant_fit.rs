@@ -11,11 +11,13 @@ mod independence;
 mod information;
 mod known;
 mod noise_descent;
+mod one_axis;
 mod plan;
 mod problem;
 mod report;
 mod schedule;
 mod search;
+mod sensor_lag;
 mod start;
 mod step;
 mod swaps;
@@ -39,6 +41,7 @@ pub use information::{
     ExpectedActuator, ExpectedNoise, ExpectedNoises, Information, information, information_before,
 };
 pub use known::ScaleClaim;
+pub(super) use one_axis::{Exchanged, FilterStart, FittedAxis, OneAxis, force_rms};
 pub use plan::PlantPlan;
 use problem::{CURRENT_STD, Problem};
 use report::Reported;
@@ -275,6 +278,7 @@ fn fit_as(
 }
 
 /// An optimum and what it is one of.
+#[derive(Clone)]
 struct Fitted {
     problem: Problem,
     optimum: Optimum,
@@ -291,6 +295,11 @@ impl Fitted {
     fn new(problem: Problem, optimum: Optimum) -> Self {
         let (tried, reported, faults, exchanged) = Default::default();
         Self { problem, optimum, tried, reported, faults, exchanged }
+    }
+
+    /// The problem, and its optimum.
+    fn parts(&self) -> (&Problem, &Optimum) {
+        (&self.problem, &self.optimum)
     }
 
     /// Another optimum of the same trials, with what was found of sensors and thrusters before.
@@ -389,14 +398,18 @@ impl Fitted {
             if unseen.is_empty() {
                 return Ok(self);
             }
-            let mut point = self.optimum.point;
+            let (mut point, fits) = (self.optimum.point.clone(), self.problem.fits);
             let mut numbers = point.actuator.numbers();
             for k in unseen {
                 self.problem.fits[k] = false;
                 numbers[k] = 0.0;
             }
             point.actuator = point.actuator.with(numbers);
-            let optimum = self.problem.descent_at_noise(point, Tolerance::COARSE)?;
+            // A fit that does not settle without them needs them.
+            let Ok(optimum) = self.problem.descent_at_noise(point, Tolerance::COARSE) else {
+                self.problem.fits = fits;
+                return Ok(self);
+            };
             let iterations = self.optimum.iterations + optimum.iterations;
             self.optimum = Optimum { iterations, ..optimum };
         }
@@ -491,13 +504,24 @@ impl Fitted {
         let slope = problem.by_noise(&tried).zip(problem.noise_information(&tried));
         let Some(((_, gradient), information)) = slope else { return Ok(self) };
         let s = tried.noise.place(NoiseNumber::Drift);
+        // Beside one axis, a disturbance that was fitted for it hides it from its score.
+        let is_alone = problem.structure.axes().len() == 1;
         let rest = inverse(&information.view((0, 0), (s, s)).into_owned());
         let cross = information.view((0, s), (s, 1)).into_owned();
         let left = information[(s, s)] - cross.dot(&(&rest * &cross));
-        if gradient[s] >= 0.0 || gradient[s].powi(2) < search::ADMITTED * left {
+        let is_asked_for = gradient[s] < 0.0 && gradient[s].powi(2) >= search::ADMITTED * left;
+        if !is_asked_for && !is_alone {
             return Ok(self);
         }
-        let found = problem.descent(with(Drift::FIRST), Tolerance::COARSE);
+        let start = |part: f64| {
+            let mut start = with(Drift::FIRST);
+            start.noise.disturbance *= part;
+            (problem.cost(&start), start)
+        };
+        let parts = if is_alone { LEFT_BESIDE_DRIFT.as_slice() } else { &[1.0] };
+        let starts = parts.iter().map(|part| start(*part));
+        let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
+        let found = problem.descent(start, Tolerance::COARSE);
         if let Some(found) = found.ok().filter(|x| 2.0 * (optimum.cost - x.cost) > search::ADMITTED)
         {
             let iterations = optimum.iterations + found.iterations;
@@ -529,12 +553,18 @@ impl Fitted {
             point.noise.disturbance *= (1.0 - part).sqrt();
             (data.cost(&point), point)
         };
+        let is_alone = problem.structure.axes().len() == 1;
+        let short = if is_alone { SHORT_PERIODS_S.as_slice() } else { &[] };
+        let periods = || short.iter().chain(&FIRST_PERIODS_S).copied();
         let parts = FIRST_SWELL_PARTS.into_iter();
-        let starts = parts.flat_map(|part| FIRST_PERIODS_S.map(|period_s| start((period_s, part))));
+        let all = parts.flat_map(|part| periods().map(move |period_s| (period_s, part)));
+        let starts = all.map(start);
         let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else {
             return Ok(self);
         };
-        let needed = search::ADMITTED * (problem.structure.axes().len() + 2) as f64;
+        // One axis is asked as its other candidates are.
+        let by_number = if is_alone { (problem.samples() as f64).ln() } else { search::ADMITTED };
+        let needed = by_number * (problem.structure.axes().len() + 2) as f64;
         let is_likelier = |cost: f64| 2.0 * (optimum.cost - cost) > needed;
         // Waves that matter are likelier before the plant has changed, too.
         if !is_likelier(problem.cost(&start)) {
@@ -563,7 +593,9 @@ impl Fitted {
     fn unseen_of_actuator(&self) -> Vec<usize> {
         let p = self.problem.structure.terms().len();
         let covariance = inverse(&self.optimum.information);
-        let fitted: Vec<usize> = (0..Actuator::COUNT).filter(|k| self.problem.fits[*k]).collect();
+        let Problem { fits, requires, .. } = &self.problem;
+        let fitted: Vec<usize> =
+            (0..Actuator::COUNT).filter(|k| fits[*k] && !requires[*k]).collect();
         let places: Vec<usize> = fitted.iter().map(|k| p + k).collect();
         let own = self.optimum.point.actuator.numbers();
         let mut asked = Asked {
@@ -604,6 +636,17 @@ impl Fitted {
         let is_free = self.problem.is_free;
         let needed = if is_free { search::ADMITTED_OF_FREE } else { search::ADMITTED };
         Ok((needed, self.whiteness()?))
+    }
+
+    /// Covariance of coefficients, numbers of the actuator and currents: of the scores of blocks where
+    /// innovations are coloured.
+    fn covariance_by_colour(&self) -> Result<DMatrix<f64>, Error> {
+        let Self { problem, optimum, .. } = self;
+        let whiteness = whiteness(problem, &optimum.point, self.reported.keep)?;
+        let is_coloured = problem.is_free || whiteness.values().any(|colour| *colour > COLOURED);
+        let of_blocks = || problem.covariance_of_blocks(&optimum.point, &optimum.information);
+        let of_blocks = is_coloured.then(of_blocks).flatten();
+        Ok(of_blocks.unwrap_or_else(|| inverse(&optimum.information)))
     }
 
     /// Covariance of the coefficients.
@@ -740,11 +783,16 @@ impl Fitted {
 /// of blocks.
 const COLOURED: f64 = 1.7;
 
+/// Parts of the disturbance of one axis beside which a descent may begin where a current changes.
+const LEFT_BESIDE_DRIFT: [f64; 3] = [1.0, 0.2, 0.03];
+
 /// Part of the colour of an axis's innovations that may be left where waves explain it.
 const LEFT_PART: f64 = 0.25;
 
 /// Periods of swell at which a descent begins, s, and parts of a disturbance's power.
 const FIRST_PERIODS_S: [f64; 6] = [3.0, 4.2, 5.8, 8.0, 11.0, 15.0];
+/// The same of one axis, which a small boat may have that short waves rock.
+const SHORT_PERIODS_S: [f64; 2] = [1.4, 2.0];
 const FIRST_SWELL_PARTS: [f64; 2] = [0.5, 0.9];
 
 /// Slew times at which a descent begins, s, …

@@ -5,18 +5,14 @@ use crate::{AxisRecord, Dof, Error, Terms};
 /// The records of one degree of freedom, by purpose.
 ///
 /// A slice or a vector of records converts to records that are all fitted, with the method's
-/// default terms: `FilterError::default().fit(&records)`. Held-out and steady records and the dry
-/// mass are used by the filter error method only.
+/// default terms: `FilterError::default().fit(&records)`. Steady records are used by the filter error
+/// method only.
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
     /// Records to fit.
     pub fit: &'a [AxisRecord],
-    /// Held-out records, predicted to judge models.
-    pub hold_out: &'a [AxisRecord],
     /// Runs at constant thrust: fitted together with the others if they agree with them.
     pub steady: &'a [AxisRecord],
-    /// Mass in air, kg, if known: a lower limit of the effective mass in water.
-    pub dry_mass_kg: Option<f64>,
     /// Terms of the plant, unless the method chooses them: mass, quadratic drag and bias force
     /// ([`Terms::default`]); for filter error, mass, quadratic drag and those that the logs
     /// support.
@@ -26,7 +22,7 @@ pub struct Records<'a> {
 impl<'a, T: AsRef<[AxisRecord]> + ?Sized> From<&'a T> for Records<'a> {
     fn from(fit: &'a T) -> Self {
         let fit = fit.as_ref();
-        Self { fit, hold_out: &[], steady: &[], dry_mass_kg: None, terms: None }
+        Self { fit, steady: &[], terms: None }
     }
 }
 
@@ -42,7 +38,7 @@ impl Records<'_> {
     /// [`Error::NoRecord`] without records to fit; [`Error::OtherAxis`] if not all are of one axis.
     pub fn dof(&self) -> Result<Dof, Error> {
         let first = self.fit.first().ok_or(Error::NoRecord)?;
-        let mut all = self.fit.iter().chain(self.hold_out).chain(self.steady);
+        let mut all = self.fit.iter().chain(self.steady);
         match all.find(|record| record.dof != first.dof) {
             None => Ok(first.dof),
             Some(other) => Err(Error::OtherAxis {
@@ -87,8 +83,8 @@ mod tests {
                 "the records to fit surge with hold one of sway, of trial `{name}`; fit each degree of freedom by its own records, or several of them as one plant of these axes"
             )
         );
-        // Held-out records of another axis would be predicted by the wrong plant.
-        let records = Records { hold_out: &sway, ..Records::from(&surge) };
+        // Steady runs of another axis would be fitted to the wrong plant.
+        let records = Records { steady: &sway, ..Records::from(&surge) };
         assert!(matches!(FilterError::default().fit(records), Err(Error::OtherAxis { .. })));
     }
 

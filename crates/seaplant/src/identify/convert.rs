@@ -22,7 +22,7 @@ use crate::results::{
 };
 use crate::{
     Caveat, Dof, Error, Estimate, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
-    ThrustCurve, ThrustUncertainty, Thruster, Trial, Vehicle, VelocitySource, lever_axes,
+    ThrustCurve, ThrustUncertainty, Thruster, Trial, Vehicle, VelocitySource,
 };
 
 /// Prediction scores of a plant.
@@ -138,14 +138,11 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         current_drift,
         current,
         turning,
-        velocity_offset,
-        lever_m,
         disturbance,
         correlation_s,
         velocity_noise,
         position_noise,
         acceleration_noise,
-        acceleration_offset,
         leak,
         leak_correlation_s,
     } = &fit.nuisances;
@@ -187,22 +184,8 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         let known = Estimate::new(*full_speed, 0.0, 1.0);
         all.insert("full_speed".to_owned(), Parameter::new(known, "rad/s"));
     }
-    let axes = lever_axes(fit.dof).unwrap_or_default();
-    for (axis, estimate) in axes.into_iter().zip(lever_m) {
-        if let Some(estimate) = estimate {
-            all.insert(format!("lever_{axis}"), Parameter::new(*estimate, "m"));
-        }
-    }
     for (trial, estimate) in current {
         all.insert(Model::current_name(trial), Parameter::new(*estimate, units.velocity));
-    }
-    for (trial, estimate) in velocity_offset {
-        let name = format!("velocity_offset: {trial}");
-        all.insert(name, Parameter::new(*estimate, units.velocity));
-    }
-    for (trial, estimate) in acceleration_offset {
-        let name = format!("acceleration_offset: {trial}");
-        all.insert(name, Parameter::new(*estimate, units.acceleration));
     }
     all
 }

@@ -2,7 +2,7 @@
 
 use super::{IdentifyOptions, TrialsOf, Work};
 use crate::PlantPlan;
-use crate::estimate::{MOST_SEARCHED, MOST_TRIALS};
+use crate::estimate::MOST_TRIALS;
 use crate::{Dof, Method, Trial, Vehicle, VelocitySource};
 
 /// A fit of an identification, including the scores of its plant.
@@ -78,11 +78,7 @@ fn cost_s(method: Method, samples: usize) -> (f64, f64) {
         (least * samples, most * samples)
     };
     match method {
-        Method::FilterError => {
-            let searched = samples.min(MOST_SEARCHED) as f64 * 1e-6;
-            let (least, most) = micro_s(40.0, 200.0);
-            (least + 90.0 * searched, most + 3200.0 * searched)
-        }
+        Method::FilterError => micro_s(30.0, 500.0),
         Method::OutputError => micro_s(5.0, 50.0),
         Method::EquationError | Method::Paper => micro_s(2.0, 10.0),
         Method::WeightedLeastSquares => micro_s(4.0, 20.0),

@@ -301,7 +301,7 @@ impl Work<'_> {
             drift.and_then(|drift| drift.caveat(self.dof)),
             coupling
                 .and_then(|coupling| coupling.caveat(self.dof))
-                .or_else(|| turned(&one.fit, &fitted, &beside)),
+                .or_else(|| turned(self.dof, &fitted, &beside)),
         ];
         all.into_iter().flatten().collect()
     }

@@ -3,7 +3,7 @@
 use super::change::{DRAG_PART, MASS_PART, PlantChange, plant_columns};
 use super::linear::{ErrorRegression, Window};
 use crate::trial::Beside;
-use crate::{Caveat, CaveatCode, Dof, Fit};
+use crate::{Caveat, CaveatCode, Dof};
 
 /// Fraction of the simulation error that other axes must explain in cross-validation …
 const EXPLAINED: f64 = 0.1;
@@ -172,14 +172,11 @@ impl Coupling {
 }
 
 /// Returns a caveat if turning with the speed of other axes accelerates a translation more than its own
-/// speed changes, and the plant takes that as a part of what it does to a rigid body.
+/// speed changes.
 ///
-/// Added mass makes it another part on each axis, and the angles that go with it add what moves
-/// with them: the mass of one axis alone is then that of a combined motion.
-pub(crate) fn turned(fit: &Fit, windows: &[Window], beside: &[(&str, &Beside)]) -> Option<Caveat> {
-    let dof = fit.dof;
-    let part = turning_part(dof, windows, beside).filter(|part| *part > 1.0);
-    let part = part.filter(|_| fit.nuisances.turning.is_some())?;
+/// A plant of one axis takes that for a disturbance: its mass is then that of a combined motion.
+pub(crate) fn turned(dof: Dof, windows: &[Window], beside: &[(&str, &Beside)]) -> Option<Caveat> {
+    let part = turning_part(dof, windows, beside).filter(|part| *part > 1.0)?;
     let message = format!(
         "do not use {dof} alone: turning while other axes move accelerates it {part:.1} times as much as its own speed changes, so that its mass is that of several axes; fit the axes together, or hold the others still"
     );

@@ -1,10 +1,11 @@
 //! Consistency of two instruments that measure the same motion.
 
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix4, Vector2, Vector4};
 
 use super::AxisRecord;
 use crate::navigation::Motion;
 use crate::signal::sample_noise;
+use crate::statistics::robust_covariance;
 use crate::{Caveat, CaveatCode, Dof, Gap, Timed};
 
 /// Ratio of displacement by position to that by velocity: 1 if both are correct.
@@ -51,6 +52,56 @@ impl AxisRecord {
         let is_right = |scale: Scale| (scale.value - 1.0).abs() < WRONG_SCALE;
         let known = self.position_scale([0.0; 2]).filter(|scale| scale.std < WRONG_SCALE);
         known.filter(|scale| is_right(*scale)).and(self.position.clone())
+    }
+
+    /// Standard errors by which [`Self::scale_by_position`] differs from 1 at least.
+    pub(crate) const SCALE_SHOWS: f64 = SIGMAS;
+
+    /// Returns how many times as far as measured velocity says the position of some trials moves,
+    /// with its standard deviation; `None` if it may be 1, or if position is not believable.
+    ///
+    /// Least squares of `p = s ∫v dt + δ v + c₀ + c₁ t + c₂ t² + c₃ t³` over each stretch without gaps, with s and
+    /// δ common to all: the polynomial stands for the drift of what is integrated. The standard deviation
+    /// allows for residuals that are correlated over 30 s.
+    pub(crate) fn scale_by_position(axes: &[Self]) -> Option<(f64, f64)> {
+        let mut all = Vec::new();
+        for axis in axes {
+            let (Motion::Velocity(velocity), Some(position)) =
+                (&axis.motion, axis.believable_position())
+            else {
+                return None;
+            };
+            all.extend(levels(velocity, &position, &axis.cuts));
+        }
+        let rows = || all.iter().flatten();
+        let n = rows().count() as f64;
+        let normal: Matrix2<f64> = rows().map(|row| row.x * row.x.transpose()).sum();
+        let right: Vector2<f64> = rows().map(|row| row.x * row.moved).sum();
+        let theta = normal.cholesky()?.solve(&right);
+        let error = |row: &Level| row.moved - theta.dot(&row.x);
+        let variance = rows().map(|row| error(row).powi(2)).sum::<f64>() / (n - 2.0).max(1.0);
+        let score = |block: &[&Level]| {
+            let sum: Vector2<f64> = block.iter().map(|row| row.x * error(row)).sum();
+            DVector::from_column_slice((sum / variance).as_slice())
+        };
+        let blocks = |stretch: &Vec<Level>| -> Vec<DVector<f64>> {
+            let rows: Vec<&Level> = stretch.iter().collect();
+            rows.chunk_by(|a, b| a.block == b.block).map(score).collect()
+        };
+        let scores: Vec<DVector<f64>> = all.iter().flat_map(blocks).collect();
+        let normal = DMatrix::from_column_slice(2, 2, (normal / variance).as_slice());
+        let covariance = robust_covariance(&normal, &scores)?;
+        let (value, std) = (theta[0], covariance[(0, 0)].sqrt());
+        ((value - 1.0).abs() > SIGMAS * std).then_some((value, std))
+    }
+
+    /// Returns the record with measured velocity that many times as great.
+    pub(crate) fn with_velocity_scaled(&self, scale: f64) -> Self {
+        let motion = match &self.motion {
+            Motion::Velocity(velocity) => Motion::Velocity(velocity.map(|v| scale * v)),
+            other => other.clone(),
+        };
+        Self { motion, ..self.clone() }
     }
 
     /// Returns a caveat if two instruments contradict each other.
@@ -118,6 +169,68 @@ impl AxisRecord {
         let attenuation = noise * fit.inverse[(0, 0)];
         (std.is_finite() && value.is_finite()).then_some(Scale { value, std, attenuation })
     }
+}
+
+/// A position, with the regressors of [`AxisRecord::scale_by_position`] but the polynomial, of which all are
+/// free.
+struct Level {
+    x: Vector2<f64>,
+    moved: f64,
+    /// Number of its block of residuals.
+    block: usize,
+}
+
+/// Length of the blocks of residuals, s.
+const BLOCK_S: f64 = 30.0;
+/// Coefficients of the polynomial of each stretch.
+const POLYNOMIAL: usize = 4;
+
+/// Returns the positions of each stretch of velocity without gaps.
+fn levels(velocity: &Timed, position: &Timed, cuts: &[Gap]) -> Vec<Vec<Level>> {
+    let mut gaps = velocity.gaps(SPAN_S.min(5.0 * velocity.period_s()));
+    gaps.extend_from_slice(cuts);
+    gaps.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    let ends = gaps.iter().map(|gap| gap.from_s).chain([f64::INFINITY]);
+    let starts = std::iter::once(f64::NEG_INFINITY).chain(gaps.iter().map(|gap| gap.to_s));
+    let stretch = |(from_s, to_s)| {
+        let (own, seen) = (velocity.window(from_s, to_s)?, position.window(from_s, to_s)?);
+        let seen = seen.window(own.first_s(), own.last_s())?;
+        levels_between(&own, &seen)
+    };
+    starts.zip(ends).filter_map(stretch).collect()
+}
+
+fn levels_between(velocity: &Timed, position: &Timed) -> Option<Vec<Level>> {
+    if position.len() <= 2 * POLYNOMIAL {
+        return None;
+    }
+    let way = velocity.with_values("way", integral(velocity)).ok()?;
+    let (t, n) = (position.time_s(), position.len());
+    let at = |series: &Timed| -> Vec<f64> { t.iter().map(|t| series.at(*t)).collect() };
+    let columns = [at(&way), at(velocity), position.values().to_vec()];
+    let mut columns = DMatrix::from_fn(n, 3, |row, column| columns[column][row]);
+    let (first, length) = (t[0], (t[n - 1] - t[0]).max(f64::MIN_POSITIVE));
+    let powers = DMatrix::from_fn(n, POLYNOMIAL, |row, power| {
+        (2.0 * (t[row] - first) / length - 1.0).powi(power as i32)
+    });
+    let q = powers.qr().q();
+    columns -= &q * (q.transpose() * &columns);
+    let level = |row: usize| Level {
+        x: Vector2::new(columns[(row, 0)], columns[(row, 1)]),
+        moved: columns[(row, 2)],
+        block: ((t[row] - first) / BLOCK_S) as usize,
+    };
+    Some((0..n).map(level).collect())
+}
+
+/// Returns the integral of a series up to each sample, by trapezoids.
+fn integral(series: &Timed) -> Vec<f64> {
+    let (t, v) = (series.time_s(), series.values());
+    let mut sum = vec![0.0; t.len()];
+    for k in 1..t.len() {
+        sum[k] = sum[k - 1] + 0.5 * (v[k] + v[k - 1]) * (t[k] - t[k - 1]);
+    }
+    sum
 }
 
 /// One interval: regressors and the change of position.
@@ -189,12 +302,9 @@ fn displacement_noise(velocity: &Timed) -> f64 {
 
 /// Returns the regression row of each interval.
 fn displacements(velocity: &Timed, position: &Timed, cuts: &[Gap]) -> Vec<Row> {
-    let (t, v) = (velocity.time_s(), velocity.values());
-    let mut displacement = vec![0.0; t.len()];
-    for k in 1..t.len() {
-        displacement[k] = displacement[k - 1] + 0.5 * (v[k] + v[k - 1]) * (t[k] - t[k - 1]);
-    }
-    let Ok(displacement) = velocity.with_values("way", displacement) else { return Vec::new() };
+    let Ok(displacement) = velocity.with_values("way", integral(velocity)) else {
+        return Vec::new();
+    };
     let longest_gap_s = SPAN_S.min(5.0 * velocity.period_s());
     let mut gaps = velocity.gaps(longest_gap_s);
     gaps.extend_from_slice(cuts);
@@ -255,7 +365,6 @@ mod tests {
             force: series(&time_s, vec![0.0; 3000]),
             thrusters: Vec::new(),
             motion: Motion::Velocity(series(&time_s, velocity)),
-            lever_rates: None,
             turning: None,
             position: Some(series(&slow, position)),
             acceleration: None,
@@ -293,7 +402,6 @@ mod tests {
             force: Timed::new("force", time_s, vec![0.0; 3000]).expect("valid"),
             thrusters: Vec::new(),
             motion: Motion::Velocity(velocity),
-            lever_rates: None,
             turning: None,
             position: Some(Timed::new("depth", slow, p).expect("valid")),
             acceleration: None,

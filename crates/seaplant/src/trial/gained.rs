@@ -220,7 +220,7 @@ mod tests {
         let record = TrialRecord {
             by_acceleration: by,
             rates: Some(rates),
-            ..TrialRecord::empty("circling", 100.0)
+            ..TrialRecord::until("circling", 100.0)
         };
         let seen = record.as_gained(&times, &motion);
         for axis in 0..2 {

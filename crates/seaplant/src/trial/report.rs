@@ -196,7 +196,7 @@ mod tests {
                 readings: [None, None, Some(read.clone())],
                 levers_m: [0.0, 0.0, stated_m].map(|x| Vector3::new(x, 0.0, 0.0)),
                 rates: Some([still.clone(), rate.clone(), still]),
-                ..TrialRecord::empty("a", 12.0)
+                ..TrialRecord::until("a", 12.0)
             };
             let lever_m = [AHEAD_M - stated_m, 0.0, 0.0];
             let found = record.with_translations_before(&VelocityReport { lever_m, ..late });

@@ -72,8 +72,8 @@ pub struct TrialRecord {
     /// than [`GAINED_S`](crate::GAINED_S).
     pub by_acceleration: [bool; 3],
     /// North and east of the origin since the first fix, m, if surge or sway has no measured
-    /// velocity.
-    pub fixes: Option<[Timed; 2]>,
+    /// velocity; the second is absent along a straight line.
+    pub fixes: Option<[Option<Timed>; 2]>,
     /// Depth of the origin, m, if heave has no measured velocity.
     pub depth: Option<Timed>,
     /// Heading, unwrapped, rad, if yaw has no measured velocity.
@@ -104,10 +104,9 @@ pub struct TrialRecord {
     pub caveats: Vec<Caveat>,
 }
 
-#[cfg(test)]
 impl TrialRecord {
-    /// Creates a record without data, for tests.
-    pub(crate) fn empty(trial: &str, last_s: f64) -> Self {
+    /// Creates a record without data.
+    pub(super) fn empty(trial: &str) -> Self {
         Self {
             trial: trial.to_owned(),
             role: Role::Fit,
@@ -129,9 +128,15 @@ impl TrialRecord {
             inclination_spread: [const { None }; 2],
             signals: BTreeMap::new(),
             known: Vec::new(),
-            window_s: (0.0, last_s),
+            window_s: (0.0, 0.0),
             caveats: Vec::new(),
         }
+    }
+
+    /// Creates a record without data, for tests.
+    #[cfg(test)]
+    pub(crate) fn until(trial: &str, last_s: f64) -> Self {
+        Self { window_s: (0.0, last_s), ..Self::empty(trial) }
     }
 }
 
@@ -212,7 +217,7 @@ impl TrialRecord {
         }
         let lacks_surge_or_sway = unmeasured(Dof::Surge) || unmeasured(Dof::Sway);
         let fixes = match navigated.heading.is_some() && lacks_surge_or_sway {
-            true => new_fixes(recording, &navigated)?,
+            true => new_fixes(recording, &navigated)?.map(|both| both.map(Some)),
             false => None,
         };
         let heading = navigated.heading.as_ref().filter(|_| unmeasured(Dof::Yaw));
@@ -562,7 +567,7 @@ const FINEST_S: f64 = 0.05;
 /// No mean extends over an instant of `changes`, increasing times at which forces change, and the
 /// last sample before it is kept as it is: an autopilot reacts to it, and a filter without that
 /// sample would attribute the autopilot's response to the vehicle.
-fn means(series: &Timed, changes: &[f64]) -> (Timed, Option<Timed>) {
+pub(super) fn means(series: &Timed, changes: &[f64]) -> (Timed, Option<Timed>) {
     means_over(series, changes, FINEST_S)
 }
 
@@ -596,7 +601,7 @@ fn means_over(series: &Timed, changes: &[f64], finest_s: f64) -> (Timed, Option<
 }
 
 /// Averages a held series to this period, with the same mean over each step.
-fn held_means(force: &Timed) -> Timed {
+pub(super) fn held_means(force: &Timed) -> Timed {
     if force.len() < 2 || force.period_s() >= 0.9 * FINEST_S {
         return force.clone();
     }
@@ -608,7 +613,7 @@ fn held_means(force: &Timed) -> Timed {
 
 impl PlacedThruster {
     /// Averages speed to this period, with the same mean thrust over each step.
-    fn thinned(self) -> Self {
+    pub(super) fn thinned(self) -> Self {
         let squares = held_means(&self.track.speed.map(|n| n * n.abs()));
         let speed = squares.map(|square| square.abs().sqrt().copysign(square));
         Self { track: ThrusterTrack { speed, ..self.track }, ..self }

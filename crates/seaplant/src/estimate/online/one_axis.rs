@@ -1,15 +1,14 @@
 //! Online identification of one axis from its records.
 
-use nalgebra::{DMatrix, Matrix4};
-
 use super::logs::{OnlineFit, doubts, run};
 use super::{Online, OnlineOptions, acting};
 use crate::caveat::spoken;
+use crate::estimate::axis_plant::{axis_structure, lumped_plant, term_of};
 use crate::estimate::{Candidate, Decision, Estimate, Fit, Method, Nuisances, Records};
-use crate::plant::{Basis, Plant, Product, Structure, Symmetry};
+use crate::plant::Basis;
 use crate::regression::LeastSquares;
 use crate::terms::Term;
-use crate::{Caveat, CaveatCode, Dof, Error, LumpedParameters, Terms};
+use crate::{Caveat, CaveatCode, Dof, Error, Terms};
 
 /// Identifies one degree of freedom as a plant of one axis.
 ///
@@ -63,7 +62,6 @@ fn input_nuisances(nuisances: &Nuisances) -> Nuisances {
         velocity_noise: None,
         position_noise: None,
         acceleration_noise: None,
-        acceleration_offset: Default::default(),
         leak: None,
         leak_correlation_s: None,
         ..nuisances.clone()
@@ -87,32 +85,6 @@ fn borrowed_nuisances_caveat(dof: Dof, method: Method, beside: &Fit) -> Caveat {
     Caveat::note(CaveatCode::TakenFromAnother, message)
 }
 
-/// Returns the structure of one axis with the requested terms.
-fn axis_structure(dof: Dof, terms: Terms) -> Result<Structure, Error> {
-    let (linear, quadratic) = (Product::linear(dof), Product::quadratic(dof));
-    let structure = Structure::of(&[dof], Symmetry::Diagonal)?.without(|term| match term {
-        Basis::Product(_, product) if *product == linear => !terms.has(Term::Linear),
-        Basis::Product(_, product) if *product == quadratic => !terms.has(Term::Quadratic),
-        Basis::WeightExcess | Basis::Lever(_) | Basis::Effect(_) => true,
-        _ => false,
-    });
-    if terms.has(Term::Bias) { structure.with(Basis::One(dof)) } else { Ok(structure) }
-}
-
-/// Returns the lumped parameter of a term of one axis.
-fn term_of(term: &Basis) -> Term {
-    match term {
-        Basis::Mass(..) => Term::Force,
-        Basis::Product(_, product)
-            if product.factors().count() + usize::from(product.speed() != 0) == 1 =>
-        {
-            Term::Linear
-        }
-        Basis::Product(..) => Term::Quadratic,
-        _ => Term::Bias,
-    }
-}
-
 /// Returns its name in results.
 fn name_of(term: &Basis) -> &'static str {
     match term_of(term) {
@@ -127,7 +99,7 @@ fn axis_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
     let plant = &fit.estimate.plant;
     let all = plant.structure().terms();
     let names: Vec<String> = all.iter().map(|term| name_of(term).to_owned()).collect();
-    let (lumped, covariance) = lumped(plant, &fit.estimate.covariance);
+    let (lumped, covariance) = lumped_plant(plant, &fit.estimate.covariance);
     let inflation = all.iter().zip(&fit.estimate.inflation);
     let found = LeastSquares {
         lumped,
@@ -145,27 +117,4 @@ fn axis_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
     let caveats = doubts(dof.name(), &names, fit);
     let fitted = Fit::of_regression(dof, method, terms, found, Default::default(), caveats);
     Fit { history: Some(fit.history.result(&names, fit)), ..fitted }
-}
-
-/// Returns the lumped parameters of a plant of one axis, and their covariance.
-fn lumped(plant: &Plant, covariance: &DMatrix<f64>) -> (LumpedParameters, Matrix4<f64>) {
-    let places: Vec<usize> =
-        plant.structure().terms().iter().map(|term| term_of(term) as usize).collect();
-    // Converts m, d_Q, d_L and b to α, β, μ and bias; the same formulas convert back.
-    let (mut physical, mut of_physical) = ([0.0; 4], Matrix4::zeros());
-    for (a, &i) in places.iter().enumerate() {
-        physical[i] = plant.coefficients()[a];
-        for (b, &j) in places.iter().enumerate() {
-            of_physical[(i, j)] = covariance[(a, b)];
-        }
-    }
-    let [alpha, beta, mu, bias] = physical;
-    let physical = LumpedParameters { alpha, beta, mu, bias };
-    let lumped = LumpedParameters {
-        alpha: 1.0 / alpha,
-        beta: -beta / alpha,
-        mu: -mu / alpha,
-        bias: -bias / alpha,
-    };
-    (lumped, physical.physical_covariance(&of_physical))
 }

@@ -251,7 +251,7 @@ pub(super) fn into_fit(solution: &Solution, method: &OutputError) -> Result<Fit,
         innovations: Vec::new(),
         history: None,
         caveats: Vec::new(),
-        optimum: None,
+        start: None,
     })
 }
 

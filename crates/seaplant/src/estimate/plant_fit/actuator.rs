@@ -77,6 +77,8 @@ pub struct Actuator {
     pub log_scale: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
     pub full_speed: f64,
+    /// True if propeller speeds move linearly from one logged sample to the next; else they are held.
+    pub is_linear: bool,
 }
 
 /// How finely a force that lags is held in a simulation, s.
@@ -144,13 +146,14 @@ impl Actuator {
 
     /// Where the lag stands among them, and the delay.
     pub(super) const LAG: usize = 0;
-    const DELAY: usize = 1;
+    pub(super) const DELAY: usize = 1;
 
     /// Where the reverse-thrust ratio stands among them.
     pub(super) const REVERSE: usize = 2;
 
-    /// Where the ratio of lags stands among them, and the slew time.
+    /// Where the ratio of lags stands among them, the exponent, and the slew time.
     pub(super) const LAG_RATIO: usize = 3;
+    pub(super) const EXPONENT: usize = 4;
     pub(super) const SLEW: usize = 5;
 
     /// Where the change of thrust under load stands among them.
@@ -258,7 +261,7 @@ impl Actuator {
             log_change_between,
             log_change_loaded,
             log_scale,
-            full_speed: self.full_speed,
+            ..*self
         }
     }
 
@@ -392,7 +395,7 @@ impl Actuator {
             log_reverse_ratio: self.log_reverse_ratio,
             beyond_square: self.beyond_square,
             full_speed: self.full_speed,
-            is_linear: false,
+            is_linear: self.is_linear,
             has_exponent: true,
         };
         // What it was told shortly before is still on its way.
@@ -778,7 +781,7 @@ mod tests {
 
     #[test]
     fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
-        let record = TrialRecord { thrusters: vec![thruster()], ..TrialRecord::empty("a", 2.0) };
+        let record = TrialRecord { thrusters: vec![thruster()], ..TrialRecord::until("a", 2.0) };
         let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
             .signals(&record)
             .expect("finite");
@@ -798,7 +801,7 @@ mod tests {
         let record = TrialRecord {
             force: std::array::from_fn(force),
             thrusters: vec![thruster()],
-            ..TrialRecord::empty("a", 2.0)
+            ..TrialRecord::until("a", 2.0)
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
         let some = [

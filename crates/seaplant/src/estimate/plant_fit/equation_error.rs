@@ -11,7 +11,7 @@ use crate::signal::rms;
 use crate::{Dof, Error, Grid, TrialRecord};
 
 /// Result of least squares on the equation of motion.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Solved {
     /// One coefficient per term; zero for those that the motion does not determine.
     pub(super) coefficients: DVector<f64>,

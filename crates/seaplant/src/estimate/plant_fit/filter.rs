@@ -372,7 +372,9 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         let still = SVector::zeros();
         let (lag_s, mut behind) = (lag_s.unwrap_or_default(), SVector::<f64, M>::zeros());
         for direction in 0..2 {
-            by[p + direction].motion = -self.water_column(&self.schedule.instants[0], direction);
+            let own = &mut by[p + direction];
+            own.motion = -self.water_column(&self.schedule.instants[0], direction);
+            self.start_lagged(&own.motion, &mut own.navigation);
         }
         for (along, k) in levers.clone().enumerate() {
             by[k].motion =
@@ -550,6 +552,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         let water = self.water_column(instant, 0) * north + self.water_column(instant, 1) * east;
         let mut first = State { motion: still - water, ..State::zeros(self.states()) };
         self.set_initial_navigation(&mut first);
+        self.start_lagged(&first.motion, &mut first.navigation);
         first
     }
 
@@ -660,7 +663,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     /// Returns the index of a measured velocity that may be delayed.
     fn may_be_late(&self, observation: &Observation) -> Option<usize> {
         let Observed::Velocity(place) = observation.of else { return None };
-        self.translation_measured(place).map(|_| place)
+        self.translation_measured(place).filter(|_| observation.lagged.is_none()).map(|_| place)
     }
 
     /// Returns the axis at an index if it is a translation with a velocity sensor.
@@ -679,27 +682,31 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         let axes = *self.plant.axes();
         let (measured, spread, water) = (instant.measured, instant.spread, instant.water);
         let lever_terms: [_; N] = std::array::from_fn(|place| self.lever_terms(place));
+        let lagged = self.schedule.layout.lagged;
         let velocity = move |place: usize| {
             let axis: usize = axes[place]?;
             let water = match axis {
                 0..3 => water.row(axis).transpose(),
                 _ => Vector2::zeros(),
             };
-            let (of, lever_terms) = (Observed::Velocity(place), lever_terms[place]);
-            let observation = Observation { of, water, lever_terms, spread: spread[axis] };
+            let (of, lagged) = (Observed::Velocity(place), lagged.get(axis).copied().flatten());
+            let lever_terms = lever_terms[place].filter(|_| lagged.is_none());
+            let observation = Observation { of, water, lever_terms, lagged, spread: spread[axis] };
             Some((observation, measured[axis]?))
         };
         let (across, spread) = (instant.across, instant.spread_across);
         let down = move |turn: usize| {
             let of = Observed::Down(across[turn]?);
             let water = Vector2::zeros();
-            Some((Observation { of, water, lever_terms: None, spread: spread[turn] }, 0.0))
+            let spread = spread[turn];
+            Some((Observation { of, water, lever_terms: None, lagged: None, spread }, 0.0))
         };
         let directions = if M > N { 2 } else { 0 };
         let navigation = |reading: &'a Reading| {
             let Reading { state, number, axis, value, spread } = *reading;
             let of = Observed::Navigation { state, number, axis };
-            (Observation { of, water: Vector2::zeros(), lever_terms: None, spread }, value)
+            let water = Vector2::zeros();
+            (Observation { of, water, lever_terms: None, lagged: None, spread }, value)
         };
         let navigation = instant.readings.iter().map(navigation);
         (0..N).filter_map(velocity).chain((0..directions).filter_map(down)).chain(navigation)

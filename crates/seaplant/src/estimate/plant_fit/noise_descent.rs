@@ -102,7 +102,8 @@ impl Problem {
     /// at the optimum as well. Waves are not determined by pieces: their fit would be that of other waves.
     pub(super) fn has_partial_noise(&self, tolerance: Tolerance) -> bool {
         let is_enough = tolerance.is_coarse || self.instruments.count() > 0;
-        is_enough && self.pieces.is_some()
+        // A pass over all of one axis is short, and pieces of it tell slow disturbances from a bias force badly.
+        is_enough && self.pieces.is_some() && self.structure.axes().len() > 1
     }
 
     /// Makes steps of the noise while each gains more than the last step of the plant promised;

@@ -9,6 +9,7 @@ use super::filter::{
     Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, NoiseNumber, Pass, PassInput, Slope,
 };
 use super::schedule::{Attitude, Schedule, known_together};
+use super::sensor_lag::SensorLag;
 use super::uncertainty::inverse;
 use crate::motion::{HeldForce, KnownForce, Load};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
@@ -29,6 +30,7 @@ pub(super) struct Point {
 }
 
 /// Estimation problem of a plant from several trials.
+#[derive(Clone)]
 pub(super) struct Problem {
     pub(super) structure: Structure,
     pub(super) physical: Physical,
@@ -43,6 +45,10 @@ pub(super) struct Problem {
     rigid_body: Option<Matrix6<f64>>,
     /// True for the numbers of the actuator that are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
+    /// True for those that stay fitted whatever the trials show.
+    pub(super) requires: [bool; Actuator::COUNT],
+    /// Prior standard deviation of the lag of propellers, s.
+    pub(super) lag_std_s: f64,
     /// Initial model of the thrust between log and vehicle.
     pub(super) first_actuator: Actuator,
     /// True if thrusters are logged; otherwise the input is a wrench.
@@ -198,9 +204,9 @@ impl Problem {
             let measured = records.iter().filter_map(|record| record.velocity[axis].as_ref());
             sample_noise(measured).unwrap_or(0.0).max(LEAST_NOISE)
         };
-        let schedules = Schedule::complete(records, structure, attitude);
+        let schedules = Schedule::complete(records, structure, attitude, SensorLag::default());
         let inclinations = records.iter().flat_map(|record| record.inclination.iter().flatten());
-        let pieces = Schedule::pieces(records, structure, attitude);
+        let pieces = Schedule::pieces(records, structure, attitude, SensorLag::default());
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
         let known: Arc<[Vec<KnownForce>]> = known_together(records).into();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
@@ -215,6 +221,8 @@ impl Problem {
             noise_information: Arc::default(),
             rigid_body,
             fits: Actuator::fitted(records, axes),
+            requires: [false; Actuator::COUNT],
+            lag_std_s: Actuator::PRIOR_STD[Actuator::LAG],
             first_actuator: Actuator::first(records),
             has_thrusters,
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
@@ -238,10 +246,41 @@ impl Problem {
     }
 
     fn again(&self, records: &[&TrialRecord], attitude: Attitude) -> Self {
-        let Self { structure, rigid_body, is_free, fits, first_actuator, .. } = self;
+        let Self { structure, rigid_body, is_free, fits, requires, first_actuator, .. } = self;
         let new = Self::new(structure, records, *rigid_body, *is_free, attitude);
         let noise_information = Arc::clone(&self.noise_information);
-        Self { fits: *fits, first_actuator: *first_actuator, noise_information, ..new }
+        let new = Self {
+            fits: *fits,
+            requires: *requires,
+            lag_std_s: self.lag_std_s,
+            first_actuator: *first_actuator,
+            has_current: self.has_current,
+            noise_information,
+            ..new
+        };
+        match self.sensor() {
+            SensorLag { time_s: 0.0, .. } => new,
+            sensor => new.with_sensor_lag(records, sensor),
+        }
+    }
+
+    /// Returns the lag of velocity sensors that have states for it.
+    fn sensor(&self) -> SensorLag {
+        self.schedules.first().map_or_else(SensorLag::default, |schedule| schedule.sensor)
+    }
+
+    /// Returns the problem with velocity sensors that lag.
+    pub(super) fn with_sensor_lag(&self, records: &[&TrialRecord], sensor: SensorLag) -> Self {
+        let Self { structure, attitude, .. } = self;
+        Self {
+            schedules: Schedule::complete(records, structure, *attitude, sensor),
+            pieces: self
+                .pieces
+                .as_ref()
+                .map(|_| Schedule::pieces(records, structure, *attitude, sensor)),
+            forces: Arc::default(),
+            ..self.clone()
+        }
     }
 
     /// Returns the problem with attitude as a state.
@@ -277,6 +316,8 @@ impl Problem {
             noise_information: Arc::clone(&self.noise_information),
             rigid_body: self.rigid_body,
             fits: self.fits,
+            requires: self.requires,
+            lag_std_s: self.lag_std_s,
             first_actuator: self.first_actuator,
             has_thrusters: self.has_thrusters,
             thrust_uncertainty: self.thrust_uncertainty,
@@ -449,6 +490,7 @@ impl Problem {
     fn prior_numbers(&self, point: &Point) -> impl Iterator<Item = (f64, f64)> {
         let currents = point.currents.as_flattened().iter().map(|x| (*x, CURRENT_STD));
         let mut std = Actuator::PRIOR_STD;
+        std[Actuator::LAG] = self.lag_std_s;
         let ThrustUncertainty { forward, reverse } = self.thrust_uncertainty;
         if forward.max(reverse) > 0.0 {
             std[Actuator::SCALE] = forward.max(reverse);
@@ -567,7 +609,7 @@ fn first_instruments(records: &[&TrialRecord], schedules: &[Schedule]) -> Instru
     };
     let needs = |of: &dyn Fn(&Layout) -> bool| schedules.iter().any(|x| of(&x.layout));
     if needs(&|layout| layout.position.is_some()) {
-        set(InstrumentNoise::POSITION, of(&|record| Some(record.fixes.as_ref()?[0].clone())));
+        set(InstrumentNoise::POSITION, of(&|record| record.fixes.as_ref()?[0].clone()));
     }
     if needs(&|layout| layout.depth.is_some()) {
         set(InstrumentNoise::DEPTH, of(&|record| record.depth.clone()));

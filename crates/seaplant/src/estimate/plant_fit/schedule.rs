@@ -7,6 +7,7 @@ use nalgebra::{Matrix3x2, Vector3, Vector6};
 
 use super::actuator::LoggedThrust;
 use super::filter::{InstrumentNoise, Layout, MOST_NAVIGATION, Reading};
+use super::sensor_lag::SensorLag;
 use crate::motion::{
     KnownForce, Load, Slice, body_from_world, down_body, interpolated_attitude, known_at,
     known_changes,
@@ -20,6 +21,8 @@ use crate::{Dof, Timed, TrialRecord};
 /// Maximum length of a slice, s: keeps the Runge–Kutta error of a vehicle that rolls at 4 rad/s
 /// below 1e-4.
 const LONGEST_SLICE_S: f64 = 0.05;
+/// The same of one axis, which nothing but drag slows down.
+const LONGEST_ALONE_S: f64 = 0.1;
 
 /// Returns the position of a trial in the sequence: from −½ for the first to ½ for the last; 0 for
 /// a single one.
@@ -109,8 +112,19 @@ pub(super) struct Schedule {
     /// The filter instants; the first has no slices.
     pub(super) instants: Vec<FilterInstant>,
     pub(super) slices: Vec<Slice>,
+    /// How the velocity sensors smooth, which have states for it.
+    pub(super) sensor: SensorLag,
     /// Logged inputs of the actuators.
     pub(super) thrust: Arc<LoggedThrust>,
+}
+
+/// How schedules are made.
+#[derive(Clone, Copy)]
+struct How<'a> {
+    structure: &'a Structure,
+    attitude: Attitude,
+    loads: &'a [Load],
+    sensor: SensorLag,
 }
 
 impl Schedule {
@@ -119,11 +133,13 @@ impl Schedule {
         records: &[&TrialRecord],
         structure: &Structure,
         attitude: Attitude,
+        sensor: SensorLag,
     ) -> Arc<[Self]> {
         let loads = &loads(records);
+        let how = How { structure, attitude, loads, sensor };
         let of = |(trial, record): (usize, &&TrialRecord)| {
             let thrust = LoggedThrust::of(record, order(trial, records.len()));
-            Self::stretches(trial, record, &thrust, record.window_s, (structure, attitude, loads))
+            Self::stretches(trial, record, &thrust, record.window_s, how)
         };
         records.iter().enumerate().flat_map(of).collect()
     }
@@ -133,8 +149,10 @@ impl Schedule {
         records: &[&TrialRecord],
         structure: &Structure,
         attitude: Attitude,
+        sensor: SensorLag,
     ) -> Arc<[Self]> {
         let loads = &loads(records);
+        let how = How { structure, attitude, loads, sensor };
         let of = |(trial, record): (usize, &&TrialRecord)| {
             let (from, to) = record.window_s;
             let thrust = LoggedThrust::of(record, order(trial, records.len()));
@@ -143,7 +161,7 @@ impl Schedule {
                 let middle = from + (k as f64 + 0.5) * spacing;
                 let half = 0.5 * PIECES_PART * spacing;
                 let window = (middle - half, middle + half);
-                Self::stretches(trial, record, &thrust, window, (structure, attitude, loads))
+                Self::stretches(trial, record, &thrust, window, how)
             };
             (0..PIECES).flat_map(piece).collect::<Vec<_>>()
         };
@@ -160,7 +178,7 @@ impl Schedule {
         record: &TrialRecord,
         thrust: &Arc<LoggedThrust>,
         (from, to): (f64, f64),
-        how: (&Structure, Attitude, &[Load]),
+        how: How<'_>,
     ) -> Vec<Self> {
         let schedule = |window| Self::new(trial, record, thrust, window, how);
         let Some(whole) = schedule((from, to)) else { return Vec::new() };
@@ -184,10 +202,15 @@ impl Schedule {
         record: &TrialRecord,
         thrust: &Arc<LoggedThrust>,
         (from, to): (f64, f64),
-        (structure, attitude, loads): (&Structure, Attitude, &[Load]),
+        How { structure, attitude, loads, sensor }: How<'_>,
     ) -> Option<Self> {
         let axes = structure.axes();
-        let navigation = NavigationData::new(record, axes, (from, to));
+        let mut navigation = NavigationData::new(record, axes, (from, to));
+        if sensor.time_s > 0.0 {
+            navigation.layout = navigation.layout.with_lagged(sensor.is_window, |dof| {
+                axes.contains(&dof) && record.may_be_late(dof.index())
+            });
+        }
         let is_measured = Dof::ALL.map(|dof| record.is_measured(dof));
         let windowed = |dof: &Dof| {
             let axis = dof.index();
@@ -225,6 +248,7 @@ impl Schedule {
             start_down: start_down(record, before),
             instants: Vec::new(),
             slices: Vec::new(),
+            sensor,
             thrust: Arc::clone(thrust),
         };
         let (mut readers, mut inclined_readers) = (vec![0; measured.len()], [0; 2]);
@@ -299,7 +323,9 @@ impl Schedule {
         let inside = changes[first..].iter().copied().take_while(|&t| t < to - ROUNDING_S);
         let mut at = from;
         for until in inside.chain([to]).filter(|until| *until > from) {
-            let count = ((until - at) / LONGEST_SLICE_S - 1e-9).ceil().max(1.0);
+            let is_alone = structure.axes().len() == 1;
+            let longest_s = if is_alone { LONGEST_ALONE_S } else { LONGEST_SLICE_S };
+            let count = ((until - at) / longest_s - 1e-9).ceil().max(1.0);
             let h = (until - at) / count;
             for k in 0..count as usize {
                 let mut slice = slice(record, structure, at + k as f64 * h, h);
@@ -337,7 +363,7 @@ fn loads(records: &[&TrialRecord]) -> Vec<Load> {
 /// Measurements of the navigation states in a window.
 struct NavigationData {
     layout: Layout,
-    position: Option<[Timed; 2]>,
+    position: Option<[Option<Timed>; 2]>,
     depth: Option<Timed>,
     heading: Option<Timed>,
     acceleration: [Option<MeanAcceleration>; 3],
@@ -352,8 +378,8 @@ impl NavigationData {
         let window = |series: &Option<Timed>| series.as_ref()?.window(from, to);
         let translations = [Dof::Surge, Dof::Sway, Dof::Heave];
         let fixes = record.fixes.as_ref().filter(|_| wants(Dof::Surge) || wants(Dof::Sway));
-        let position =
-            fixes.and_then(|[north, east]| Some([north.window(from, to)?, east.window(from, to)?]));
+        let position = fixes.map(|both| both.each_ref().map(window));
+        let position = position.filter(|both| both.iter().any(Option::is_some));
         let depth = window(&record.depth).filter(|_| wants(Dof::Heave));
         let heading = window(&record.heading).filter(|_| wants(Dof::Yaw));
         let acceleration = translations.map(|dof| {
@@ -371,7 +397,8 @@ impl NavigationData {
     /// Returns the times of the measurements.
     fn times(&self) -> impl Iterator<Item = &[f64]> {
         let means = self.acceleration.iter().flatten().map(|windows| &windows.mean);
-        let readings = self.position.iter().flatten().chain(&self.depth).chain(&self.heading);
+        let positions = self.position.iter().flatten().flatten();
+        let readings = positions.chain(&self.depth).chain(&self.heading);
         readings.chain(means).map(Timed::time_s)
     }
 
@@ -384,7 +411,9 @@ impl NavigationData {
         let mut first = [0.0; MOST_NAVIGATION];
         let mut set = |state: usize, series: &Timed| first[state] = series.at(time_s);
         if let (Some(north), Some(both)) = (self.layout.position, &self.position) {
-            (0..2).for_each(|k| set(north + k, &both[k]));
+            both.iter().enumerate().for_each(|(k, series)| {
+                series.iter().for_each(|series| set(north + k, series));
+            });
         }
         if let (Some(state), Some(series)) = (self.layout.depth, &self.depth) {
             set(state, series);
@@ -402,6 +431,7 @@ impl NavigationData {
         };
         if let (Some(north), Some(both)) = (self.layout.position, &self.position) {
             for (k, series) in both.iter().enumerate() {
+                let Some(series) = series else { continue };
                 add(north + k, InstrumentNoise::POSITION, self.axes[k], series);
             }
         }

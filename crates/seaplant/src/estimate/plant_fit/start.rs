@@ -1,5 +1,6 @@
 //! Start of a fit: the optimum from the likeliest of several initial points.
 
+use super::actuator::Actuator;
 use super::descent::{Optimum, Tolerance};
 use super::equation_error::{self, Solved};
 use super::problem::{Point, Problem, first_noise};
@@ -10,6 +11,16 @@ use crate::{Error, TrialRecord};
 /// Lengths of the test functions for equation error, s: short for small vehicles, long for ships.
 const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
 
+/// A plant from which a fit may begin.
+pub(super) struct FirstPlant {
+    pub(super) found: Solved,
+    /// How late thrust acts after its log, s.
+    pub(super) late_s: f64,
+}
+
+/// A lag starts no lower, s: at its limit, zero, it could not say which way to go.
+pub(super) const LEAST_LAG_S: f64 = 0.05;
+
 /// Finds the first optimum. If the fit does not converge, starts from one with fewer terms: first
 /// without products of three or more velocities, then without couplings.
 ///
@@ -19,7 +30,16 @@ pub(super) fn begun(
     problem: Problem,
     records: &[&TrialRecord],
 ) -> Result<(Plant, Solved, Fitted), Error> {
-    let refused = match first_optimum(&problem, records) {
+    begun_beside(problem, records, &[])
+}
+
+/// As [`begun`], with some starts beside those by equation error.
+pub(super) fn begun_beside(
+    problem: Problem,
+    records: &[&TrialRecord],
+    others: &[FirstPlant],
+) -> Result<(Plant, Solved, Fitted), Error> {
+    let refused = match first_optimum(&problem, records, others) {
         Ok((start, found, optimum)) => {
             return Ok((start, found, Fitted::new(problem, optimum)));
         }
@@ -31,7 +51,7 @@ pub(super) fn begun(
     };
     for lower in [without(is_high), without(is_coupling)].into_iter().flatten() {
         let lower = problem.with_terms(lower);
-        let Ok((start, found, optimum)) = first_optimum(&lower, records) else { continue };
+        let Ok((start, found, optimum)) = first_optimum(&lower, records, &[]) else { continue };
         let start_of_complete = search::widened(&problem, &lower, &optimum.point);
         if let Ok(optimum) = problem.optimum(start_of_complete, Tolerance::COARSE) {
             return Ok((start, found, Fitted::new(problem, optimum)));
@@ -61,12 +81,24 @@ fn is_coupling(term: &Basis) -> bool {
 fn first_optimum(
     problem: &Problem,
     records: &[&TrialRecord],
+    others: &[FirstPlant],
 ) -> Result<(Plant, Solved, Optimum), Error> {
     let mut refused = None;
     let tries = if problem.has_rival() { 1 } else { usize::MAX };
-    let mut starts = starts(problem, records, &mut refused);
+    let mut starts = starts(problem, records, others, &mut refused);
     if problem.is_free {
         starts = problem.nearer(starts);
+    }
+    let (own, starts): (Vec<_>, Vec<_>) =
+        starts.into_iter().partition(|(_, found)| others.iter().any(|other| other.found == *found));
+    // The likelihood may have several optima: of plants that are stated, the likeliest.
+    let optimum = |(point, found): (Point, Solved)| {
+        let start = problem.plant(&point.free).ok()?;
+        Some((start, found, problem.optimum(point, Tolerance::COARSE).ok()?))
+    };
+    let stated = own.into_iter().filter_map(optimum);
+    if let Some(best) = stated.min_by(|a, b| a.2.cost.total_cmp(&b.2.cost)) {
+        return Ok(best);
     }
     for (point, found) in starts.into_iter().take(tries) {
         let start = problem.plant(&point.free)?;
@@ -84,6 +116,7 @@ fn first_optimum(
 fn starts(
     problem: &Problem,
     records: &[&TrialRecord],
+    others: &[FirstPlant],
     refused: &mut Option<Error>,
 ) -> Vec<(Point, Solved)> {
     let mut found = Vec::new();
@@ -99,6 +132,16 @@ fn starts(
             Err(error) => drop(refused.get_or_insert(error)),
         }
     }
+    found.extend(others.iter().map(|FirstPlant { found, late_s }| {
+        let mut point = first_point(problem, records, found);
+        // What comes late may lag or be delayed; in doubt, half and half.
+        let mut numbers = point.actuator.numbers();
+        for k in [Actuator::LAG, Actuator::DELAY].into_iter().filter(|k| problem.fits[*k]) {
+            numbers[k] = (0.5 * late_s).max(if k == Actuator::LAG { LEAST_LAG_S } else { 0.0 });
+        }
+        point.actuator = point.actuator.with(numbers);
+        (pieces.as_ref().unwrap_or(problem).cost(&point), point, found.clone())
+    }));
     if found.iter().any(|(cost, ..)| cost.is_finite()) {
         *refused = None;
     }

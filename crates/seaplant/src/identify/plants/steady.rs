@@ -78,7 +78,7 @@ mod tests {
         let values: Vec<f64> = times.iter().map(|t| thrust(*t)).collect();
         let mut force = [const { None }; 6];
         force[0] = Some(Timed::new("thrust", times, values).expect("valid"));
-        TrialRecord { force, ..TrialRecord::empty("zigzag", 199.0) }
+        TrialRecord { force, ..TrialRecord::until("zigzag", 199.0) }
     }
 
     #[test]

@@ -231,7 +231,7 @@ mod tests {
         TrialRecord {
             velocity: [Some(of(velocity[0])), Some(of(velocity[1])), None, None, None, None],
             signals: BTreeMap::from([(angle, of(&rudder))]),
-            ..TrialRecord::empty("turns", 199.0)
+            ..TrialRecord::until("turns", 199.0)
         }
     }
 

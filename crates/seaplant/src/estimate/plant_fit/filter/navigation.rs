@@ -8,6 +8,7 @@
 //! ψ̇ = (q k_y + r k_z) / (k_y² + k_z²)
 //! ġ = ν̇_r + ω × ν_r + b       velocity gained since the last mean acceleration
 //! ḃ = −b/T_b + w_b            offset of the accelerometer, and gravity that leaks into it
+//! ẏ = (ν_r − y)/T_y           velocity that its sensor shows with a lag ([`SensorLag`](super::super::sensor_lag))
 //! ```
 //!
 //! The two states of swell on each axis ([`Swell`](super::Swell)) follow these. Its force is held over
@@ -16,17 +17,19 @@
 //! A step is linear in the navigation states before it and in the motion before and after it, so
 //! that derivatives and covariance follow from those of motion.
 
-use nalgebra::{Matrix3x2, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3x2, SMatrix, SVector, Vector2, Vector3, Vector6};
 
 use super::Sweep;
 use super::follower::Change;
 use super::noise::Swell;
 use super::state::{Covariance, State, Transition, symmetrise};
+use crate::Dof;
 use crate::estimate::plant_fit::schedule::FilterInstant;
+use crate::estimate::plant_fit::sensor_lag::LagStep;
 use crate::motion::{apply, times, times_sparse_transposed, times_transposed};
 
 /// Maximum number of navigation states: 12 of position and instruments, two of swell on each of six
-/// axes.
+/// axes. An axis whose velocity is measured, with a lag or without, needs no states of its position.
 pub(in crate::estimate::plant_fit) const MOST: usize = 24;
 
 /// Index of each navigation state that a trial needs.
@@ -40,6 +43,10 @@ pub(in crate::estimate::plant_fit) struct Layout {
     pub(in crate::estimate::plant_fit) gained: [Option<usize>; 3],
     /// Accelerometer offset along each body axis.
     pub(in crate::estimate::plant_fit) offset: [Option<usize>; 3],
+    /// Velocity along each body axis as a sensor with a lag shows it.
+    pub(in crate::estimate::plant_fit) lagged: [Option<usize>; 3],
+    /// Its rate of change, where the sensor averages over a window.
+    pub(in crate::estimate::plant_fit) slope: [Option<usize>; 3],
     /// Number of states, including the two of the current, without those of swell.
     pub(in crate::estimate::plant_fit) count: usize,
 }
@@ -63,7 +70,33 @@ impl Layout {
         let heading = take(has_heading, 1);
         let gained = accelerations.map(|has| take(has, 1));
         let offset = accelerations.map(|has| take(has, 1));
-        Self { position, depth, heading, gained, offset, count }
+        Self {
+            position,
+            depth,
+            heading,
+            gained,
+            offset,
+            lagged: [None; 3],
+            slope: [None; 3],
+            count,
+        }
+    }
+
+    /// Adds one or two states for each translation whose sensor lags.
+    pub(in crate::estimate::plant_fit) fn with_lagged(
+        self,
+        is_window: bool,
+        lags: impl Fn(Dof) -> bool,
+    ) -> Self {
+        let mut all = self;
+        for (axis, dof) in [Dof::Surge, Dof::Sway, Dof::Heave].into_iter().enumerate() {
+            if lags(dof) {
+                all.lagged[axis] = Some(all.count);
+                all.slope[axis] = is_window.then_some(all.count + 1);
+                all.count += if is_window { 2 } else { 1 };
+            }
+        }
+        all
     }
 
     /// Returns true if there are states other than the current.
@@ -153,6 +186,8 @@ const FIRST_OF_POSITION: f64 = 100.0;
 const FIRST_OF_DEPTH: f64 = 1.0;
 /// Initial variance of heading, rad².
 const FIRST_OF_HEADING: f64 = 0.1;
+/// Initial variance of a velocity that its sensor shows with a lag, (m/s)².
+const FIRST_OF_LAGGED: f64 = 0.01;
 
 /// Linear map of a step of the navigation states:
 /// `oᵢ⁺ = fadeᵢ oᵢ + weight o_from + before x + after x⁺`.
@@ -246,12 +281,30 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         }
         layout.depth.into_iter().for_each(|state| set(state, FIRST_OF_DEPTH));
         layout.heading.into_iter().for_each(|state| set(state, FIRST_OF_HEADING));
+        let faster = (self.schedule.sensor.time_s).max(f64::MIN_POSITIVE).powi(-2);
+        layout.lagged.into_iter().flatten().for_each(|state| set(state, FIRST_OF_LAGGED));
+        let slopes = layout.slope.into_iter().flatten();
+        slopes.for_each(|state| set(state, FIRST_OF_LAGGED * faster));
         let offset = self.noise.instruments.numbers[InstrumentNoise::OFFSET];
         layout.offset.into_iter().flatten().for_each(|state| set(state, offset.powi(2)));
         for (axis, states) in self.swell_states() {
             let std = self.noise.swell.as_ref().map_or(0.0, |swell| swell.std[axis]);
             states.into_iter().for_each(|state| set(state, std.powi(2)));
         }
+    }
+
+    /// Starts velocities that sensors show with a lag as those that the vehicle has.
+    pub(super) fn start_lagged(&self, motion: &SVector<f64, M>, navigation: &mut [f64; K]) {
+        for (axis, state) in self.schedule.layout.lagged.into_iter().enumerate() {
+            if let Some((state, place)) = state.zip(self.place_of(axis)) {
+                navigation[state] = motion[place];
+            }
+        }
+    }
+
+    /// Returns the step of a sensor that lags, of `h` seconds.
+    fn lagging(&self, h: f64) -> LagStep {
+        self.schedule.sensor.step(h)
     }
 
     /// Returns the two states of swell on each axis, by index among the plant's axes.
@@ -401,6 +454,22 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 set(gained, self.by(by_velocity, end.translation().cross(&unit)));
             }
         }
+        for (axis, state) in layout.lagged.into_iter().enumerate() {
+            let Some((state, place)) = state.zip(self.place_of(axis)) else { continue };
+            let LagStep { transition, taken } = self.lagging(h);
+            let slope = layout.slope[axis];
+            rows.fades[state] = transition[(0, 0)];
+            rows.from[state] = slope.map(|slope| (slope, transition[(0, 1)]));
+            for (row, own) in [Some(state), slope].into_iter().flatten().enumerate() {
+                for (moved, taken) in moved.iter_mut().zip(taken) {
+                    moved[(own, place)] = taken[row];
+                }
+            }
+            if let Some(slope) = slope {
+                rows.fades[slope] = transition[(1, 1)];
+                rows.from[slope] = Some((state, transition[(1, 0)]));
+            }
+        }
         for k in 0..2 {
             let Some(north) = layout.position else { break };
             rows.from[north + k] = Some((k, h));
@@ -462,6 +531,16 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 navigation[gained] += after.velocity[axis] - before.velocity[axis] + turned[axis];
                 navigation[gained] += h * navigation[offset];
                 navigation[offset] *= self.noise.instruments.offset_fade(h);
+            }
+            for (axis, state) in layout.lagged.into_iter().enumerate() {
+                let Some(state) = state else { continue };
+                let LagStep { transition, taken } = self.lagging(h);
+                let slope = layout.slope[axis].map_or(0.0, |slope| navigation[slope]);
+                let shown = transition * Vector2::new(navigation[state], slope)
+                    + taken[0] * before.velocity[axis]
+                    + taken[1] * after.velocity[axis];
+                navigation[state] = shown[0];
+                layout.slope[axis].into_iter().for_each(|slope| navigation[slope] = shown[1]);
             }
         }
         navigation[0] *= fade;

@@ -318,7 +318,8 @@ fn row_of<const N: usize, const M: usize>(observation: &Observation) -> Vec<(usi
         Observed::Velocity(place) => {
             let levers = observation.lever_terms.into_iter().flatten();
             let water = (0..2).map(|k| (M + N + k, observation.water[k]));
-            let all = std::iter::once((place, 1.0)).chain(levers).chain(water);
+            let own = observation.lagged.map_or(place, |state| M + N + state);
+            let all = std::iter::once((own, 1.0)).chain(levers).chain(water);
             all.filter(|(_, x)| *x != 0.0).collect()
         }
         Observed::Down(across) => (0..3).map(|i| (N + i, across[i])).collect(),

@@ -55,8 +55,11 @@ impl<const N: usize, const M: usize, const K: usize> State<N, M, K> {
         match observation.of {
             Observed::Velocity(place) => {
                 let (north, east) = (self.navigation[0], self.navigation[1]);
-                observation.along(place, &self.motion)
-                    + observation.water.dot(&Vector2::new(north, east))
+                let own = match observation.lagged {
+                    Some(state) => self.navigation[state],
+                    None => observation.along(place, &self.motion),
+                };
+                own + observation.water.dot(&Vector2::new(north, east))
             }
             Observed::Down(across) => (0..3).map(|i| self.motion[N + i] * across[i]).sum(),
             Observed::Navigation { state, .. } => self.navigation[state],
@@ -87,6 +90,8 @@ pub(super) struct Observation {
     /// Indices of two rates with the lever arms, m, at which a translation is measured; `None` if
     /// it is measured at the origin.
     pub(super) lever_terms: Option<[(usize, f64); 2]>,
+    /// Navigation state that is measured in place of a velocity, behind which it lags.
+    pub(super) lagged: Option<usize>,
     /// Variance relative to the nominal one.
     pub(super) spread: f64,
 }
@@ -155,7 +160,10 @@ impl<const N: usize, const M: usize, const K: usize> Covariance<N, M, K> {
         let mut state = State::zeros(self.count);
         match observation.of {
             Observed::Velocity(place) => {
-                self.add_to(&mut state, place, 1.0);
+                match observation.lagged {
+                    Some(lagged) => self.add_navigation_to(&mut state, lagged, 1.0),
+                    None => self.add_to(&mut state, place, 1.0),
+                }
                 if observation.water != Vector2::zeros() {
                     (0..2)
                         .for_each(|k| self.add_navigation_to(&mut state, k, observation.water[k]));
@@ -332,7 +340,8 @@ mod tests {
             covariance.predict(&step, &process, None);
             for axis in 0..2 {
                 let (of, water) = (Observed::Velocity(axis), Vector2::zeros());
-                let observation = Observation { of, water, lever_terms: None, spread: 1.0 };
+                let observation =
+                    Observation { of, water, lever_terms: None, lagged: None, spread: 1.0 };
                 let column = covariance.observed_by(&observation);
                 let variance = column.observed_by(&observation) + 1e-5;
                 covariance.subtract(&column.scaled(1.0 / variance), &column);

@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use super::*;
+use crate::estimate::plant_fit::sensor_lag::SensorLag;
 use crate::plant::Parameterisation;
 
 fn admitted(fit: &PlantFit, structure: &Structure) -> Vec<String> {
@@ -163,7 +164,7 @@ fn pair(astern: f64) -> TrialRecord {
     };
     let thrusters = [("port", 1.0), ("starboard", -1.0)].map(thruster).to_vec();
     let force = [Some(speed.clone()), None, None, None, None, Some(speed)];
-    TrialRecord { force, thrusters, ..TrialRecord::empty("a", 60.0) }
+    TrialRecord { force, thrusters, ..TrialRecord::until("a", 60.0) }
 }
 
 /// More thrust in reverse of a pair that only turns looks like more thrust of all.
@@ -227,7 +228,8 @@ fn after_a_gap_a_trial_begins_anew() {
     let records =
         [("a", 5), ("b", 6)].map(|(name, seed)| with_gap(record(&truth, name, seed, 150, 0.005)));
     let records: Vec<&TrialRecord> = records.iter().collect();
-    let schedules = Schedule::complete(&records, truth.structure(), Attitude::Known);
+    let schedules =
+        Schedule::complete(&records, truth.structure(), Attitude::Known, SensorLag::default());
     let trials: Vec<usize> = schedules.iter().map(|schedule| schedule.trial).collect();
     assert_eq!(trials, [0, 0, 1, 1]);
     // What is measured first in a stretch is its start: 1380 samples of three axes are left.

@@ -102,7 +102,7 @@ fn heave(scale: f64, known: Vec<KnownForce>, seed: u64) -> TrialRecord {
     inputs.force[2] = Some(acting);
     let motion = simulate(&plant, &inputs, &Vector6::zeros(), &time_s).expect("bounded");
     let noisy: Vec<f64> = motion.velocity.iter().map(|v| v[2] + 0.004 * random()).collect();
-    let mut record = TrialRecord { known, ..TrialRecord::empty("hover", 299.9) };
+    let mut record = TrialRecord { known, ..TrialRecord::until("hover", 299.9) };
     record.force[2] = Some(logged);
     record.velocity[2] = Some(Timed::new("heave", time_s, noisy).expect("valid"));
     record

@@ -37,7 +37,7 @@ fn structure() -> Structure {
 fn trial(name: &str, seed: u64, gains: [[f64; 2]; 4]) -> TrialRecord {
     let mut random = random(seed);
     let time_s: Vec<f64> = (0..1500).map(|k| 0.1 * f64::from(k)).collect();
-    let mut record = TrialRecord::empty(name, time_s[time_s.len() - 1]);
+    let mut record = TrialRecord::until(name, time_s[time_s.len() - 1]);
     let mut sums: [[Option<Timed>; 6]; 2] = Default::default();
     for (pusher, [forward, reverse]) in pushers().into_iter().zip(gains) {
         let logged = stepped(&time_s, &mut random, (12.0, 31));

@@ -144,6 +144,6 @@ fn fit(
         steady_test: None,
         innovations: Vec::new(),
         caveats: Vec::new(),
-        optimum: None,
+        start: None,
     })
 }

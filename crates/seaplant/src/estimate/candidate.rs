@@ -1,0 +1,146 @@
+//! What may be in the model beside the plant, and why it is or is not.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::AxisRecord;
+
+/// Something that may or may not be part of the model.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Candidate {
+    /// First-order lag of propeller speed.
+    Lag,
+    /// Delay of thrust.
+    Delay,
+    /// Reverse thrust that differs from its curve.
+    ReverseRatio,
+    /// A constant current along the degree of freedom, in each trial its own.
+    Current,
+    /// Thrust lost to inflow.
+    Inflow,
+    /// Drag that is linear in speed.
+    LinearDrag,
+    /// A constant force.
+    Bias,
+    /// What turning does to body velocity: see [`AxisRecord::turning`].
+    Turning,
+    /// A lag of propellers that slow down which differs from that of those that speed up.
+    LagRatio,
+    /// Propellers that change speed at a limited rate.
+    Slew,
+    /// Thrust lost to inflow only by propellers that push the way the vehicle goes.
+    InflowAhead,
+    /// Thrust that grows with another power of propeller speed than the square.
+    Exponent,
+    /// A velocity sensor that reads a part too much, as position tells.
+    VelocityScale,
+    /// A velocity sensor with a first-order lag.
+    SensorLag,
+    /// The same, if it averages over a window.
+    SensorWindow,
+    /// Waves: a force in a narrow band of frequencies.
+    Swell,
+    /// A current that varies in each trial.
+    CurrentDrift,
+    /// Propeller speeds that move linearly from one logged sample to the next.
+    LinearThrust,
+}
+
+impl Candidate {
+    /// All of them.
+    pub const ALL: [Self; 18] = [
+        Self::Lag,
+        Self::Delay,
+        Self::ReverseRatio,
+        Self::Current,
+        Self::Inflow,
+        Self::LinearDrag,
+        Self::Bias,
+        Self::Turning,
+        Self::LagRatio,
+        Self::Slew,
+        Self::InflowAhead,
+        Self::Exponent,
+        Self::VelocityScale,
+        Self::SensorLag,
+        Self::SensorWindow,
+        Self::Swell,
+        Self::CurrentDrift,
+        Self::LinearThrust,
+    ];
+
+    /// As files write it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Lag => "lag",
+            Self::Delay => "delay",
+            Self::ReverseRatio => "reverse-ratio",
+            Self::Current => "current",
+            Self::Inflow => "inflow",
+            Self::LinearDrag => "linear-drag",
+            Self::Bias => "bias",
+            Self::Turning => "turning",
+            Self::LagRatio => "lag-ratio",
+            Self::Slew => "slew",
+            Self::InflowAhead => "inflow-ahead",
+            Self::Exponent => "exponent",
+            Self::VelocityScale => "velocity-scale",
+            Self::SensorLag => "sensor-lag",
+            Self::SensorWindow => "sensor-window",
+            Self::Swell => "swell",
+            Self::CurrentDrift => "current-drift",
+            Self::LinearThrust => "linear-thrust",
+        }
+    }
+
+    /// Returns whether it can be at all: a rotation knows no current along it.
+    pub(super) fn exists_in(self, axes: &[AxisRecord]) -> bool {
+        let all = |holds: fn(&AxisRecord) -> bool| axes.iter().all(holds);
+        match self {
+            // An accelerometer feels the same in every steady current.
+            Self::Current | Self::CurrentDrift => {
+                all(|axis| !axis.dof.is_rotation() && axis.knows_velocity())
+            }
+            Self::Turning => all(|axis| axis.turning.is_some()),
+            Self::VelocityScale => all(|axis| axis.believable_position().is_some()),
+            Self::SensorLag | Self::SensorWindow => {
+                all(|axis| !axis.dof.is_rotation() && axis.measures_velocity())
+            }
+            // Acceleration alone does not tell what thrust loses with speed from drag.
+            Self::Inflow | Self::InflowAhead | Self::Exponent => all(AxisRecord::knows_velocity),
+            Self::LinearThrust => all(AxisRecord::thrust_is_slow),
+            _ => true,
+        }
+    }
+
+    /// Returns whether it is a term of the equation of motion, which a user may ask for.
+    pub(super) const fn is_term(self) -> bool {
+        matches!(self, Self::LinearDrag | Self::Bias)
+    }
+}
+
+/// Why a candidate was taken into the model, or left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Decision {
+    /// Which.
+    pub candidate: Candidate,
+    /// Twice the gain in log-likelihood, at least 0: fitted, or where a fit was not worth it,
+    /// by the score test.
+    pub likelihood_ratio: f64,
+    /// What the extended Bayesian information criterion asks for: numbers added times ln n, and
+    /// 2 ln P of P candidates that are tried.
+    pub needed: f64,
+    /// How much it does, for a term: linear drag as a part of quadratic drag at the usual
+    /// speed, zero unless both brake; a bias force, at the end of its interval that is farther
+    /// from zero, as a part of the usual thrust.
+    pub size: Option<f64>,
+    /// Twice the gain in a bounded log-likelihood on held-out trials, with everything held that
+    /// was fitted but what each trial has by itself and the noise; absent without such trials,
+    /// or if it was not asked for.
+    pub hold_out_ratio: Option<f64>,
+    /// Whether it is part of the model.
+    pub admitted: bool,
+}
