@@ -14,7 +14,7 @@ use nalgebra::{Vector3, Vector6};
 
 pub use attitude::down_body;
 pub(crate) use attitude::{body_from_world, euler_rates, interpolated as interpolated_attitude};
-pub(crate) use flow::{Decay, Flow, HeldForce, PUSHED_BY, Slice, advance, with_down};
+pub(crate) use flow::{Around, Decay, Flow, HeldForces, PUSHED_BY, Slice, advance, with_down};
 pub use known::{KnownForce, KnownKind};
 pub(crate) use known::{Load, acting as known_at, changes as known_changes};
 pub(crate) use products::{

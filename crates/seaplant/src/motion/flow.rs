@@ -1,5 +1,8 @@
 //! Integration of the motion between measurements, with its sensitivities.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 use super::{Prepared, apply, times};
@@ -12,23 +15,80 @@ pub(crate) struct Slice {
     pub(crate) from_s: f64,
     /// Duration, s.
     pub(crate) length_s: f64,
-    /// k at its start, middle and end.
-    pub(crate) down_body: [Vector3<f64>; 3],
-    /// Velocities of axes outside the plant, at the same instants.
-    pub(crate) others: [Vector6<f64>; 3],
-    /// Values of the plant's signals, at the same instants; empty if it has none.
+    /// What is prescribed; slices in which that is the same share it.
+    pub(crate) around: Arc<Around>,
+    /// Values of the plant's signals at its start, middle and end; empty if it has none.
     pub(crate) signals: [Vec<f64>; 3],
     /// Index of the known forces that act, among those of the plant; `None` if none acts.
     pub(crate) load: Option<usize>,
 }
 
+/// Attitude and motion of what is not in the plant, at the start, middle and end of a slice.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Around {
+    /// k.
+    pub(crate) down_body: [Vector3<f64>; 3],
+    /// Velocities of axes outside the plant.
+    pub(crate) others: [Vector6<f64>; 3],
+}
+
 /// The force over a slice.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct HeldForce {
-    /// τ, constant, N and N m.
-    pub(crate) force: Vector6<f64>,
-    /// ∂τ by the actuator parameters.
-    pub(crate) by: [Vector6<f64>; PUSHED_BY],
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeldForce<'a> {
+    /// τ by axis of the plant, constant, N and N m.
+    pub(crate) force: &'a [f64],
+    /// ∂τ by the actuator parameters, one after the other.
+    by: &'a [f64],
+}
+
+impl HeldForce<'_> {
+    /// Returns ∂τ by each actuator parameter.
+    pub(crate) fn by(&self) -> impl Iterator<Item = &[f64]> {
+        self.by.chunks_exact(self.force.len())
+    }
+}
+
+/// The forces over some slices, one after the other.
+#[derive(Clone, Debug)]
+pub(crate) struct HeldForces {
+    /// Number of axes of the plant.
+    axes: usize,
+    /// By slice: τ, and ∂τ by each actuator parameter.
+    numbers: Vec<f64>,
+}
+
+impl HeldForces {
+    /// Returns forces of zero.
+    pub(crate) fn zeros(axes: usize, slices: usize) -> Self {
+        Self { axes, numbers: vec![0.0; axes * (1 + PUSHED_BY) * slices] }
+    }
+
+    const fn stride(&self) -> usize {
+        self.axes * (1 + PUSHED_BY)
+    }
+
+    /// Returns that over each slice.
+    pub(crate) fn each(&self) -> impl Iterator<Item = HeldForce<'_>> {
+        self.of(&self.numbers)
+    }
+
+    /// Returns that over each of a range of slices.
+    pub(crate) fn over(&self, slices: Range<usize>) -> impl Iterator<Item = HeldForce<'_>> {
+        self.of(&self.numbers[self.stride() * slices.start..self.stride() * slices.end])
+    }
+
+    fn of<'a>(&'a self, numbers: &'a [f64]) -> impl Iterator<Item = HeldForce<'a>> {
+        numbers.chunks_exact(self.stride()).map(|own| {
+            let (force, by) = own.split_at(self.axes);
+            HeldForce { force, by }
+        })
+    }
+
+    /// Returns τ over each slice, followed by its derivatives.
+    pub(crate) fn each_mut(&mut self) -> impl Iterator<Item = (&mut [f64], &mut [f64])> {
+        let (axes, stride) = (self.axes, self.stride());
+        self.numbers.chunks_exact_mut(stride).map(move |own| own.split_at_mut(axes))
+    }
 }
 
 /// Number of actuator parameters on which a force depends: two of lag, delay, reverse-thrust ratio,
@@ -116,9 +176,9 @@ impl<const N: usize, const M: usize> Flow<N, M> {
 /// The derivatives are those of the motion linearised in the middle of each slice, `ẋ = A x + s`,
 /// and of second order in h. Their error does not bias estimates: at the optimum the gradient
 /// vanishes for errors that are noise, whatever their weights.
-pub(crate) fn advance<const N: usize, const M: usize>(
+pub(crate) fn advance<'a, const N: usize, const M: usize>(
     plant: &Prepared<N>,
-    (slices, pushes): (&[Slice], &[HeldForce]),
+    (slices, pushes): (&[Slice], impl Iterator<Item = HeldForce<'a>>),
     motion: &SVector<f64, M>,
     disturbance: &SVector<f64, N>,
     decay: &Decay<N>,
@@ -144,17 +204,18 @@ const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 /// and `is_first` is true where no derivative but that by the motion has begun.
 fn step<const N: usize, const M: usize>(
     plant: &Prepared<N>,
-    (slice, push): (&Slice, &HeldForce),
+    (slice, push): (&Slice, HeldForce<'_>),
     (disturbance, remaining): (&SVector<f64, N>, &[SVector<f64, N>; 3]),
     is_first: bool,
     flow: &mut Flow<N, M>,
 ) {
     let plant = plant.under(slice.load);
     let h = slice.length_s;
-    let force = plant.on_axes(&push.force);
+    let around = &*slice.around;
+    let force = padded::<N>(push.force);
     let at = |motion: &SVector<f64, M>, instant: usize| {
-        let velocity = plant.to_six(&SVector::from_fn(|i, _| motion[i]), &slice.others[instant]);
-        (velocity, down_of::<N, M>(motion).unwrap_or(slice.down_body[instant]))
+        let velocity = plant.to_six(&SVector::from_fn(|i, _| motion[i]), &around.others[instant]);
+        (velocity, down_of::<N, M>(motion).unwrap_or(around.down_body[instant]))
     };
     let mut rates = [SVector::<f64, M>::zeros(); 4];
     let mut acceleration = SVector::zeros();
@@ -183,8 +244,8 @@ fn step<const N: usize, const M: usize>(
         if !of_plant.is_empty() {
             let (coefficients, actuators) = of_plant.split_at_mut(plant.count());
             plant.by_coefficient(&six, &down, &acceleration, signals, coefficients);
-            for (source, by) in actuators.iter_mut().zip(&push.by) {
-                *source = apply(plant.inverse(), &plant.on_axes(by));
+            for (source, by) in actuators.iter_mut().zip(push.by()) {
+                *source = apply(plant.inverse(), &padded::<N>(by));
             }
         }
         let driven = driven.iter_mut().zip(&flow.sources);
@@ -204,6 +265,11 @@ fn step<const N: usize, const M: usize>(
     for (rate, weight) in rates.iter().zip(WEIGHTS) {
         flow.motion += rate * (weight * h);
     }
+}
+
+/// Returns numbers of the axes of a plant, with zeros up to N.
+fn padded<const N: usize>(of_axes: &[f64]) -> SVector<f64, N> {
+    SVector::from_fn(|i, _| of_axes.get(i).copied().unwrap_or(0.0))
 }
 
 /// Returns the world's down in body axes, if it is part of the motion.
@@ -303,19 +369,24 @@ mod tests {
         let slice = |k: usize| Slice {
             from_s: length_s * k as f64,
             length_s,
-            down_body: [0.0, 0.5, 1.0].map(|part| down_body(0.1, pitch(k, part))),
-            others: [Vector6::new(0.0, 0.1, 0.0, 0.2, 0.0, 0.3); 3],
+            around: Arc::new(Around {
+                down_body: [0.0, 0.5, 1.0].map(|part| down_body(0.1, pitch(k, part))),
+                others: [Vector6::new(0.0, 0.1, 0.0, 0.2, 0.0, 0.3); 3],
+            }),
             signals: [const { Vec::new() }; 3],
             load: None,
         };
         (0..SLICES).map(slice).collect()
     }
 
-    /// Returns a force that depends on the first actuator parameter.
-    fn push(lag: f64) -> HeldForce {
-        let by = Vector6::new(-30.0, 0.0, 0.0, 0.0, 2.0, 0.0);
-        let force = Vector6::new(20.0, 0.0, 0.0, 0.0, 0.3, 0.0) + lag * by;
-        HeldForce { force, by: std::array::from_fn(|k| if k == 0 { by } else { Vector6::zeros() }) }
+    /// Returns forces that depend on the first actuator parameter.
+    fn pushes(lag: f64, slices: usize) -> HeldForces {
+        let mut pushes = HeldForces::zeros(2, slices);
+        for (force, by) in pushes.each_mut() {
+            by[..2].copy_from_slice(&[-30.0, 2.0]);
+            force.copy_from_slice(&[20.0 - 30.0 * lag, 0.3 + 2.0 * lag]);
+        }
+        pushes
     }
 
     /// Returns the motion at the end, from a motion, a disturbance and a lag.
@@ -328,8 +399,9 @@ mod tests {
         let decay = Decay { rate: SVector::from([0.3, 0.7]) };
         let prepared = Prepared::<2>::new(plant).expect("two axes");
         let mut flow = Flow::of_plant(prepared.count());
-        let pushes = vec![push(lag); SLICES];
-        advance(&prepared, (&slices(), &pushes), &motion, &disturbance, &decay, &mut flow);
+        let pushes = pushes(lag, SLICES);
+        let driven = (&slices()[..], pushes.each());
+        advance(&prepared, driven, &motion, &disturbance, &decay, &mut flow);
         flow
     }
 
@@ -381,8 +453,15 @@ mod tests {
             let part = &slices()[..k];
             let decay = Decay { rate: SVector::from([0.3, 0.7]) };
             let prepared = Prepared::<2>::new(&plant(6.6)).expect("two axes");
-            let (mut bare, pushes) = (Flow::bare(), vec![push(0.0); k]);
-            advance(&prepared, (part, &pushes), &motion, &SVector::zeros(), &decay, &mut bare);
+            let (mut bare, pushes) = (Flow::bare(), pushes(0.0, k));
+            advance(
+                &prepared,
+                (part, pushes.each()),
+                &motion,
+                &SVector::zeros(),
+                &decay,
+                &mut bare,
+            );
             bare.motion[1]
         };
         let h = 0.1 / 20.0;

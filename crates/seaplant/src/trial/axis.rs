@@ -177,6 +177,10 @@ impl AxisRecord {
     /// Returns the record in a time window, s; `None` without motion or force in it.
     pub(crate) fn window(&self, [from_s, to_s]: [f64; 2]) -> Option<Self> {
         let cut = |series: &Timed| series.window(from_s, to_s);
+        let with_ends = |series: &Timed| {
+            let step_s = series.period_s();
+            series.window(from_s - step_s, to_s + step_s)
+        };
         let motion = self.motion.with(cut(self.motion.series())?);
         let tracks = self.thrusters.iter();
         Some(Self {
@@ -185,6 +189,7 @@ impl AxisRecord {
             motion,
             acceleration: self.acceleration.as_ref().and_then(|all| all.window(from_s, to_s)),
             position: self.position.as_ref().and_then(cut),
+            turning: self.turning.as_ref().and_then(with_ends),
             cuts: within(&self.cuts, (from_s, to_s)),
             ..self.clone()
         })

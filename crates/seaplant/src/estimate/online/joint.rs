@@ -1,12 +1,14 @@
 //! Joint extended Kalman filter of motion, disturbance and coefficients.
 
+use std::sync::Arc;
+
 use nalgebra::{SVector, Vector6};
 
 use super::noise::JointNoise;
 use super::possible::Possible;
 use super::step::Step;
 use crate::Error;
-use crate::motion::{Decay, Flow, HeldForce, Prepared, Slice, advance};
+use crate::motion::{Decay, Flow, HeldForces, Prepared, Slice, advance};
 use crate::plant::Plant;
 
 /// Maximum length of a slice of a step, s.
@@ -30,7 +32,7 @@ pub(super) struct Joint {
     plant: Prepared<6>,
     flow: Flow<6, 6>,
     slices: Vec<Slice>,
-    pushes: Vec<HeldForce>,
+    pushes: HeldForces,
     theta: Vec<f64>,
     velocity: SVector<f64, 6>,
     disturbance: SVector<f64, 6>,
@@ -70,7 +72,7 @@ impl Joint {
             plant: Prepared::new(plant)?,
             flow: Flow::of_coefficients(p),
             slices: vec![slice_for(plant.structure().signals().len()); MOST_SLICES],
-            pushes: Vec::with_capacity(MOST_SLICES),
+            pushes: HeldForces::zeros(6, MOST_SLICES),
             theta: plant.coefficients().to_vec(),
             velocity: SVector::zeros(),
             disturbance: SVector::zeros(),
@@ -153,8 +155,9 @@ impl Joint {
             let nodes = places.map(at);
             slice.from_s = step.length_s * part * k as f64;
             slice.length_s = step.length_s * part;
-            slice.down_body = nodes.map(|(_, down)| down);
-            slice.others = nodes.map(|(velocity, _)| velocity);
+            let around = Arc::make_mut(&mut slice.around);
+            around.down_body = nodes.map(|(_, down)| down);
+            around.others = nodes.map(|(velocity, _)| velocity);
             for (signals, x) in slice.signals.iter_mut().zip(places) {
                 for (i, signal) in signals.iter_mut().enumerate() {
                     *signal = step.signals[0][i] * (1.0 - x) + step.signals[2][i] * x;
@@ -166,12 +169,18 @@ impl Joint {
 
     fn predict(&mut self, step: &Step) {
         let count = self.slice(step);
-        self.pushes.clear();
-        let push = HeldForce { force: step.force, ..HeldForce::default() };
-        self.pushes.resize(count, push);
+        let pushes = self.pushes.each_mut().take(count);
+        pushes.for_each(|(force, _)| force.copy_from_slice(step.force.as_slice()));
         let decay = Decay { rate: self.noise.correlation_s.map(f64::recip) };
         let Self { plant, slices, pushes, velocity, disturbance, flow, .. } = self;
-        advance(plant, (&slices[..count], pushes), velocity, disturbance, &decay, flow);
+        advance(
+            plant,
+            (&slices[..count], pushes.over(0..count)),
+            velocity,
+            disturbance,
+            &decay,
+            flow,
+        );
         self.velocity = self.flow.motion;
         let fade = decay.rate.map(|rate| (-rate * step.length_s).exp());
         self.disturbance.component_mul_assign(&fade);

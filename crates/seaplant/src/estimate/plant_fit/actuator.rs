@@ -43,7 +43,7 @@ use nalgebra::Vector6;
 use super::super::inputs::Inputs;
 use super::super::propellers::{Drive, DriveLaw, DriveNumber, Push};
 use super::search::ADMITTED;
-use crate::motion::{HeldForce, PUSHED_BY, Slice};
+use crate::motion::{HeldForces, PUSHED_BY, Slice};
 use crate::plant::Signal;
 use crate::series::union;
 use crate::{Dof, Error, PlacedThruster, ThrusterTrack, Timed, TrialRecord};
@@ -156,6 +156,9 @@ impl Actuator {
     pub(super) const EXPONENT: usize = 4;
     pub(super) const SLEW: usize = 5;
 
+    /// Where the slow changes of thrust stand among them.
+    const CHANGE_WITHIN: usize = 6;
+    const CHANGE_BETWEEN: usize = 7;
     /// Where the change of thrust under load stands among them.
     pub(super) const LOADED: usize = 8;
     /// Where the scale of all thrust stands among them.
@@ -289,10 +292,10 @@ impl Actuator {
             return Ok(record.force.clone());
         }
         let slices = self.slices(&record.force);
-        let pushes = self.pushes(&LoggedThrust::of(record, 0.0), &slices);
+        let pushes = self.pushes(&LoggedThrust::of(record, 0.0), &slices, &Dof::ALL);
         let mut acting = [const { None }; 6];
         for (axis, _) in record.force.iter().enumerate().filter(|(_, logged)| logged.is_some()) {
-            let values = pushes.iter().map(|push| push.force[axis]).collect::<Vec<f64>>();
+            let values = pushes.each().map(|push| push.force[axis]).collect::<Vec<f64>>();
             let times = slices.iter().map(|slice| slice.from_s).collect::<Vec<f64>>();
             acting[axis] = Some(Timed::new("force", times, values)?);
         }
@@ -325,28 +328,33 @@ impl Actuator {
         slices
     }
 
-    /// The mean force over each of some slices, one after the other, with its derivatives by the
-    /// numbers of the actuator.
-    pub(super) fn pushes(&self, logged: &LoggedThrust, slices: &[Slice]) -> Vec<HeldForce> {
-        let mut pushes = vec![HeldForce::default(); slices.len()];
+    /// The mean force on some axes over each of some slices, one after the other, with its derivatives
+    /// by the numbers of the actuator.
+    pub(super) fn pushes(
+        &self,
+        logged: &LoggedThrust,
+        slices: &[Slice],
+        axes: &[Dof],
+    ) -> HeldForces {
+        let mut pushes = HeldForces::zeros(axes.len(), slices.len());
         for thruster in &logged.thrusters {
-            self.add_thruster(thruster, slices, &mut pushes);
+            self.add_thruster(thruster, slices, axes, &mut pushes);
         }
-        for (axis, series) in logged.wrench.iter().enumerate() {
-            let Some(series) = series else { continue };
+        for (place, dof) in axes.iter().enumerate() {
+            let Some(series) = &logged.wrench[dof.index()] else { continue };
             let lagging = Lagging::new(series, *self);
             let mut reader = lagging.reader();
-            for (push, slice) in pushes.iter_mut().zip(slices) {
+            for ((force, all_by), slice) in pushes.each_mut().zip(slices) {
                 let before = reader.at(slice.from_s);
                 let after = reader.at(slice.from_s + slice.length_s);
                 let (mean, by) = lagging.mean(&before, &after, slice.length_s);
-                push.force[axis] = mean;
-                for (column, by) in push.by.iter_mut().zip(by) {
-                    column[axis] = by;
+                force[place] = mean;
+                for (column, by) in all_by.chunks_exact_mut(axes.len()).zip(by) {
+                    column[place] = by;
                 }
             }
         }
-        for (push, slice) in pushes.iter_mut().zip(slices) {
+        for (push, slice) in pushes.each_mut().zip(slices) {
             let middle_s = slice.from_s + 0.5 * slice.length_s;
             let load = logged.load(middle_s - self.delay_s, self.full_speed);
             self.change(push, logged.phases(middle_s), load);
@@ -356,30 +364,44 @@ impl Actuator {
 
     /// Scales a force, and changes it by how far it is through its trial and through all trials, from −½ to ½, and by the
     /// load of all thrusters.
-    fn change(&self, push: &mut HeldForce, [within, between]: [f64; 2], load: f64) {
+    fn change(
+        &self,
+        (force, by): (&mut [f64], &mut [f64]),
+        [within, between]: [f64; 2],
+        load: f64,
+    ) {
         let slow = self.log_change_within * within + self.log_change_between * between;
         let ratio = (self.log_scale + slow + self.log_change_loaded * load).exp();
-        push.force *= ratio;
-        push.by.iter_mut().for_each(|by| *by *= ratio);
-        let [.., by_within, by_between, by_load, by_scale] = &mut push.by;
-        *by_scale = push.force;
-        *by_within = push.force * within;
-        *by_between = push.force * between;
-        *by_load = push.force * load;
+        force.iter_mut().chain(by.iter_mut()).for_each(|x| *x *= ratio);
+        let in_force = [
+            (Self::CHANGE_WITHIN, within),
+            (Self::CHANGE_BETWEEN, between),
+            (Self::LOADED, load),
+            (Self::SCALE, 1.0),
+        ];
+        for (number, part) in in_force {
+            let own = &mut by[number * force.len()..][..force.len()];
+            own.iter_mut().zip(force.iter()).for_each(|(by, force)| *by = force * part);
+        }
     }
 
     fn add_thruster(
         &self,
         PlacedThruster { track, wrench, .. }: &PlacedThruster,
         slices: &[Slice],
-        pushes: &mut [HeldForce],
+        axes: &[Dof],
+        pushes: &mut HeldForces,
     ) {
-        let mut pushes = pushes.iter_mut();
+        let wrench: Vec<f64> = axes.iter().map(|dof| wrench[dof.index()]).collect();
+        let add = |sum: &mut [f64], tau: f64| {
+            sum.iter_mut().zip(&wrench).for_each(|(sum, lever)| *sum += lever * tau);
+        };
+        let mut pushes = pushes.each_mut();
         self.drive(track, slices, |push| {
-            let Some(sum) = pushes.next() else { return };
-            sum.force += wrench * push.tau;
-            for (column, by) in sum.by.iter_mut().zip(SHAPED_BY) {
-                *column += wrench * push.tau_by[by as usize];
+            let Some((force, all_by)) = pushes.next() else { return };
+            add(force, push.tau);
+            for (column, by) in all_by.chunks_exact_mut(axes.len()).zip(SHAPED_BY) {
+                add(column, push.tau_by[by as usize]);
             }
         });
     }
@@ -676,11 +698,11 @@ mod tests {
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
         let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18));
+        let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18), &Dof::ALL);
         let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
         let (_, integral) = by_small_steps(actuator, 0.9, thrust);
         for (axis, lever) in WRENCH.into_iter().enumerate() {
-            let found: f64 = pushes.iter().map(|push| 0.05 * push.force[axis]).sum();
+            let found: f64 = pushes.each().map(|push| 0.05 * push.force[axis]).sum();
             // The speed asked for changes within a slice, by a third at most of the greatest.
             let off = (found - lever * integral).abs();
             assert!(off < 5e-3 * integral.abs(), "{found}, {}", lever * integral);
@@ -691,11 +713,12 @@ mod tests {
     fn a_piece_of_a_trial_begins_with_propellers_on_their_way() {
         let actuator = Actuator { lag_s: 0.2, delay_s: 0.13, ..Actuator::default() };
         let all = slices(0.05, 30);
-        let whole = actuator.pushes(&of_thruster(), &all);
-        let piece = actuator.pushes(&of_thruster(), &all[13..]);
-        for (piece, whole) in piece.iter().zip(&whole[13..]) {
-            let off = (piece.force - whole.force).norm();
-            assert!(off < 1e-3 * whole.force.norm().max(1.0), "{piece:?} {whole:?}");
+        let whole = actuator.pushes(&of_thruster(), &all, &Dof::ALL);
+        let piece = actuator.pushes(&of_thruster(), &all[13..], &Dof::ALL);
+        for (piece, whole) in piece.each().zip(whole.over(13..30)) {
+            let [piece, whole] = [piece, whole].map(|push| Vector6::from_column_slice(push.force));
+            let off = (piece - whole).norm();
+            assert!(off < 1e-3 * whole.norm().max(1.0), "{piece:?} {whole:?}");
         }
     }
 
@@ -716,15 +739,16 @@ mod tests {
                 let pushes = |k: usize, step: f64| {
                     let mut moved = base;
                     moved[k] += step;
-                    of(moved).pushes(&logged, &slices)
+                    of(moved).pushes(&logged, &slices, &Dof::ALL)
                 };
-                let here = of(base).pushes(&logged, &slices);
+                let here = of(base).pushes(&logged, &slices, &Dof::ALL);
                 let has_slope = |k: &usize| *k != Actuator::SLEW || base[*k] > 0.0;
                 for k in (0..Actuator::COUNT).filter(has_slope) {
                     let (up, down) = (pushes(k, 1e-6), pushes(k, -1e-6));
-                    for ((here, up), down) in here.iter().zip(&up).zip(&down) {
+                    for ((here, up), down) in here.each().zip(up.each()).zip(down.each()) {
                         let slope = (up.force[0] - down.force[0]) / 2e-6;
-                        let off = (slope - here.by[k][0]).abs();
+                        let by = here.by().nth(k).expect("each has a place")[0];
+                        let off = (slope - by).abs();
                         assert!(off < near * slope.abs().max(1.0), "{k}: {slope}, {here:?}");
                     }
                 }
@@ -737,9 +761,9 @@ mod tests {
         let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0]);
         let slices = slices(0.05, 40);
         let (logged, changed) = [Actuator::default(), actuator]
-            .map(|actuator| actuator.pushes(&of_wrench(0), &slices))
+            .map(|actuator| actuator.pushes(&of_wrench(0), &slices, &Dof::ALL))
             .into();
-        for (slice, (logged, changed)) in slices.iter().zip(logged.iter().zip(&changed)) {
+        for (slice, (logged, changed)) in slices.iter().zip(logged.each().zip(changed.each())) {
             let within = (slice.from_s + 0.025) / 2.0 - 0.5;
             let expected = logged.force[0] * (0.3_f64 * 0.1 - 0.2 * within).exp();
             assert!((changed.force[0] - expected).abs() < 1e-9, "{} s", slice.from_s);
@@ -751,9 +775,9 @@ mod tests {
         let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0]);
         let slices = slices(0.1, 12);
         let (logged, changed) = [Actuator::default(), actuator]
-            .map(|actuator| actuator.pushes(&of_two_thrusters(), &slices))
+            .map(|actuator| actuator.pushes(&of_two_thrusters(), &slices, &Dof::ALL))
             .into();
-        for (slice, (logged, changed)) in slices.iter().zip(logged.iter().zip(&changed)) {
+        for (slice, (logged, changed)) in slices.iter().zip(logged.each().zip(changed.each())) {
             let n = steps().held_at(slice.from_s + 0.05);
             let k: f64 = if n < 0.0 { 1.5 } else { 2.0 };
             // Both are as fast, so that the load is that of one.
@@ -762,9 +786,9 @@ mod tests {
             assert!((changed.force[0] - expected).abs() < 1e-9, "{} s", slice.from_s);
         }
         // One thruster has no others, whose load it could feel.
-        let alone = actuator.pushes(&of_thruster(), &slices);
-        let plain = Actuator::default().pushes(&of_thruster(), &slices);
-        assert!(alone.iter().zip(&plain).all(|(a, b)| a.force == b.force));
+        let alone = actuator.pushes(&of_thruster(), &slices, &Dof::ALL);
+        let plain = Actuator::default().pushes(&of_thruster(), &slices, &Dof::ALL);
+        assert!(alone.each().zip(plain.each()).all(|(a, b)| a.force == b.force));
     }
 
     #[test]
@@ -772,9 +796,9 @@ mod tests {
         let slices = slices(0.1, 12);
         let pushes = |delay_s| {
             let actuator = Actuator { lag_s: 0.2, delay_s, ..Actuator::default() };
-            actuator.pushes(&of_wrench(0), &slices)
+            actuator.pushes(&of_wrench(0), &slices, &Dof::ALL)
         };
-        for (at, later) in pushes(0.0).iter().zip(pushes(1e-9)) {
+        for (at, later) in pushes(0.0).each().zip(pushes(1e-9).each()) {
             assert!((at.force[0] - later.force[0]).abs() < 1e-6, "{at:?} {later:?}");
         }
     }
@@ -815,8 +839,8 @@ mod tests {
             let actuator = of(numbers);
             let acting = actuator.acting(&record).expect("finite");
             let surge = acting[0].as_ref().expect("pushed");
-            let pushes = actuator.pushes(&of_thruster(), &slices(0.01, 200));
-            let sum: f64 = pushes.iter().map(|push| 0.01 * push.force[0]).sum();
+            let pushes = actuator.pushes(&of_thruster(), &slices(0.01, 200), &Dof::ALL);
+            let sum: f64 = pushes.each().map(|push| 0.01 * push.force[0]).sum();
             let held: f64 = (0..2000).map(|k| 0.001 * surge.held_at(0.001 * f64::from(k))).sum();
             assert!((sum - held).abs() < 0.02 * sum.abs(), "{numbers:?}: {sum}, {held}");
             assert!(acting[2].is_none());

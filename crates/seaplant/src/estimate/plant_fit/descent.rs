@@ -187,7 +187,7 @@ impl Problem {
                 *damping *= DAMPING_FACTOR;
                 continue;
             };
-            let moved = point.moved(&step, &limits);
+            let moved = self.as_disturbed(point, point.moved(&step, &limits));
             let there = self.at_gains(&moved, gains);
             if there <= at {
                 *point = moved;
@@ -204,6 +204,22 @@ impl Problem {
         // No shorter step reduces the cost: this is the minimum, within rounding.
         *damping = DAMPING;
         0.0
+    }
+
+    /// Returns a point with disturbances that accelerate the vehicle as at another, whatever its mass.
+    ///
+    /// That keeps the gains of the filter, which stay fixed in a step of the plant: with forces kept
+    /// instead, steps of plant and noise can drive each other away from the optimum.
+    fn as_disturbed(&self, from: &Point, mut point: Point) -> Point {
+        let masses =
+            |point: &Point| self.plant(&point.free).map(|plant| plant.mass_matrix().diagonal());
+        let (Ok(before), Ok(now)) = (masses(from), masses(&point)) else { return point };
+        let ratio = now.component_div(&before);
+        point.noise.disturbance.component_mul_assign(&ratio);
+        if let Some(swell) = &mut point.noise.swell {
+            swell.std.component_mul_assign(&ratio);
+        }
+        point
     }
 
     /// Returns the lower and upper limit of each number of a point.

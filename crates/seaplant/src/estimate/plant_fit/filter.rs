@@ -26,12 +26,12 @@ mod state;
 use std::f64::consts::TAU;
 use std::ops::Deref;
 
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::schedule::{Attitude, FilterInstant, Schedule};
 use crate::Error;
 use crate::motion::{
-    Decay, Flow, HeldForce, Load, PUSHED_BY, Prepared, Slice, advance, with_down, with_places,
+    Decay, Flow, HeldForces, Load, PUSHED_BY, Prepared, advance, with_down, with_places,
 };
 use crate::plant::Plant;
 use follower::{Process, StepCache};
@@ -171,8 +171,8 @@ impl Innovation {
 pub(super) struct DrivenState {
     /// By axis of the plant, m/s and rad/s.
     pub(super) velocity: Vec<f64>,
-    /// Mean force since the instant before, N and N m, in SNAME order.
-    pub(super) force: Vector6<f64>,
+    /// Mean force since the instant before, N and N m, by axis of the plant.
+    pub(super) force: Vec<f64>,
 }
 
 /// What a pass of the filter goes over.
@@ -180,7 +180,7 @@ pub(super) struct DrivenState {
 pub(super) struct PassInput<'a> {
     pub(super) schedule: &'a Schedule,
     /// Force over each slice of the schedule.
-    pub(super) pushes: &'a [HeldForce],
+    pub(super) pushes: &'a HeldForces,
     /// Mean current, north and east, m/s.
     pub(super) current: [f64; 2],
     pub(super) noise: &'a Noise,
@@ -483,14 +483,16 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             velocity: motion.as_slice()[..self.noise.axes()].to_vec(),
             force,
         };
-        let mut states = vec![state(&mean.motion, Vector6::zeros())];
+        let mut states = vec![state(&mean.motion, vec![0.0; self.noise.axes()])];
         for instant in &self.schedule.instants[1..] {
             self.move_mean(instant, &mut mean, &mut flow);
             let slices = &self.schedule.slices[instant.slices.clone()];
-            let pushes = &self.pushes[instant.slices.clone()];
-            let impulse = |(slice, push): (&Slice, &HeldForce)| push.force * slice.length_s;
-            let all: Vector6<f64> = slices.iter().zip(pushes).map(impulse).sum();
-            states.push(state(&mean.motion, all / instant.length_s));
+            let mut force = vec![0.0; self.noise.axes()];
+            for (slice, push) in slices.iter().zip(self.pushes.over(instant.slices.clone())) {
+                let part = slice.length_s / instant.length_s;
+                force.iter_mut().zip(push.force).for_each(|(sum, own)| *sum += own * part);
+            }
+            states.push(state(&mean.motion, force));
         }
         states
     }
@@ -737,7 +739,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
 
     fn move_mean(&self, instant: &FilterInstant, mean: &mut State<N, M, K>, flow: &mut Flow<N, M>) {
         let slices = &self.schedule.slices[instant.slices.clone()];
-        let pushes = &self.pushes[instant.slices.clone()];
+        let pushes = self.pushes.over(instant.slices.clone());
         let decay = Decay { rate: on_places(&self.noise.correlation_s, |t| 1.0 / t, 0.0) };
         let acting = self.acting(mean, instant.length_s);
         advance(self.plant, (slices, pushes), &mean.motion, &acting, &decay, flow);

@@ -11,7 +11,7 @@ use super::filter::{
 use super::schedule::{Attitude, Schedule, known_together};
 use super::sensor_lag::SensorLag;
 use super::uncertainty::inverse;
-use crate::motion::{HeldForce, KnownForce, Load};
+use crate::motion::{HeldForces, KnownForce, Load};
 use crate::plant::{Parameterisation, Physical, Plant, Structure};
 use crate::signal::sample_noise;
 use crate::{Dof, Error, ThrustUncertainty, Timed, TrialRecord, parallel};
@@ -80,19 +80,20 @@ pub(super) struct Problem {
 /// Cache of the force over each slice of all schedules for the last actuator: most passes use the
 /// same one.
 #[derive(Default)]
-struct ForceCache(Mutex<Option<(Actuator, HeldForces)>>);
+struct ForceCache(Mutex<Option<(Actuator, ForcesOfAll)>>);
 
 /// Force over each slice of each schedule.
-type HeldForces = Arc<[Vec<HeldForce>]>;
+type ForcesOfAll = Arc<[HeldForces]>;
 
 impl ForceCache {
-    fn get(&self, actuator: &Actuator, schedules: &[Schedule]) -> HeldForces {
+    fn get(&self, actuator: &Actuator, schedules: &[Schedule], axes: &[Dof]) -> ForcesOfAll {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match last.as_ref().filter(|(own, _)| own == actuator) {
             Some((_, pushes)) => Arc::clone(pushes),
             None => {
-                let of = |k: usize| actuator.pushes(&schedules[k].thrust, &schedules[k].slices);
-                let pushes: HeldForces = parallel::of_each(schedules.len(), of).into();
+                let of =
+                    |k: usize| actuator.pushes(&schedules[k].thrust, &schedules[k].slices, axes);
+                let pushes: ForcesOfAll = parallel::of_each(schedules.len(), of).into();
                 *last = Some((*actuator, Arc::clone(&pushes)));
                 pushes
             }
@@ -357,7 +358,7 @@ impl Problem {
     ) -> Result<Vec<T>, Error> {
         let plant = self.plant(&point.free)?;
         let filter = <dyn Filter>::of(&plant, &self.loads, self.attitude)?;
-        let pushes = self.forces.get(&point.actuator, &self.schedules);
+        let pushes = self.forces.get(&point.actuator, &self.schedules, self.structure.axes());
         Ok(parallel::of_each(self.schedules.len(), |k| {
             let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
             let current = point.currents[schedule.trial];

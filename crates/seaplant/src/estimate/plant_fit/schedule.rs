@@ -9,7 +9,7 @@ use super::actuator::LoggedThrust;
 use super::filter::{InstrumentNoise, Layout, MOST_NAVIGATION, Reading};
 use super::sensor_lag::SensorLag;
 use crate::motion::{
-    KnownForce, Load, Slice, body_from_world, down_body, interpolated_attitude, known_at,
+    Around, KnownForce, Load, Slice, body_from_world, down_body, interpolated_attitude, known_at,
     known_changes,
 };
 use crate::navigation::MeanAcceleration;
@@ -246,7 +246,7 @@ impl Schedule {
             layout: navigation.layout,
             first_navigation: navigation.first(before),
             start_down: start_down(record, before),
-            instants: Vec::new(),
+            instants: Vec::with_capacity(times.len()),
             slices: Vec::new(),
             sensor,
             thrust: Arc::clone(thrust),
@@ -298,6 +298,7 @@ impl Schedule {
             schedule.instants.push(instant);
             before = time_s;
         }
+        schedule.slices.shrink_to_fit();
         Some(schedule)
     }
 
@@ -328,7 +329,8 @@ impl Schedule {
             let count = ((until - at) / longest_s - 1e-9).ceil().max(1.0);
             let h = (until - at) / count;
             for k in 0..count as usize {
-                let mut slice = slice(record, structure, at + k as f64 * h, h);
+                let before = self.slices.last().map(|slice| &slice.around);
+                let mut slice = slice(record, structure, (at + k as f64 * h, h), before);
                 let load = Load::at(&record.known, slice.from_s + 0.5 * h);
                 slice.load = load.and_then(|load| loads.iter().position(|own| *own == load));
                 self.slices.push(slice);
@@ -503,7 +505,12 @@ fn start_std(record: &TrialRecord, axis: usize) -> f64 {
 /// Its lower limit, m/s or rad/s.
 const LEAST_START: f64 = 1e-3;
 
-fn slice(record: &TrialRecord, structure: &Structure, from: f64, h: f64) -> Slice {
+fn slice(
+    record: &TrialRecord,
+    structure: &Structure,
+    (from, h): (f64, f64),
+    before: Option<&Arc<Around>>,
+) -> Slice {
     let axes = structure.axes();
     let instants = [from, from + 0.5 * h, from + h];
     let down = |t: f64| {
@@ -525,11 +532,14 @@ fn slice(record: &TrialRecord, structure: &Structure, from: f64, h: f64) -> Slic
         changing.iter().for_each(|(k, signal)| now[*k] = record.signal_at(signal, t));
         now
     };
+    let around = Around { down_body: instants.map(down), others: instants.map(others) };
     Slice {
         from_s: from,
         length_s: h,
-        down_body: instants.map(down),
-        others: instants.map(others),
+        around: match before.filter(|before| ***before == around) {
+            Some(same) => Arc::clone(same),
+            None => Arc::new(around),
+        },
         signals: instants.map(signals),
         load: None,
     }

@@ -11,7 +11,7 @@ use super::filter::{Filter, InstrumentNoise, Noise, Pass, PassInput};
 use super::schedule::Schedule;
 use super::sensor_lag::SensorLag;
 use super::*;
-use crate::motion::{HeldForce, Inputs, body_from_world, simulate};
+use crate::motion::{HeldForces, Inputs, body_from_world, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::random::gauss_markov;
 use crate::{Grid, MeanAcceleration, PlacedThruster, ThrustUncertainty, ThrusterTrack, Timed};
@@ -213,14 +213,15 @@ fn check_slope_by_plant(sensor: SensorLag) {
     let base = prepared(&off);
     fn pass<'a>(
         filter: &'a dyn Filter,
-        (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
+        (schedule, pushes): (&'a Schedule, &'a HeldForces),
         current: [f64; 2],
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
         filter.pass(PassInput { schedule, pushes, current, noise })
     }
     let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
-    let pushed = |actuator: Actuator| actuator.pushes(&schedule.thrust, &schedule.slices);
+    let pushed =
+        |actuator: Actuator| actuator.pushes(&schedule.thrust, &schedule.slices, plant.axes());
     let pushes = pushed(actuator);
     let (slope, gains) = pass(&*base, (schedule, &pushes), current, &noise).by_plant();
     // Slopes that are small beside others are the difference of large parts.
@@ -310,7 +311,7 @@ pub(super) fn over<T>(
     let schedules =
         Schedule::complete(&[record], plant.structure(), Attitude::Known, SensorLag::default());
     let schedule = &schedules[0];
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
     work(PassInput { schedule, pushes: &pushes, current: [0.07, 0.02], noise: &noise })
 }
 
@@ -372,14 +373,14 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
         drift: None,
         swell: None,
     };
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
     let prepared = |coefficients: &[f64]| {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
         filter_of(&plant, Attitude::State)
     };
     fn pass<'a>(
         filter: &'a dyn Filter,
-        (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
+        (schedule, pushes): (&'a Schedule, &'a HeldForces),
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
         filter.pass(PassInput { schedule, pushes, current: [0.0; 2], noise })
@@ -444,7 +445,7 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     let schedule = &schedules[0];
     let filter = filter_of(&plant, Attitude::Known);
     let logarithms = noise().logarithms();
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
     let pass = |noise: &Noise| {
         let pass =
             filter.pass(PassInput { schedule, pushes: &pushes, current: [0.1, -0.05], noise });
@@ -477,7 +478,7 @@ fn check_slope_by_noise(sensor: SensorLag) {
     let schedules = Schedule::complete(&[&record], plant.structure(), Attitude::Known, sensor);
     let schedule = &schedules[0];
     let filter = filter_of(&plant, Attitude::Known);
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
     let noise = Noise {
         disturbance: vec![0.5].into(),
         correlation_s: vec![4.0].into(),
@@ -943,14 +944,14 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
             damping: 0.08,
         }),
     };
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices);
+    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
     let prepared = |coefficients: &[f64]| {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
         filter_of(&plant, Attitude::State)
     };
     fn pass<'a>(
         filter: &'a dyn Filter,
-        (schedule, pushes): (&'a Schedule, &'a [HeldForce]),
+        (schedule, pushes): (&'a Schedule, &'a HeldForces),
         current: [f64; 2],
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {

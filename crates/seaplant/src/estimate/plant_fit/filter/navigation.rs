@@ -579,9 +579,9 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             (self.plant.to_six(&velocity, others), down)
         };
         let (first, last) = (&slices[0], &slices[slices.len() - 1]);
-        let (velocity, down) = of(ends.before, &first.others[0], first.down_body[0]);
+        let (velocity, down) = of(ends.before, &first.around.others[0], first.around.down_body[0]);
         let before = Kinematics { velocity, down, horizontal: instant.water_before };
-        let (velocity, down) = of(ends.after, &last.others[2], last.down_body[2]);
+        let (velocity, down) = of(ends.after, &last.around.others[2], last.around.down_body[2]);
         [before, Kinematics { velocity, down, horizontal: instant.water }]
     }
 }
