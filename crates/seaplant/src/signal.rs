@@ -2,6 +2,7 @@
 
 mod autocorrelation;
 mod derivative;
+mod frozen;
 mod low_pass;
 mod outliers;
 mod resample;
@@ -12,6 +13,7 @@ mod spikes;
 pub use autocorrelation::autocorrelation;
 pub(crate) use derivative::{check_differentiable, slope_around, slope_of_line, slope_of_parabola};
 pub use derivative::{differentiate, differentiate_timed};
+pub(crate) use frozen::frozen;
 pub use low_pass::LowPass;
 pub use outliers::{Hampel, Masked};
 pub use resample::{Stretch, Stretches, resample, uniform_stretches};

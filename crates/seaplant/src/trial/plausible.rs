@@ -3,7 +3,7 @@
 use super::count;
 use crate::navigation::Recording;
 use crate::quantity::Kind;
-use crate::signal::{Hampel, Masked, spikes};
+use crate::signal::{Hampel, Masked, frozen, spikes};
 use crate::{Caveat, CaveatCode, Quantity, Timed, Vehicle};
 
 /// Outlier detection of a measured velocity: a second of neighbours, eight standard deviations.
@@ -14,6 +14,7 @@ const VELOCITY_NOISE_FLOOR: f64 = 0.02;
 /// Removes implausible samples of measured motion, with a caveat.
 pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
     for (quantity, series) in recording {
+        caveats.extend(without_frozen(quantity, series));
         let Some(masked) = masked(quantity, series) else { continue };
         if let Some(first) = masked.removed_s.first() {
             let message = format!(
@@ -24,6 +25,19 @@ pub(super) fn mask(recording: &mut Recording, caveats: &mut Vec<Caveat>) {
             *series = masked.series;
         }
     }
+}
+
+/// Removes the samples in which a sensor of velocity froze.
+fn without_frozen(quantity: &Quantity, series: &mut Timed) -> Option<Caveat> {
+    let is_velocity = matches!(quantity, Quantity::DvlVelocity(_) | Quantity::Velocity(_));
+    let masked = is_velocity.then(|| Masked::without(series, &frozen(series)))?;
+    let first = *masked.removed_s.first()?;
+    *series = masked.series;
+    let message = format!(
+        "{} of {quantity} repeat the one before, while the others do not: the sensor froze; they are left out, the first at {first:.1} s",
+        count(masked.removed_s.len(), "sample", "samples")
+    );
+    Some(Caveat::note(CaveatCode::Outliers, message))
 }
 
 /// Removes implausible samples of a measured motion; `None` for other quantities.
