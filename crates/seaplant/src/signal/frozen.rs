@@ -53,7 +53,7 @@ mod tests {
     #[test]
     fn samples_that_repeat_one_while_the_signal_moves_on_are_frozen() {
         let mut values: Vec<f64> = (0..200).map(waves).collect();
-        values[71..76].fill(values[70]);
+        values[71..76].fill(waves(70));
         assert_eq!(frozen(&series(values)), [71, 72, 73, 74, 75]);
     }
 
