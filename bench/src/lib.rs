@@ -57,6 +57,7 @@ impl SurgeSignals {
             force: velocity.with_values("force", self.tau)?,
             motion: Motion::Velocity(velocity),
             position: None,
+            lever_rates: None,
             turning: None,
         })
     }

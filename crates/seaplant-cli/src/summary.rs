@@ -86,7 +86,7 @@ fn spoken_verdict(verdict: &Verdict) -> String {
 /// The motion that unseen trials confirm, and how far numbers may be off, each on a line of its own.
 fn push_good_for(text: &mut String, verdict: &Verdict) {
     if let Some(words) = verdict.spoken_good_for() {
-        let _ = writeln!(text, "  good for {}", with_minus(words));
+        let _ = writeln!(text, "  {}", with_minus(&words));
     }
     if let Some(off) = verdict.spoken_off() {
         let _ = writeln!(text, "  {off}");

@@ -116,8 +116,8 @@ pub(crate) fn escaped(text: &str) -> String {
 
 /// Writes the motion that unseen trials confirm; nothing if none was tested.
 pub(crate) fn good_for(verdict: &Verdict) -> String {
-    let words = verdict.spoken_good_for().map(with_minus);
-    words.map_or_else(String::new, |words| format!("Good for {words}"))
+    let words = verdict.spoken_good_for().map(|words| capitalised(&with_minus(&words)));
+    words.unwrap_or_default()
 }
 
 /// Writes by how much numbers may be off; nothing if none is named.

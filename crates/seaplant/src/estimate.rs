@@ -121,6 +121,9 @@ pub struct Nuisances {
     /// What turning does to body velocity, as a part of what it does to a rigid body: with
     /// added masses, `(m_y/m_x)` in surge and its inverse in sway.
     pub turning: Option<Estimate>,
+    /// Lever arm of the velocity sensor that navigation did not know, m, along the two
+    /// [`lever_axes`](crate::lever_axes).
+    pub lever_m: [Option<Estimate>; 2],
     /// Standard deviation of the slow disturbance, m/s² or rad/s².
     pub disturbance: Option<Estimate>,
     /// Its correlation time, s.

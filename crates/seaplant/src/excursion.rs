@@ -70,6 +70,7 @@ mod tests {
             force: Timed::new("force", time_s.clone(), vec![0.0; v.len()]).expect("valid"),
             thrusters: Vec::new(),
             motion: Motion::Velocity(Timed::new("velocity", time_s, v).expect("valid")),
+            lever_rates: None,
             turning: None,
             position: None,
             acceleration: None,

@@ -133,7 +133,7 @@ pub use terms::{Term, Terms};
 pub use thrust::{QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable};
 pub use trial::{
     AxisRecord, GAINED_S, PlacedThruster, Role, ThrusterFault, ThrusterTrack, Trial, TrialRecord,
-    TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource,
+    TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
 };
 pub use vehicle::{
     Fin, PropellerCurve, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle,

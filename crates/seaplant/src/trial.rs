@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use axis::{AxisRecord, UniformAxis, UniformStretch};
+pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
 pub use trial_record::{PlacedThruster, ThrusterFault, TrialRecord};
 

@@ -52,6 +52,7 @@ fn axis(force: Timed, motion: Motion) -> AxisRecord {
         force,
         thrusters: Vec::new(),
         motion,
+        lever_rates: None,
         turning: None,
         position: None,
         acceleration: None,

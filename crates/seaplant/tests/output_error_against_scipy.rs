@@ -31,6 +31,7 @@ fn fit(values: Vec<f64>, motion: fn(Timed) -> Motion) -> LumpedParameters {
         force: measured.with_values("thrust", taus).expect("finite"),
         thrusters: Vec::new(),
         motion: motion(measured),
+        lever_rates: None,
         turning: None,
         position: None,
         acceleration: None,

@@ -38,6 +38,7 @@ fn axis(velocity: &[f64]) -> AxisRecord {
         force: measured.with_values("thrust", taus).expect("finite"),
         thrusters: Vec::new(),
         motion: Motion::Velocity(measured),
+        lever_rates: None,
         turning: None,
         position: None,
         acceleration: None,

@@ -49,6 +49,7 @@ fn record(seed: u64, len: usize, noise: f64, unlogged: &[f64]) -> AxisRecord {
         motion: Motion::Velocity(force.with_values("velocity", seen).expect("finite")),
         force,
         thrusters: Vec::new(),
+        lever_rates: None,
         turning: None,
         position: None,
         acceleration: None,

@@ -21,6 +21,8 @@ pub enum Candidate {
     Current,
     /// Thrust lost to inflow.
     Inflow,
+    /// A lever arm of the velocity sensor that navigation did not know.
+    Lever,
     /// Drag that is linear in speed.
     LinearDrag,
     /// A constant force.
@@ -51,12 +53,13 @@ pub enum Candidate {
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Lag,
         Self::Delay,
         Self::ReverseRatio,
         Self::Current,
         Self::Inflow,
+        Self::Lever,
         Self::LinearDrag,
         Self::Bias,
         Self::Turning,
@@ -80,6 +83,7 @@ impl Candidate {
             Self::ReverseRatio => "reverse-ratio",
             Self::Current => "current",
             Self::Inflow => "inflow",
+            Self::Lever => "lever",
             Self::LinearDrag => "linear-drag",
             Self::Bias => "bias",
             Self::Turning => "turning",
@@ -104,6 +108,7 @@ impl Candidate {
             Self::Current | Self::CurrentDrift => {
                 all(|axis| !axis.dof.is_rotation() && axis.knows_velocity())
             }
+            Self::Lever => all(|axis| axis.lever_rates.is_some() && axis.measures_velocity()),
             Self::Turning => all(|axis| axis.turning.is_some()),
             Self::VelocityScale => all(|axis| axis.believable_position().is_some()),
             Self::SensorLag | Self::SensorWindow => {

@@ -6,7 +6,7 @@ mod steady;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::plant_fit::OneAxis;
+use super::plant_fit::{Lever, OneAxis};
 use super::{Candidate, Decision, Estimate, Fit, Records};
 use crate::{AxisRecord, Error, LumpedParameters};
 use doubts::{
@@ -109,8 +109,22 @@ impl FilterError {
             .flat_map(|(scale, _)| axes.iter().map(|axis| axis.with_velocity_scaled(*scale)))
             .collect();
         let axes = if scaled.is_empty() { axes } else { &scaled };
+        // What a fit of the same trials found of the sensor holds for those that start from it.
+        let known = asked.from.map(|from| from.lever_m).filter(|lever| *lever != [0.0; 2]);
+        let levered: Vec<AxisRecord> = known
+            .iter()
+            .flat_map(|lever| axes.iter().map(|axis| axis.with_lever(*lever)))
+            .collect();
+        let axes = if levered.is_empty() { axes } else { &levered };
         let asked = OneAxis { axes, ..asked };
-        let (fit, fitted) = asked.fit().map_err(of_axis)?;
+        let (mut fit, fitted) = asked.fit_with_lever().map_err(of_axis)?;
+        if let Some(Lever { value, std }) = fitted.lever {
+            let freedom = fit.t_freedom;
+            let own =
+                |k: usize| (value[k] != 0.0).then(|| Estimate::new(value[k], std[k], freedom));
+            fit.nuisances.lever_m = [own(0), own(1)];
+            fit.start.iter_mut().for_each(|start| start.lever_m = value);
+        }
         let by = scale.map_or(1.0, |(scale, _)| scale);
         let steady: Vec<AxisRecord> =
             records.steady.iter().map(|axis| axis.with_velocity_scaled(by)).collect();

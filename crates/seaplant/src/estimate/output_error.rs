@@ -150,6 +150,7 @@ impl OutputError {
     ///     motion: Motion::Velocity(Timed::new("velocity", times, moved.velocity)?),
     ///     force,
     ///     thrusters: Vec::new(),
+    ///     lever_rates: None,
     ///     turning: None,
     ///     position: None,
     ///     acceleration: None,

@@ -41,7 +41,7 @@ pub use information::{
     ExpectedActuator, ExpectedNoise, ExpectedNoises, Information, information, information_before,
 };
 pub use known::ScaleClaim;
-pub(super) use one_axis::{Exchanged, FilterStart, FittedAxis, OneAxis, force_rms};
+pub(super) use one_axis::{Exchanged, FilterStart, FittedAxis, Lever, OneAxis, force_rms};
 pub use plan::PlantPlan;
 use problem::{CURRENT_STD, Problem};
 use report::Reported;

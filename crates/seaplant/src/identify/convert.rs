@@ -22,7 +22,7 @@ use crate::results::{
 };
 use crate::{
     Caveat, Dof, Error, Estimate, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
-    ThrustCurve, ThrustUncertainty, Thruster, Trial, Vehicle, VelocitySource,
+    ThrustCurve, ThrustUncertainty, Thruster, Trial, Vehicle, VelocitySource, lever_axes,
 };
 
 /// Prediction scores of a plant.
@@ -138,6 +138,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         current_drift,
         current,
         turning,
+        lever_m,
         disturbance,
         correlation_s,
         velocity_noise,
@@ -183,6 +184,12 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
     if slew_s.is_some() || exponent.is_some() {
         let known = Estimate::new(*full_speed, 0.0, 1.0);
         all.insert("full_speed".to_owned(), Parameter::new(known, "rad/s"));
+    }
+    let axes = lever_axes(fit.dof).unwrap_or_default();
+    for (axis, estimate) in axes.into_iter().zip(lever_m) {
+        if let Some(estimate) = estimate {
+            all.insert(format!("lever_{axis}"), Parameter::new(*estimate, "m"));
+        }
     }
     for (trial, estimate) in current {
         all.insert(Model::current_name(trial), Parameter::new(*estimate, units.velocity));

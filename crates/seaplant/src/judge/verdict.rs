@@ -63,10 +63,16 @@ impl Verdict {
         Self { trust, reason: reason.into(), codes, good_for: None, may_be_off: Vec::new() }
     }
 
-    /// Returns the motion that unseen trials confirm, in words; `None` of a plant that is not to be used.
-    pub fn spoken_good_for(&self) -> Option<&str> {
-        let good_for = self.good_for.as_ref().filter(|_| self.trust > Trust::DoNotUse);
-        good_for.map(|good_for| &*good_for.words)
+    /// Formats the motion that unseen trials confirm; `None` of a plant that is not to be used.
+    ///
+    /// A doubtful plant predicts that motion, which does not make it good for anything.
+    pub fn spoken_good_for(&self) -> Option<String> {
+        let words = &self.good_for.as_ref()?.words;
+        match self.trust {
+            Trust::DoNotUse => None,
+            Trust::Doubtful => Some(format!("predicts held-out trials of {words}")),
+            Trust::UsableWithCare | Trust::Usable => Some(format!("good for {words}")),
+        }
     }
 
     /// Formats the possible errors of numbers as a sentence; `None` if there are none.

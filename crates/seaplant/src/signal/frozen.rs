@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn a_vehicle_at_rest_a_coarse_sensor_and_a_fast_log_are_not_frozen() {
-        let rest = (0..200).map(|k| if k < 10 { 0.0 } else { 1e-4 * waves(k) });
+        let rest = (0..200_usize).map(|k| 0.3 * (0.02 * k.saturating_sub(9) as f64).sin());
         assert!(frozen(&series(rest.collect())).is_empty());
         let coarse = (0..200).map(|k| (waves(k) / 0.05).round() * 0.05);
         assert!(frozen(&series(coarse.collect())).is_empty());

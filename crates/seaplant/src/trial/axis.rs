@@ -20,6 +20,9 @@ pub struct AxisRecord {
     /// Measured acceleration, in addition to position or alone; absent if an instrument measures
     /// velocity.
     pub acceleration: Option<MeanAcceleration>,
+    /// Change of the measured velocity per metre of lever arm, along the axes of [`lever_axes`];
+    /// absent for positions, rotations and logs without attitude.
+    pub lever_rates: Option<[Timed; 2]>,
     /// Coriolis acceleration of a rigid body along this axis, `−(ω × v)`, m/s²: r v − q w in surge,
     /// p w − r u in sway, q u − p v in heave; absent in rotations and if the log lacks rotation or
     /// the other velocities.
@@ -40,6 +43,35 @@ const REST_SAMPLES: usize = 5;
 
 /// Time without thrust before the first logged thrust of a vehicle at rest, s.
 const OFF_BEFORE_S: f64 = 1.0;
+
+/// Returns the two body axes of a velocity sensor's lever arm that affect a translation: (ω × r)
+/// has no component from its own axis.
+pub const fn lever_axes(dof: Dof) -> Option<[char; 2]> {
+    match dof {
+        Dof::Surge => Some(['y', 'z']),
+        Dof::Sway => Some(['x', 'z']),
+        Dof::Heave => Some(['x', 'y']),
+        Dof::Roll | Dof::Pitch | Dof::Yaw => None,
+    }
+}
+
+/// Returns whether the hull's rotation moves the instrument of a motion.
+pub(super) const fn is_moved_by_turning(motion: &Motion) -> bool {
+    matches!(motion, Motion::Velocity(_))
+}
+
+/// Returns the angular velocities that multiply a lever arm along those axes.
+pub(super) fn lever_rates(dof: Dof, rates: &[Timed; 3]) -> Option<[Timed; 2]> {
+    let [p, q, r] = rates;
+    let minus = |rate: &Timed| rate.map(|x| -x);
+    match dof {
+        // ω × r = (q z − r y, r x − p z, p y − q x).
+        Dof::Surge => Some([minus(r), q.clone()]),
+        Dof::Sway => Some([r.clone(), minus(p)]),
+        Dof::Heave => Some([minus(q), p.clone()]),
+        Dof::Roll | Dof::Pitch | Dof::Yaw => None,
+    }
+}
 
 /// A stretch of one degree of freedom on a uniform grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -189,10 +221,32 @@ impl AxisRecord {
             motion,
             acceleration: self.acceleration.as_ref().and_then(|all| all.window(from_s, to_s)),
             position: self.position.as_ref().and_then(cut),
+            lever_rates: self
+                .lever_rates
+                .as_ref()
+                .and_then(|[first, second]| Some([with_ends(first)?, with_ends(second)?])),
             turning: self.turning.as_ref().and_then(with_ends),
             cuts: within(&self.cuts, (from_s, to_s)),
             ..self.clone()
         })
+    }
+
+    /// Returns a velocity without what a lever arm of its sensor adds, m; `None` if the rates of turn are unknown.
+    pub(crate) fn without_lever(&self, velocity: &Timed, lever: [f64; 2]) -> Option<Timed> {
+        let rates = self.lever_rates.as_ref()?;
+        let turning =
+            |t: f64| rates.iter().zip(lever).map(|(rate, arm)| arm * rate.at(t)).sum::<f64>();
+        let samples = velocity.time_s().iter().zip(velocity.values());
+        velocity.with_values("velocity", samples.map(|(t, v)| v - turning(*t)).collect()).ok()
+    }
+
+    /// Returns the record with a velocity sensor without this lever arm, m.
+    pub(crate) fn with_lever(&self, lever: [f64; 2]) -> Self {
+        let motion = match &self.motion {
+            Motion::Velocity(velocity) => self.without_lever(velocity, lever).map(Motion::Velocity),
+            _ => None,
+        };
+        Self { motion: motion.unwrap_or_else(|| self.motion.clone()), ..self.clone() }
     }
 
     /// Returns the duration of measured motion, without gaps, s.

@@ -1,6 +1,6 @@
 //! The raw records of one degree of freedom, cut to the trial's window once.
 
-use super::axis::{HISTORY_S, within};
+use super::axis::{HISTORY_S, is_moved_by_turning, lever_rates, within};
 use super::force::Thrust;
 use super::{AxisRecord, LEAST_SAMPLES, TrialSetup, VelocitySource};
 use crate::navigation::{Motion, Navigated};
@@ -83,7 +83,10 @@ impl Uncut<'_> {
         };
         let samples = samples.filter(|_| found >= LEAST_SAMPLES).ok_or_else(too_short)?;
         let motion = motion.with(samples);
-        let is_same = |(window, _): &&Windowed| *window == window_s;
+        let is_same = |(window, record): &&Windowed| {
+            *window == window_s
+                && is_moved_by_turning(&record.motion) == is_moved_by_turning(&motion)
+        };
         let record = match other.filter(is_same) {
             Some((_, same)) => AxisRecord { motion, ..same.clone() },
             None => self.cut(window_s, motion).ok_or_else(|| Error::TooShort {
@@ -97,6 +100,8 @@ impl Uncut<'_> {
 
     fn cut(&mut self, window_s: (f64, f64), motion: Motion) -> Option<AxisRecord> {
         let Self { setup, dof, thrust, navigated, cutter } = self;
+        let rates = navigated.rates.as_ref().filter(|_| is_moved_by_turning(&motion));
+        let rates = rates.and_then(|rates| lever_rates(*dof, rates));
         let position = navigated.position.get(dof);
         let accelerated = navigated.acceleration.get(dof);
         let turning = navigated.turning.get(dof);
@@ -109,6 +114,7 @@ impl Uncut<'_> {
             thrusters: tracks.filter_map(|track| track.cut(cutter, with_history)).collect(),
             motion,
             acceleration: accelerated.and_then(|all| all.window(window_s.0, window_s.1)),
+            lever_rates: rates.map(|rates| rates.map(|rate| cutter.around(&rate, window_s))),
             turning: turning.map(|turning| cutter.around(turning, window_s)),
             position: position.and_then(|path| cutter.window(path, window_s)),
             cuts: match dof {
@@ -187,6 +193,12 @@ mod tests {
             assert_eq!(*motion, whole.motion.series().window(20.03, 40.0).expect("samples"));
             let with_history = whole.force.window_held(20.03 - HISTORY_S, 40.0);
             assert_eq!(part.force, with_history.expect("samples"));
+            let (whole, part) =
+                (whole.lever_rates.expect("turns"), part.lever_rates.expect("turns"));
+            for (whole, part) in whole.iter().zip(&part) {
+                assert!(part.len() < whole.len() / 2);
+                assert!(motion.time_s().iter().all(|&t| part.at(t) == whole.at(t)));
+            }
         }
     }
 }

@@ -41,7 +41,7 @@ fn samples(
     beside: Option<&Beside<'_>>,
 ) -> Result<Stretch, Error> {
     let (at, measured) = stretch.velocity_between(grid)?;
-    let v = through_water(axis, measured, beside);
+    let v = through_water(axis, at, measured, beside);
     let inputs = MeanInputs::new(axis, grid, beside.map(|(_, model)| model));
     let weights = weights(at.len < grid.len);
     let unit = Vector6::from_fn(|i, _| f64::from(u8::from(i == axis.dof.index())));
@@ -77,9 +77,19 @@ fn weights(is_slope: bool) -> Vec<f64> {
 }
 
 /// Returns the measured velocity corrected for sensor errors and current.
-fn through_water(axis: &AxisRecord, mut v: Vec<f64>, beside: Option<&Beside<'_>>) -> Vec<f64> {
-    let Some((_, model)) = beside else { return v };
+fn through_water(
+    axis: &AxisRecord,
+    at: Grid,
+    mut v: Vec<f64>,
+    beside: Option<&Beside<'_>>,
+) -> Vec<f64> {
+    let Some((fit, model)) = beside else { return v };
     let current = model.thrust.current_of(&axis.trial);
+    let lever = fit.nuisances.lever_m.iter().zip(axis.lever_rates.iter().flatten());
+    let lever = lever.filter_map(|(lever, rate)| Some((lever.as_ref()?.value, rate)));
+    for (metres, rate) in lever {
+        v.iter_mut().zip(rate.interpolate(at)).for_each(|(v, rate)| *v -= metres * rate);
+    }
     v.iter_mut().for_each(|v| *v = *v / model.sensor.scale - current);
     v
 }

@@ -169,8 +169,9 @@ impl Joint {
 
     fn predict(&mut self, step: &Step) {
         let count = self.slice(step);
+        let force = self.plant.on_axes(&step.force);
         let pushes = self.pushes.each_mut().take(count);
-        pushes.for_each(|(force, _)| force.copy_from_slice(step.force.as_slice()));
+        pushes.for_each(|(own, _)| own.copy_from_slice(force.as_slice()));
         let decay = Decay { rate: self.noise.correlation_s.map(f64::recip) };
         let Self { plant, slices, pushes, velocity, disturbance, flow, .. } = self;
         advance(

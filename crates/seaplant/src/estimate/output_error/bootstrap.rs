@@ -50,6 +50,7 @@ const LEAST_BLOCKS: f64 = 8.0;
 ///     motion,
 ///     force,
 ///     thrusters: Vec::new(),
+///     lever_rates: None,
 ///     turning: None,
 ///     position: None,
 ///     acceleration: None,

@@ -2,6 +2,7 @@
 
 mod beside;
 mod elimination;
+mod lever;
 mod report;
 mod sensor;
 mod spikes;
@@ -30,6 +31,8 @@ use crate::signal::rms;
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, PhysicalParameters, Terms, ThrusterTrack, Timed, TrialRecord};
 pub(in crate::estimate) use beside::Exchanged;
+pub(in crate::estimate) use lever::Lever;
+use lever::LeverStep;
 use report::condition;
 use sensor::Sensor;
 use spikes::{without_spikes, without_wild_samples};
@@ -59,6 +62,8 @@ pub struct FilterStart {
     currents: BTreeMap<String, [f64; 2]>,
     noise: Noise,
     sensor: Option<Sensor>,
+    /// Lever arm of the sensor that is taken out of its velocities, m.
+    pub(in crate::estimate) lever_m: [f64; 2],
 }
 
 /// An optimum of one axis, with the records that it is fitted to.
@@ -66,6 +71,9 @@ pub(in crate::estimate) struct FittedAxis {
     fitted: Fitted,
     /// How many samples were left out as spikes.
     pub(in crate::estimate) spikes: usize,
+    /// A lever arm of the sensor that is taken out of its velocities.
+    pub(in crate::estimate) lever: Option<Lever>,
+    lever_step: Option<LeverStep>,
 }
 
 /// Another law with as many numbers must gain this much, twice the log-likelihood, to replace the usual one:
@@ -159,8 +167,13 @@ impl OneAxis<'_> {
             None => fitted,
         };
         let begun = Some((start, &least_squares));
-        let (fit, mut fitted) = self.finished(fitted.refined()?, sensor, decisions, begun)?;
-        fitted.spikes = spikes;
+        let fitted = fitted.refined()?;
+        let lever_step = match sensor {
+            None => self.lever_beside(&fitted, &references),
+            Some(_) => None,
+        };
+        let (fit, mut fitted) = self.finished(fitted, sensor, decisions, begun)?;
+        (fitted.spikes, fitted.lever_step) = (spikes, lever_step);
         Ok((fit, fitted))
     }
 
@@ -314,8 +327,9 @@ impl OneAxis<'_> {
             currents: currents.collect(),
             noise: optimum.point.noise.clone(),
             sensor,
+            lever_m: self.from.map_or([0.0; 2], |from| from.lever_m),
         });
-        Ok((fit, FittedAxis { fitted, spikes: 0 }))
+        Ok((fit, FittedAxis { fitted, spikes: 0, lever: None, lever_step: None }))
     }
 
     /// Finds the first optimum; where inflow leaves it undetermined, without that.

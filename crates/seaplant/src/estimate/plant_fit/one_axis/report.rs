@@ -175,6 +175,7 @@ impl OneAxis<'_> {
             full_speed: found.actuator.full_speed,
             linear_thrust: found.actuator.is_linear,
             velocity_scale: None,
+            lever_m: Default::default(),
             sensor_lag_s: None,
             sensor_window_s: None,
             swell,
