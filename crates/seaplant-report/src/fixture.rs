@@ -69,7 +69,6 @@ pub(crate) fn plant() -> PlantResult {
             likelihood_ratio: 1.23,
             size: None,
             needed: 8.48,
-            hold_out_ratio: Some(12.3),
             admitted: false,
         }],
         steady_test: None,

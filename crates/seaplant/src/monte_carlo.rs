@@ -308,7 +308,6 @@ mod tests {
             likelihood_ratio: 1.0,
             needed: 8.5,
             size: None,
-            hold_out_ratio: None,
             admitted: error > 0.0,
         }];
         Sample {

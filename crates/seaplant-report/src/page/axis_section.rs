@@ -304,7 +304,6 @@ fn structure(plant: &PlantResult) -> Option<Table> {
         "Twice the gain in log-likelihood".to_owned(),
         "Gain required".to_owned(),
         "Size, %".to_owned(),
-        "The same on held-out trials".to_owned(),
     ];
     let rows = plant.structure.iter().map(|decision| {
         Row::new([
@@ -313,7 +312,6 @@ fn structure(plant: &PlantResult) -> Option<Table> {
             significant(decision.likelihood_ratio, 3),
             significant(decision.needed, 3),
             or_absent(decision.size.map(|size| 100.0 * size), 2),
-            or_absent(decision.hold_out_ratio, 3),
         ])
         .strong_if(decision.admitted)
     });

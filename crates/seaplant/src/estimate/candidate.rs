@@ -142,10 +142,6 @@ pub struct Decision {
     /// speed, zero unless both brake; a bias force, at the end of its interval that is farther
     /// from zero, as a part of the usual thrust.
     pub size: Option<f64>,
-    /// Twice the gain in a bounded log-likelihood on held-out trials, with everything held that
-    /// was fitted but what each trial has by itself and the noise; absent without such trials,
-    /// or if it was not asked for.
-    pub hold_out_ratio: Option<f64>,
     /// Whether it is part of the model.
     pub admitted: bool,
 }

@@ -166,7 +166,6 @@ fn with_velocity_scale(mut fit: Fit, (scale, std): (f64, f64)) -> Fit {
         likelihood_ratio: ((scale - 1.0) / std).powi(2),
         needed: AxisRecord::SCALE_SHOWS.powi(2),
         size: None,
-        hold_out_ratio: None,
         admitted: true,
     });
     fit

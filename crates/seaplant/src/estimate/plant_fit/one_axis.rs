@@ -579,14 +579,7 @@ const LEAST_DRAG_PART: f64 = 0.1;
 const MOST_PUSHERS: usize = 16;
 
 const fn decision(candidate: Candidate, ratio: f64, needed: f64, admitted: bool) -> Decision {
-    Decision {
-        candidate,
-        likelihood_ratio: ratio.max(0.0),
-        needed,
-        size: None,
-        hold_out_ratio: None,
-        admitted,
-    }
+    Decision { candidate, likelihood_ratio: ratio.max(0.0), needed, size: None, admitted }
 }
 
 /// Root mean square of measured velocities.

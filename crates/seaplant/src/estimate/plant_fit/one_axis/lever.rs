@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{FittedAxis, OneAxis, axis_of};
+use super::{FittedAxis, OneAxis, axis_of, decision};
 use crate::estimate::candidate::Candidate;
 use crate::estimate::plant_fit::Fitted;
 use crate::estimate::plant_fit::problem::Problem;
 use crate::estimate::plant_fit::uncertainty::{Asked, inverse};
-use crate::estimate::{Decision, Fit};
+use crate::estimate::Fit;
 use crate::{AxisRecord, Error, TrialRecord};
 
 /// A lever arm along the two axes of [`lever_axes`](crate::lever_axes), m.
@@ -67,18 +67,7 @@ impl OneAxis<'_> {
             (lever, (fit, fitted)) = (next, found);
         }
         let admitted = lever.value != [0.0; 2];
-        let candidate = Candidate::Lever;
-        let size = None;
-        let likelihood_ratio = ratio.max(0.0);
-        let hold_out_ratio = None;
-        fit.structure.push(Decision {
-            candidate,
-            likelihood_ratio,
-            needed,
-            size,
-            hold_out_ratio,
-            admitted,
-        });
+        fit.structure.push(decision(Candidate::Lever, ratio, needed, admitted));
         fitted.lever = admitted.then_some(lever);
         Ok((fit, fitted))
     }
