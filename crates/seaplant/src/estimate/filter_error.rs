@@ -10,8 +10,8 @@ use super::plant_fit::{Lever, OneAxis};
 use super::{Candidate, Decision, Estimate, Fit, Records};
 use crate::{AxisRecord, Error, LumpedParameters};
 use doubts::{
-    accelerometer_doubts, fitted_to_pieces, fitted_to_some, hidden_drag, hurried_disturbance,
-    lag_or_mass, struck_out,
+    fitted_to_pieces, fitted_to_some, hidden_drag, hurried_disturbance, lag_or_mass, struck_out,
+    tilted_accelerometer,
 };
 pub use steady::SteadyTest;
 
@@ -134,7 +134,7 @@ impl FilterError {
         };
         let mut fit = scale.iter().fold(fit, |fit, scale| with_velocity_scale(fit, *scale));
         fit.caveats.extend(hurried_disturbance(&fit, axes));
-        fit.caveats.extend(accelerometer_doubts(&fit));
+        fit.caveats.extend(tilted_accelerometer(dof, axes));
         fit.caveats.extend(hidden_drag(&fit, axes));
         fit.caveats.extend(struck_out(dof, fitted.spikes, fit.samples));
         if !candidates.is_empty() {

@@ -42,17 +42,25 @@ pub(super) fn hidden_drag(fit: &Fit, axes: &[AxisRecord]) -> Option<Caveat> {
     })
 }
 
-/// Gravity that leaks into an accelerometer tilted by more than two degrees, m/s².
+/// Gravity in an accelerometer that is tilted by more than two degrees, m/s².
 const TILTED: f64 = 0.35;
 
-/// What the fit says of the accelerometer.
-pub(super) fn accelerometer_doubts(fit: &Fit) -> Option<Caveat> {
-    let leak = fit.nuisances.leak.filter(|leak| leak.low95 > TILTED)?;
+/// No vehicle changes its speed by more than this in a trial, m/s.
+const MOST_CHANGE_M_S: f64 = 10.0;
+
+/// An accelerometer whose mean over a trial is more than any change of speed.
+pub(super) fn tilted_accelerometer(dof: Dof, axes: &[AxisRecord]) -> Option<Caveat> {
+    let offset = |axis: &AxisRecord| {
+        let felt = &axis.acceleration.as_ref()?.mean;
+        let mean = felt.values().iter().sum::<f64>() / felt.len() as f64;
+        let of_speed = MOST_CHANGE_M_S / (felt.last_s() - felt.first_s());
+        (mean.abs() > TILTED + of_speed).then(|| (axis.trial.clone(), mean))
+    };
+    let all = axes.iter().filter_map(offset);
+    let (trial, mean) = all.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let message = format!(
-        "along {} the accelerometer reads about {:.2} m/s² at rest, as if it were tilted by {:.1}° relative to the attitude sensor; the offset is estimated, but not what a tilt adds from other axes: set [sensor.imu] rotation_deg, or level it",
-        fit.dof,
-        leak.value,
-        (leak.value / 9.81).clamp(0.0, 1.0).asin().to_degrees()
+        "trial `{trial}`: along {dof} the accelerometer reads {mean:.2} m/s² in the mean, as if it were tilted by {:.1}° relative to the attitude sensor; the offset is estimated, but not what a tilt adds from other axes: set [sensor.imu] rotation_deg, or level it",
+        (mean.abs() / 9.81).min(1.0).asin().to_degrees()
     );
     Some(Caveat::warning(CaveatCode::TiltedAccelerometer, message))
 }

@@ -3,11 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{FittedAxis, OneAxis, axis_of, decision};
+use crate::estimate::Fit;
 use crate::estimate::candidate::Candidate;
 use crate::estimate::plant_fit::Fitted;
 use crate::estimate::plant_fit::problem::Problem;
 use crate::estimate::plant_fit::uncertainty::{Asked, inverse};
-use crate::estimate::Fit;
 use crate::{AxisRecord, Error, TrialRecord};
 
 /// A lever arm along the two axes of [`lever_axes`](crate::lever_axes), m.
