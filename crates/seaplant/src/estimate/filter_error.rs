@@ -117,13 +117,12 @@ impl FilterError {
             .collect();
         let axes = if levered.is_empty() { axes } else { &levered };
         let asked = OneAxis { axes, ..asked };
-        let (mut fit, fitted) = asked.fit_with_lever().map_err(of_axis)?;
+        let (mut fit, fitted) = asked.fit().map_err(of_axis)?;
         if let Some(Lever { value, std }) = fitted.lever {
             let freedom = fit.t_freedom;
             let own =
                 |k: usize| (value[k] != 0.0).then(|| Estimate::new(value[k], std[k], freedom));
             fit.nuisances.lever_m = [own(0), own(1)];
-            fit.start.iter_mut().for_each(|start| start.lever_m = value);
         }
         let by = scale.map_or(1.0, |(scale, _)| scale);
         let steady: Vec<AxisRecord> =

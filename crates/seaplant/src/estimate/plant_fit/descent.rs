@@ -72,6 +72,9 @@ pub(super) const DAMPING_FACTOR: f64 = 8.0;
 pub(super) const MOST_DAMPING: f64 = 1e8;
 const LEAST_DAMPING: f64 = 1e-9;
 
+/// Differences by which slopes are computed, in standard deviations.
+const DIFFERENCE: f64 = 0.1;
+
 /// Gain of a step of the plant above which earlier steps of the noise say nothing of its curvature.
 const KEPT_BELOW: f64 = 1.0;
 
@@ -175,11 +178,15 @@ impl Problem {
         damping: &mut f64,
         tolerance: Tolerance,
     ) -> f64 {
-        let (gradient, hessian) = self.in_free_numbers(&point.free, slope);
+        let (mut gradient, hessian) = self.in_free_numbers(&point.free, slope);
+        let is_whole = self.is_small();
+        if is_whole {
+            gradient += self.slope_of_gains(point, (slope, gains), &hessian);
+        }
         let (numbers, limits) = (point.numbers(), self.limits(point));
         let parabola =
             Parabola::new((&gradient, &hessian), (&numbers, &limits), |k| self.is_held(point, k));
-        let at = slope.misfit + self.prior(point);
+        let at = if is_whole { slope.cost } else { slope.misfit + self.prior(point) };
         let whole = parabola.step(LEAST_DAMPING);
         let expected = whole.map_or(f64::INFINITY, |step| 0.5 * parabola.promise(&step));
         while *damping < MOST_DAMPING {
@@ -188,7 +195,7 @@ impl Problem {
                 continue;
             };
             let moved = self.as_disturbed(point, point.moved(&step, &limits));
-            let there = self.at_gains(&moved, gains);
+            let there = if is_whole { self.cost(&moved) } else { self.at_gains(&moved, gains) };
             if there <= at {
                 *point = moved;
                 *damping = (*damping / DAMPING_FACTOR).max(LEAST_DAMPING);
@@ -204,6 +211,34 @@ impl Problem {
         // No shorter step reduces the cost: this is the minimum, within rounding.
         *damping = DAMPING;
         0.0
+    }
+
+    /// Returns true of a plant of one axis, whose passes are short.
+    fn is_small(&self) -> bool {
+        self.structure.axes().len() == 1 && !self.is_free
+    }
+
+    /// Computes the slope of what fixed gains leave out of the likelihood, by differences: plant and currents change
+    /// the gains, thrust does not.
+    fn slope_of_gains(
+        &self,
+        point: &Point,
+        (slope, gains): (&Slope, &[Gains]),
+        hessian: &DMatrix<f64>,
+    ) -> DVector<f64> {
+        let (limits, numbers) = (self.limits(point), point.numbers());
+        let here = slope.cost - slope.misfit - self.prior(point);
+        let of_thrust = point.free.len()..point.free.len() + Actuator::COUNT;
+        DVector::from_fn(numbers.len(), |k, _| {
+            if of_thrust.contains(&k) || self.is_held(point, k) || hessian[(k, k)] <= 0.0 {
+                return 0.0;
+            }
+            let mut step = DVector::zeros(numbers.len());
+            step[k] = DIFFERENCE / hessian[(k, k)].sqrt();
+            let moved = self.as_disturbed(point, point.moved(&step, &limits));
+            let there = self.cost(&moved) - self.at_gains(&moved, gains);
+            (there - here) / (moved.numbers()[k] - numbers[k])
+        })
     }
 
     /// Returns a point with disturbances that accelerate the vehicle as at another, whatever its mass.

@@ -32,7 +32,7 @@ use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, PhysicalParameters, Terms, ThrusterTrack, Timed, TrialRecord};
 pub(in crate::estimate) use beside::Exchanged;
 pub(in crate::estimate) use lever::Lever;
-use lever::LeverStep;
+use lever::Levered;
 use report::condition;
 use sensor::Sensor;
 use spikes::{without_spikes, without_wild_samples};
@@ -73,7 +73,6 @@ pub(in crate::estimate) struct FittedAxis {
     pub(in crate::estimate) spikes: usize,
     /// A lever arm of the sensor that is taken out of its velocities.
     pub(in crate::estimate) lever: Option<Lever>,
-    lever_step: Option<LeverStep>,
 }
 
 /// Another law with as many numbers must gain this much, twice the log-likelihood, to replace the usual one:
@@ -155,9 +154,28 @@ impl OneAxis<'_> {
         let mut decisions = Vec::new();
         let fitted = self.with_linear_thrust_that_shows(fitted, &mut decisions);
         let fitted = fitted.with_speeds_as_they_are(&references)?;
+        let measured = records;
+        let needed = self.lever_bar(&fitted);
+        let first = self.with_lever_that_shows(&fitted, &measured, None);
+        let mut ratio = first.as_ref().map_or(0.0, |found| found.ratio);
+        let (fitted, mut lever, mut records) = match first {
+            Some(Levered { fitted, lever, records, .. }) => (fitted, Some(lever), records),
+            None => (fitted, None, measured.clone()),
+        };
+        let references: Vec<&TrialRecord> = records.iter().collect();
         let fitted = self.eliminated(fitted, &mut decisions);
         let fitted = self.or_from_few(fitted, &references, &mut decisions);
-        let fitted = self.with_all_that_shows(fitted, &references, &mut decisions)?;
+        let mut fitted = self.with_all_that_shows(fitted, &references, &mut decisions)?;
+        // Waves beside it may have been taken for a part of it.
+        if let Some(again) = self.with_lever_that_shows(&fitted, &measured, lever) {
+            ratio += again.ratio;
+            (lever, records) = (Some(again.lever), again.records);
+            fitted = self.eliminated(again.fitted, &mut decisions);
+        }
+        if self.may_have(Candidate::Lever) {
+            decisions.push(decision(Candidate::Lever, ratio, needed, lever.is_some()));
+        }
+        let references: Vec<&TrialRecord> = records.iter().collect();
         let (fitted, sensor) = self.with_sensor_lag_that_shows(fitted, &references);
         let fitted = match sensor {
             Some(_) => {
@@ -167,13 +185,11 @@ impl OneAxis<'_> {
             None => fitted,
         };
         let begun = Some((start, &least_squares));
-        let fitted = fitted.refined()?;
-        let lever_step = match sensor {
-            None => self.lever_beside(&fitted, &references),
-            Some(_) => None,
-        };
-        let (fit, mut fitted) = self.finished(fitted, sensor, decisions, begun)?;
-        (fitted.spikes, fitted.lever_step) = (spikes, lever_step);
+        let (mut fit, mut fitted) = self.finished(fitted.refined()?, sensor, decisions, begun)?;
+        (fitted.spikes, fitted.lever) = (spikes, lever);
+        if let (Some(start), Some(lever)) = (&mut fit.start, lever) {
+            start.lever_m = lever.value;
+        }
         Ok((fit, fitted))
     }
 
@@ -329,7 +345,7 @@ impl OneAxis<'_> {
             sensor,
             lever_m: self.from.map_or([0.0; 2], |from| from.lever_m),
         });
-        Ok((fit, FittedAxis { fitted, spikes: 0, lever: None, lever_step: None }))
+        Ok((fit, FittedAxis { fitted, spikes: 0, lever: None }))
     }
 
     /// Finds the first optimum; where inflow leaves it undetermined, without that.

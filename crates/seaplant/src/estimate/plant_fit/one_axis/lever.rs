@@ -2,13 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{FittedAxis, OneAxis, axis_of, decision};
-use crate::estimate::Fit;
+use super::{OneAxis, axis_of};
 use crate::estimate::candidate::Candidate;
 use crate::estimate::plant_fit::Fitted;
-use crate::estimate::plant_fit::problem::Problem;
+use crate::estimate::plant_fit::descent::Tolerance;
 use crate::estimate::plant_fit::uncertainty::{Asked, inverse};
-use crate::{AxisRecord, Error, TrialRecord};
+use crate::{AxisRecord, TrialRecord};
 
 /// A lever arm along the two axes of [`lever_axes`](crate::lever_axes), m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,8 +16,8 @@ pub(in crate::estimate) struct Lever {
     pub(in crate::estimate) std: [f64; 2],
 }
 
-/// Steps of the lever arm after which it has settled: it hardly depends on the plant.
-const MOST_STEPS: usize = 3;
+/// Greatest number of steps of the lever arm: each is some half of what is left, for noise stands for the rest.
+const MOST_STEPS: usize = 10;
 
 /// Part of its standard deviation below which a step is negligible.
 const SETTLED: f64 = 0.5;
@@ -30,71 +29,79 @@ const LEAST_LEVER_M: f64 = 0.02;
 const TRIED_M: f64 = 0.1;
 
 impl OneAxis<'_> {
-    /// Fits the plant, and a lever arm of the velocity sensor if the trials show one.
+    /// The same with a lever arm of the velocity sensor, if the trials show one; `None` unless it is another than
+    /// before.
     ///
     /// At fixed gains innovations are linear in a lever arm, so that their costs at some lever arms tell the
-    /// likeliest. With that taken out of the velocities all is fitted again, until the lever arm has settled.
-    ///
-    /// # Errors
-    /// As [`Self::fit`].
-    pub(in crate::estimate) fn fit_with_lever(&self) -> Result<(Fit, FittedAxis), Error> {
-        let (mut fit, mut fitted) = self.fit()?;
-        if !self.may_have(Candidate::Lever) || self.from.is_some() {
-            return Ok((fit, fitted));
-        }
-        let is_required = self.required.contains(&Candidate::Lever);
-        let needed =
-            2.0 * (fitted.samples() as f64).ln() + 2.0 * (self.candidates.len() as f64).ln();
-        let before = fitted.cost_of_sample();
-        let mut lever = Lever { value: [0.0; 2], std: [0.0; 2] };
-        let mut ratio = 0.0;
-        for _ in 0..MOST_STEPS {
-            let bar = if is_required { 0.0 } else { needed };
-            let Some(next) = fitted.next_lever(lever.value, bar) else { break };
-            let moves = |k: usize| (next.value[k] - lever.value[k]).abs() > SETTLED * next.std[k];
-            if !(moves(0) || moves(1)) {
-                break;
-            }
-            let axes: Vec<AxisRecord> =
-                self.axes.iter().map(|axis| axis.with_lever(next.value)).collect();
-            // With a lever arm that leaves no optimum there is none.
-            let Ok(found) = (OneAxis { axes: &axes, ..*self }).fit() else { break };
-            let gained = before - found.1.cost_of_sample();
-            ratio = 2.0 * gained * found.1.samples() as f64;
-            if ratio <= bar {
-                break;
-            }
-            (lever, (fit, fitted)) = (next, found);
-        }
-        let admitted = lever.value != [0.0; 2];
-        fit.structure.push(decision(Candidate::Lever, ratio, needed, admitted));
-        fitted.lever = admitted.then_some(lever);
-        Ok((fit, fitted))
-    }
-
-    /// The lever arm that is likeliest beside an optimum, and the worth of what it lacks.
-    pub(super) fn lever_beside(
+    /// likeliest. `records` are as measured, and `before` is the lever arm that the fit's are free of.
+    pub(super) fn with_lever_that_shows(
         &self,
         fitted: &Fitted,
-        records: &[&TrialRecord],
-    ) -> Option<LeverStep> {
-        let axis = axis_of(self.dof);
+        records: &[TrialRecord],
+        before: Option<Lever>,
+    ) -> Option<Levered> {
         if !self.may_have(Candidate::Lever) {
             return None;
         }
+        let bar =
+            if self.required.contains(&Candidate::Lever) { 0.0 } else { self.lever_bar(fitted) };
+        let mut now = before;
+        let mut here = self.records_without_lever(records, value_of(before))?;
+        let mut found: Option<Levered> = None;
+        for _ in 0..MOST_STEPS {
+            let own = found.as_ref().map_or(fitted, |found| &found.fitted);
+            let step = self.lever_beside(own, &here)?;
+            let next = step.from(value_of(now), bar)?;
+            let moves = |k: usize| (next.value[k] - value_of(now)[k]).abs() > SETTLED * next.std[k];
+            if !(moves(0) || moves(1)) {
+                break;
+            }
+            here = self.records_without_lever(records, next.value)?;
+            let problem = own.problem.of(&here.iter().collect::<Vec<_>>());
+            let Ok(optimum) = problem.descent(own.optimum.point.clone(), Tolerance::COARSE) else {
+                break;
+            };
+            let ratio = 2.0 * (fitted.optimum.cost - optimum.cost);
+            let least = found
+                .as_ref()
+                .map_or(if before.is_some() { 0.0 } else { bar }, |found| found.ratio);
+            if ratio <= least {
+                break;
+            }
+            let fitted = own.moved_to(problem, optimum);
+            found = Some(Levered { fitted, lever: next, records: here.clone(), ratio });
+            now = Some(next);
+        }
+        found
+    }
+
+    /// Twice what the log-likelihood has to gain by two numbers.
+    pub(super) fn lever_bar(&self, fitted: &Fitted) -> f64 {
+        let tried = self.candidates.len().max(1) as f64;
+        2.0 * (fitted.problem.samples() as f64).ln() + 2.0 * tried.ln()
+    }
+
+    fn records_without_lever(
+        &self,
+        records: &[TrialRecord],
+        lever: [f64; 2],
+    ) -> Option<Vec<TrialRecord>> {
+        let axis = axis_of(self.dof).index();
+        let without = |(record, own): (&TrialRecord, &AxisRecord)| {
+            let mut moved = record.clone();
+            moved.velocity[axis] = own.without_lever(record.velocity[axis].as_ref()?, lever);
+            moved.velocity[axis].is_some().then_some(moved)
+        };
+        records.iter().zip(self.axes).map(without).collect()
+    }
+
+    /// The step to the lever arm that is likeliest beside an optimum.
+    fn lever_beside(&self, fitted: &Fitted, records: &[TrialRecord]) -> Option<LeverStep> {
         let (problem, optimum) = fitted.parts();
         let (_, gains) = problem.by_plant(&optimum.point)?;
-        let moved = |record: &&TrialRecord, own: &AxisRecord, lever: [f64; 2]| {
-            let mut moved = (*record).clone();
-            let velocity = moved.velocity[axis.index()].as_ref()?;
-            moved.velocity[axis.index()] = own.without_lever(velocity, lever);
-            Some(moved)
-        };
         let cost = |lever: [f64; 2]| {
-            let records = records.iter().zip(self.axes);
-            let records: Vec<TrialRecord> =
-                records.map(|(record, own)| moved(record, own, lever)).collect::<Option<_>>()?;
-            let there: Problem = problem.of(&records.iter().collect::<Vec<_>>());
+            let there = self.records_without_lever(records, lever)?;
+            let there = problem.of(&there.iter().collect::<Vec<_>>());
             Some(there.at_gains(&optimum.point, &gains))
         };
         let h = TRIED_M;
@@ -110,37 +117,42 @@ impl OneAxis<'_> {
             &[up + down - 2.0 * here, across, across, above + below - 2.0 * here],
         ) / (h * h);
         let white = fitted.whiteness().ok()?;
-        let colour = white(axis);
         let covariance = inverse(&curvature);
+        let colour = white(axis_of(self.dof));
         Some(LeverStep { step: -(&covariance * slope), covariance, colour })
     }
 }
 
-/// A step of the lever arm from that of the velocities.
-pub(super) struct LeverStep {
+/// A fit with a lever arm.
+pub(super) struct Levered {
+    pub(super) fitted: Fitted,
+    pub(super) lever: Lever,
+    /// Of a sensor without it.
+    pub(super) records: Vec<TrialRecord>,
+    /// Twice what the log-likelihood gains.
+    pub(super) ratio: f64,
+}
+
+fn value_of(lever: Option<Lever>) -> [f64; 2] {
+    lever.map_or([0.0; 2], |lever| lever.value)
+}
+
+/// A step of the lever arm, m.
+struct LeverStep {
     step: DVector<f64>,
     covariance: DMatrix<f64>,
     /// What the colour of innovations exaggerates its worth by.
     colour: f64,
 }
 
-impl FittedAxis {
-    fn samples(&self) -> usize {
-        self.fitted.parts().0.samples()
-    }
-
-    /// Spikes differ from fit to fit, so that costs are compared by sample.
-    fn cost_of_sample(&self) -> f64 {
-        self.fitted.parts().1.cost / self.samples() as f64
-    }
-
-    /// The lever arm without what is not worth a bar, from that which velocities are free of; `None` if it
-    /// is unknown.
-    fn next_lever(&self, now: [f64; 2], bar: f64) -> Option<Lever> {
-        let LeverStep { step, covariance, colour } = self.lever_step.as_ref()?;
+impl LeverStep {
+    /// The lever arm after the step from another, without what is not worth a bar; `None` if that is unknown.
+    fn from(&self, now: [f64; 2], bar: f64) -> Option<Lever> {
+        let Self { step, covariance, colour } = self;
         let numbers = step + DVector::from(now.to_vec());
         let mut asked = Asked { numbers, covariance: covariance.clone() };
-        asked.without_unseen(|_, _| bar * colour);
+        // What is worth it explains colour: what that exaggerates is seen without it.
+        asked.without_unseen(|_, _| bar);
         let is_none = asked.numbers.amax() < LEAST_LEVER_M;
         let value = [0, 1].map(|k| if is_none { 0.0 } else { asked.numbers[k] });
         let std = [0, 1].map(|k| (colour * asked.covariance[(k, k)].max(0.0)).sqrt());
