@@ -92,7 +92,7 @@ fn mass_and_drag_are_found_from_acceleration_alone() {
         assert_eq!(score.quantity, ScoredMotion::Acceleration);
         // A held-out trial of few steps is as much vibration as motion.
         let (truth, r2) = (of_the_truth(&rov(dof, 1), dof), score.r_squared.expect("moved"));
-        assert!((r2 - truth).abs() < 0.01, "{truth}, {score:?}");
+        assert!((r2 - truth).abs() < 0.02, "{truth}, {score:?}");
         assert!(dof != Dof::Surge || r2 > 0.9, "{score:?}");
         assert!(plant.verdict.trust >= Trust::UsableWithCare, "{:?}", plant.verdict);
         let refused = results.failures.iter().find(|failure| failure.method == "equation-error");

@@ -73,6 +73,11 @@ fn spikes_do_not_veto_linear_drag() {
 }
 
 #[test]
+fn a_sensor_that_froze_is_left_out() {
+    is_found("02-holdout-veto/case142-heave-spikes");
+}
+
+#[test]
 fn propellers_that_lag_differently_up_and_down_are_found() {
     is_found("03-lag-per-direction/case16-surge-lag2");
 }

@@ -792,7 +792,7 @@ const LEFT_PART: f64 = 0.25;
 /// Periods of swell at which a descent begins, s, and parts of a disturbance's power.
 const FIRST_PERIODS_S: [f64; 6] = [3.0, 4.2, 5.8, 8.0, 11.0, 15.0];
 /// The same of one axis, which a small boat may have that short waves rock.
-const SHORT_PERIODS_S: [f64; 2] = [1.4, 2.0];
+const SHORT_PERIODS_S: [f64; 3] = [1.0, 1.4, 2.0];
 const FIRST_SWELL_PARTS: [f64; 3] = [0.1, 0.5, 0.9];
 
 /// Slew times at which a descent begins, s, …

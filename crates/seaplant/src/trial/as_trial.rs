@@ -54,11 +54,7 @@ impl AxisRecord {
             Motion::Acceleration(_) => {}
         }
         if let Some(felt) = self.acceleration.as_ref().filter(|_| !self.dof.is_rotation()) {
-            let instants = match &self.motion {
-                Motion::Acceleration(_) => felt.mean.time_s(),
-                _ => motion.time_s(),
-            };
-            record.acceleration[axis] = Some(between(felt, instants)?);
+            record.acceleration[axis] = Some(between(felt, felt.mean.time_s())?);
             record.by_acceleration = gained(&record.acceleration, None, &mut record.velocity)?;
         }
         record.window_s = self.common_window(&motion)?;

@@ -118,8 +118,8 @@ pub(in crate::estimate::plant_fit) struct Swell {
 }
 
 impl Swell {
-    /// Limits of the angular frequency, rad/s: periods of 1 to 30 s.
-    pub(in crate::estimate::plant_fit) const FREQUENCY: [f64; 2] = [TAU / 30.0, TAU];
+    /// Limits of the angular frequency, rad/s: periods of 0.7 to 30 s.
+    pub(in crate::estimate::plant_fit) const FREQUENCY: [f64; 2] = [TAU / 30.0, TAU / 0.7];
 
     /// Limits of the damping ratio. Waves of one sea have a narrow band; a force of a wide one is a
     /// disturbance like any other.
