@@ -129,6 +129,7 @@ Candidate: TypeAlias = Literal[
     "reverse-ratio",
     "current",
     "inflow",
+    "lever",
     "linear-drag",
     "bias",
     "turning",
@@ -833,11 +834,6 @@ class Decision(Record):
 
     admitted: bool
     """Whether it is part of the model."""
-
-    hold_out_ratio: float | None
-    """Twice the gain in a bounded log-likelihood on held-out trials, with everything held
-    that was fitted but what each trial has by itself and the noise; absent without such
-    trials, or if it was not asked for."""
 
     size: float | None
     """How much it does, for a term: linear drag as a part of quadratic drag at the usual
