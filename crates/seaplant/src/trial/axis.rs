@@ -231,17 +231,13 @@ impl AxisRecord {
         })
     }
 
-    /// Returns what a lever arm of the velocity sensor, m, adds to its velocity; 0 if the rates of turn are unknown.
-    pub(crate) fn lever_velocity(&self, lever: [f64; 2], t: f64) -> f64 {
-        self.lever_rates.iter().flatten().zip(lever).map(|(rate, arm)| arm * rate.at(t)).sum()
-    }
-
     /// Returns a velocity without what a lever arm of its sensor adds, m; `None` if the rates of turn are unknown.
     pub(crate) fn without_lever(&self, velocity: &Timed, lever: [f64; 2]) -> Option<Timed> {
-        self.lever_rates.as_ref()?;
+        let rates = self.lever_rates.as_ref()?;
+        let turning =
+            |t: f64| rates.iter().zip(lever).map(|(rate, arm)| arm * rate.at(t)).sum::<f64>();
         let samples = velocity.time_s().iter().zip(velocity.values());
-        let without = samples.map(|(t, v)| v - self.lever_velocity(lever, *t));
-        velocity.with_values("velocity", without.collect()).ok()
+        velocity.with_values("velocity", samples.map(|(t, v)| v - turning(*t)).collect()).ok()
     }
 
     /// Returns the record with a velocity sensor without this lever arm, m.

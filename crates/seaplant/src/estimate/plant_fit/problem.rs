@@ -246,22 +246,6 @@ impl Problem {
         self.again(records, self.attitude)
     }
 
-    /// Returns the problem with another velocity of an axis, less by what it is told for each trial and time.
-    pub(super) fn with_velocity_less(&self, axis: usize, by: impl Fn(usize, f64) -> f64) -> Self {
-        let moved = |schedule: &Schedule| {
-            let mut moved = schedule.clone();
-            let by = |time_s: f64| by(moved.trial, time_s);
-            moved.start[axis] -= moved.instants.first().map_or(0.0, |first| by(first.time_s));
-            for instant in &mut moved.instants {
-                let time_s = instant.time_s;
-                instant.measured[axis].iter_mut().for_each(|velocity| *velocity -= by(time_s));
-            }
-            moved
-        };
-        let schedules = self.schedules.iter().map(moved).collect();
-        Self { schedules, pieces: None, ..self.with_terms(self.structure.clone()) }
-    }
-
     fn again(&self, records: &[&TrialRecord], attitude: Attitude) -> Self {
         let Self { structure, rigid_body, is_free, fits, requires, first_actuator, .. } = self;
         let new = Self::new(structure, records, *rigid_body, *is_free, attitude);

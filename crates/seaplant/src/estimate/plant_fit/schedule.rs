@@ -59,7 +59,6 @@ impl Attitude {
 }
 
 /// A filter instant: the measurements at one time, and the slices that lead to it.
-#[derive(Clone)]
 pub(super) struct FilterInstant {
     /// Time, s.
     pub(super) time_s: f64,
@@ -93,7 +92,6 @@ const LONGEST_STEP_S: f64 = 2.0;
 const GAP: f64 = 5.0;
 
 /// A trial, or a continuous section of it, as processed by the filter.
-#[derive(Clone)]
 pub(super) struct Schedule {
     /// Index of the trial.
     pub(super) trial: usize,

@@ -46,16 +46,17 @@ impl OneAxis<'_> {
         let bar =
             if self.required.contains(&Candidate::Lever) { 0.0 } else { self.lever_bar(fitted) };
         let mut now = before;
+        let mut here = self.records_without_lever(records, value_of(before))?;
         let mut found: Option<Levered> = None;
         for _ in 0..MOST_STEPS {
             let own = found.as_ref().map_or(fitted, |found| &found.fitted);
-            let step = self.lever_beside(own)?;
+            let step = self.lever_beside(own, &here)?;
             let next = step.from(value_of(now), bar)?;
             let moves = |k: usize| (next.value[k] - value_of(now)[k]).abs() > SETTLED * next.std[k];
             if !(moves(0) || moves(1)) {
                 break;
             }
-            let here = self.records_without_lever(records, next.value)?;
+            here = self.records_without_lever(records, next.value)?;
             let problem = own.problem.of(&here.iter().collect::<Vec<_>>());
             let Ok(optimum) = problem.descent(own.optimum.point.clone(), Tolerance::COARSE) else {
                 break;
@@ -68,7 +69,7 @@ impl OneAxis<'_> {
                 break;
             }
             let fitted = own.moved_to(problem, optimum);
-            found = Some(Levered { fitted, lever: next, records: here, ratio });
+            found = Some(Levered { fitted, lever: next, records: here.clone(), ratio });
             now = Some(next);
         }
         found
@@ -95,19 +96,19 @@ impl OneAxis<'_> {
     }
 
     /// The step to the lever arm that is likeliest beside an optimum.
-    fn lever_beside(&self, fitted: &Fitted) -> Option<LeverStep> {
+    fn lever_beside(&self, fitted: &Fitted, records: &[TrialRecord]) -> Option<LeverStep> {
         let (problem, optimum) = fitted.parts();
         let (_, gains) = problem.by_plant(&optimum.point)?;
         let cost = |lever: [f64; 2]| {
-            let turning = |trial: usize, t: f64| self.axes[trial].lever_velocity(lever, t);
-            let axis = axis_of(self.dof).index();
-            problem.with_velocity_less(axis, turning).at_gains(&optimum.point, &gains)
+            let there = self.records_without_lever(records, lever)?;
+            let there = problem.of(&there.iter().collect::<Vec<_>>());
+            Some(there.at_gains(&optimum.point, &gains))
         };
         let h = TRIED_M;
-        let here = cost([0.0; 2]);
+        let here = cost([0.0; 2])?;
         let [[up, down], [above, below]] =
-            [[cost([h, 0.0]), cost([-h, 0.0])], [cost([0.0, h]), cost([0.0, -h])]];
-        let both = cost([h, h]);
+            [[cost([h, 0.0])?, cost([-h, 0.0])?], [cost([0.0, h])?, cost([0.0, -h])?]];
+        let both = cost([h, h])?;
         let slope = DVector::from_vec(vec![up - down, above - below]) / (2.0 * h);
         let across = both - up - above + here;
         let curvature = DMatrix::from_row_slice(
