@@ -7,8 +7,8 @@ const LEAST_SAMPLES: usize = 50;
 /// Least number of equal samples, one after the other, that are not equal by chance.
 const LEAST_RUN: usize = 3;
 
-/// A signal of which more samples than this part repeat the one before is logged faster than it is measured,
-/// or in coarse steps.
+/// A signal of which more than this part of the values are repeated is logged faster than it is measured, or
+/// in coarse steps.
 const MOST_REPEATED: f64 = 0.05;
 
 /// Least jump after a run, in median steps of the signal: it went on while the sensor did not.
@@ -18,15 +18,18 @@ const LEAST_JUMP: f64 = 3.0;
 /// signal do not, and the signal jumps when they end.
 pub(crate) fn frozen(series: &Timed) -> Vec<usize> {
     let x = series.values();
-    let repeated = x.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    if x.len() < LEAST_SAMPLES || repeated as f64 > MOST_REPEATED * x.len() as f64 {
+    let runs = || x.chunk_by(|a, b| a == b);
+    // However long it lasts, a sensor that freezes repeats one value.
+    let repeated = runs().filter(|run| run.len() > 1).count();
+    if x.len() < LEAST_SAMPLES || repeated as f64 > MOST_REPEATED * runs().count() as f64 {
         return Vec::new();
     }
-    let mut steps: Vec<f64> = x.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let steps = x.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
     let least = LEAST_JUMP * median(&mut steps).unwrap_or(0.0);
     let mut found = Vec::new();
     let mut first = 0;
-    for run in x.chunk_by(|a, b| a == b) {
+    for run in runs() {
         let end = first + run.len();
         let jumps = x.get(end).is_some_and(|next| (next - x[first]).abs() > least);
         if run.len() >= LEAST_RUN && jumps {
@@ -55,6 +58,13 @@ mod tests {
         let mut values: Vec<f64> = (0..200).map(waves).collect();
         values[71..76].fill(waves(70));
         assert_eq!(frozen(&series(values)), [71, 72, 73, 74, 75]);
+    }
+
+    #[test]
+    fn a_sensor_that_froze_for_half_of_the_log_is_told() {
+        let mut values: Vec<f64> = (0..200).map(waves).collect();
+        values[51..158].fill(waves(50));
+        assert_eq!(frozen(&series(values)), (51..158).collect::<Vec<_>>());
     }
 
     #[test]

@@ -45,29 +45,29 @@ impl OneAxis<'_> {
         }
         let bar =
             if self.required.contains(&Candidate::Lever) { 0.0 } else { self.lever_bar(fitted) };
+        let mut least = if before.is_some() { 0.0 } else { bar };
         let mut now = before;
         let mut here = self.records_without_lever(records, value_of(before))?;
         let mut found: Option<Levered> = None;
         for _ in 0..MOST_STEPS {
             let own = found.as_ref().map_or(fitted, |found| &found.fitted);
-            let step = self.lever_beside(own, &here)?;
-            let next = step.from(value_of(now), bar)?;
+            let step = self.lever_beside(own, &here);
+            let Some(next) = step.and_then(|step| step.from(value_of(now), bar)) else { break };
             let moves = |k: usize| (next.value[k] - value_of(now)[k]).abs() > SETTLED * next.std[k];
             if !(moves(0) || moves(1)) {
                 break;
             }
-            here = self.records_without_lever(records, next.value)?;
+            let Some(moved) = self.records_without_lever(records, next.value) else { break };
+            here = moved;
             let problem = own.problem.of(&here.iter().collect::<Vec<_>>());
             let Ok(optimum) = problem.descent(own.optimum.point.clone(), Tolerance::COARSE) else {
                 break;
             };
             let ratio = 2.0 * (fitted.optimum.cost - optimum.cost);
-            let least = found
-                .as_ref()
-                .map_or(if before.is_some() { 0.0 } else { bar }, |found| found.ratio);
             if ratio <= least {
                 break;
             }
+            least = ratio;
             let fitted = own.moved_to(problem, optimum);
             found = Some(Levered { fitted, lever: next, records: here.clone(), ratio });
             now = Some(next);
