@@ -86,6 +86,15 @@ fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
         );
     }
     let warns = |code| with(Severity::Warning).any(|caveat| caveat.code == code);
+    if warns(CaveatCode::AnotherPlantFits)
+        && [&plant.fit, score]
+            .iter()
+            .filter_map(|score| score.change)
+            .any(|change| change.refutes())
+    {
+        let reason = "what trials ask for is further off than a usable plant may be".to_owned();
+        return of(Trust::Doubtful, reason);
+    }
     let is_wide = warns(CaveatCode::WideInterval);
     if is_wide && warns(CaveatCode::NoBetterThanNull) {
         let reason = "its interval is wide, and on a held-out trial it is no better than a model that never moves";
@@ -157,9 +166,9 @@ fn spoken2(x: f64) -> String {
 mod tests {
     use super::*;
     use crate::identify;
-    use crate::results::{NullModel, NullScore};
+    use crate::results::{NullModel, NullScore, PlantChange};
     use crate::twin::{TwinSpec, make};
-    use crate::{Caveat, IdentifyOptions, Method, Trial, TrialSetup};
+    use crate::{Caveat, Estimate, IdentifyOptions, Method, Trial, TrialSetup};
 
     /// Returns a plant of the twin by equation error, without caveats.
     fn plant() -> PlantResult {
@@ -214,6 +223,20 @@ mod tests {
         let wide = Caveat::warning(CaveatCode::NotDetermined, "the mass is anything: drive on");
         let found = judged(|plant| plant.caveats = vec![wide]);
         assert_eq!((found.trust, found.reason.as_str()), (Trust::Doubtful, "the mass is anything"));
+    }
+
+    #[test]
+    fn a_plant_is_doubtful_where_trials_ask_for_one_that_is_further_off_than_usable_plants_are() {
+        let asks = |mass: f64| {
+            judged(|plant| {
+                let part = |value| Estimate::new(value, 0.01, 1e4).into();
+                let change = PlantChange { mass: part(mass), drag: part(0.0), explained: 0.5 };
+                plant.hold_out.as_mut().expect("the twin has one").change = Some(change);
+                plant.caveats = vec![Caveat::warning(CaveatCode::AnotherPlantFits, "x")];
+            })
+        };
+        assert_eq!(asks(-0.17).trust, Trust::Doubtful);
+        assert_eq!(asks(-0.07).trust, Trust::UsableWithCare);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::linear::{ErrorRegression, Solution, Window, windows_of};
 use super::score::Score;
+use super::verdict::{KNOWN_DRAG, KNOWN_MASS};
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Estimate, Fit, Model};
 
 /// Estimates the change of mass and drag that best reduces the errors on some records; `None` if
@@ -22,7 +23,7 @@ pub(super) fn change(
     axes: &[AxisRecord],
     windows: Vec<Window>,
 ) -> Result<Option<PlantChange>, Error> {
-    let found = estimate_change(model, axes, windows.clone(), false)?;
+    let found = estimate_change(model, axes, windows, false)?;
     let is_claim =
         |change: &PlantChange| change.is_confirmed() && beyond(change.mass, change.drag) > 0.0;
     let Some(change) = found.filter(is_claim) else { return Ok(found) };
@@ -30,6 +31,8 @@ pub(super) fn change(
         1.0 - late.explained < (1.0 - EXPLAINED) * (1.0 - change.explained)
             && beyond(late.mass, late.drag) < beyond(change.mass, change.drag)
     };
+    // Windows of a long record take much memory: they are made again where they are needed again.
+    let windows = windows_of(model, axes)?;
     Ok(estimate_change(model, axes, windows, true)?.filter(explains).or(Some(change)))
 }
 
@@ -202,6 +205,13 @@ impl PlantChange {
     /// change of the plant in one part of the trials do not in another.
     pub(crate) fn is_confirmed(&self) -> bool {
         self.explained > EXPLAINED
+    }
+
+    /// Returns true if trials ask for a mass or drag that is significantly further off than those of a usable
+    /// plant may be.
+    pub(crate) fn refutes(&self) -> bool {
+        let off = self.mass.beyond(KNOWN_MASS).max(self.drag.beyond(KNOWN_DRAG));
+        self.is_confirmed() && off > 1.0
     }
 
     /// Converts changes of thrust over mass and drag over mass, by the fractions a and d from
