@@ -17,8 +17,9 @@ struct Within {
 
 #[test]
 fn an_mcap_recording_gives_the_estimates_of_the_tables() {
-    // A clock that started with the vehicle, some time before: sums in another order.
-    compare("1000000000000", Within { paper: 1e-9, others: 1e-9 });
+    // A clock that started with the vehicle, some time before: sums in another order, and so another rounding of
+    // slopes that are differences of costs.
+    compare("1000000000000", Within { paper: 1e-9, others: 1e-7 });
 }
 
 #[test]

@@ -545,21 +545,32 @@ impl Fitted {
         }
         let pieces = problem.in_pieces();
         let data = pieces.as_ref().unwrap_or(problem);
-        let start = |(period_s, part): (f64, f64)| {
+        let is_alone = problem.structure.axes().len() == 1;
+        let mass = problem.plant(&optimum.point.free)?.mass_matrix().diagonal();
+        let start = |is_noise: bool, period_s: f64, part: f64| {
             let mut point = optimum.point.clone();
             let frequency = TAU / period_s;
-            let std = &noise.disturbance * part.sqrt();
+            let (taken, left) = match is_noise {
+                true => {
+                    (mass.component_mul(&noise.velocity) * frequency, &mut point.noise.velocity)
+                }
+                false => (noise.disturbance.clone(), &mut point.noise.disturbance),
+            };
+            *left *= (1.0 - part).sqrt();
+            let std = taken * part.sqrt();
             point.noise.swell = Some(Swell { std, frequency, damping: Swell::FIRST_DAMPING });
-            point.noise.disturbance *= (1.0 - part).sqrt();
             (data.cost(&point), point)
         };
-        let is_alone = problem.structure.axes().len() == 1;
+        // Waves were taken for a part of the disturbance or, of one axis, of the noise of its velocity.
         let short = if is_alone { SHORT_PERIODS_S.as_slice() } else { &[] };
-        let periods = || short.iter().chain(&FIRST_PERIODS_S).copied();
-        let parts = FIRST_SWELL_PARTS.into_iter();
-        let all = parts.flat_map(|part| periods().map(move |period_s| (period_s, part)));
-        let starts = all.map(start);
-        let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        let taken_for = if is_alone { &[false, true][..] } else { &[false] };
+        let mut starts = Vec::new();
+        for &is_noise in taken_for {
+            for period_s in short.iter().chain(&FIRST_PERIODS_S) {
+                starts.extend(FIRST_SWELL_PARTS.map(|part| start(is_noise, *period_s, part)));
+            }
+        }
+        let Some((_, start)) = starts.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
             return Ok(self);
         };
         // One axis is asked as its other candidates are.
@@ -571,7 +582,7 @@ impl Fitted {
             return Ok(self);
         }
         // A descent that does not settle finds no waves.
-        let Ok(found) = problem.descent(start, Tolerance::COARSE) else { return Ok(self) };
+        let Ok(found) = problem.descent(start, Tolerance::OF_NOISE) else { return Ok(self) };
         let is_narrow = found.point.noise.swell.as_ref().is_some_and(Swell::is_narrow);
         if !is_narrow || !is_likelier(found.cost) {
             return Ok(self);
