@@ -55,9 +55,12 @@ fn each_disturbance_alone_leaves_mass_and_drag_right() {
 }
 
 #[test]
-fn all_disturbances_together_leave_mass_right() {
-    let mass = error(&surge("all"), ParameterName::Mass);
+fn all_disturbances_together_leave_mass_and_drag_right() {
+    let rows = surge("all");
+    let (mass, drag) =
+        (error(&rows, ParameterName::Mass), error(&rows, ParameterName::QuadraticDrag));
     assert!(mass < MASS_PERCENT, "mass {mass:.2} %");
+    assert!(drag < DRAG_PERCENT, "drag {drag:.2} %");
 }
 
 /// Surge in a current that comes from ahead or, on the other heading, from astern.

@@ -1,5 +1,7 @@
 //! Attitude and its derivative, angular velocity.
 
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::{Rotation3, Vector3};
 
 use super::Recording;
@@ -9,9 +11,14 @@ use crate::series::{Cutter, Reader};
 use crate::signal::{LowPass, differentiate, resample, rms, sample_noise, uniform_stretches};
 use crate::{Dof, Error, Gap, Grid, Quantity, Sensors, Timed};
 
-/// Rates for the lever arm are derived from attitude below this frequency: above it, the attitude
-/// sensor's noise dominates.
-const RATE_FILTER: LowPass = LowPass { cutoff_hz: 1.0, order: 2 };
+/// Cutoff frequencies of the low-pass filter before an angle is differentiated, Hz: the best is chosen.
+const CUTOFFS_HZ: [f64; 8] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
+
+/// Order of that filter.
+const ORDER: usize = 2;
+
+/// Greatest number of samples by which it is chosen.
+const CHOSEN_BY: usize = 20_000;
 
 /// Beyond these, rad, roll or pitch has another unit or is another quantity.
 const MOST_ROLL: f64 = 2.0 * std::f64::consts::PI;
@@ -143,20 +150,71 @@ impl AngleOn {
         let Some(samples) = angle else {
             return Ok(Self { angle: vec![0.0; len], slope: vec![0.0; len] });
         };
+        let period_s = grids.first().map_or(0.0, |grid| grid.period_s);
+        let noise = sample_noise([samples]).unwrap_or(0.0);
+        let part = |grid: &Grid| {
+            let (from_s, to_s) = (grid.start_s, grid.time(grid.len - 1));
+            resample(&Cutter::default().around(samples, (from_s, to_s)), *grid)
+        };
+        let longest = grids.iter().max_by_key(|grid| grid.len).map(part).transpose()?;
+        let filter = rate_filter(&longest.unwrap_or_default(), noise, period_s);
         let mut found = Self { angle: Vec::new(), slope: Vec::new() };
         for grid in grids {
-            let (from_s, to_s) = (grid.start_s, grid.time(grid.len - 1));
-            let mut x = resample(&Cutter::default().around(samples, (from_s, to_s)), *grid)?;
+            let mut x = part(grid)?;
             // An angle too short or too slow for the filter stays unfiltered.
-            let _ = RATE_FILTER.zero_phase_in_place(&mut x, 1.0 / grid.period_s);
+            if let Some(filter) = filter {
+                let _ = filter.zero_phase_in_place(&mut x, 1.0 / grid.period_s);
+            }
             append(&mut found.slope, differentiate(&x, grid.period_s)?);
             append(&mut found.angle, x);
         }
-        let period_s = grids.first().map_or(0.0, |grid| grid.period_s);
-        let believed = believed_part(samples, &found.slope, period_s);
+        let gain = |f| filter.map_or(1.0, |filter| sampled_gain(&filter, f, period_s));
+        let noise = noise * noise * noise_of_slope(period_s, |f| gain(f).powi(2));
+        let believed = believed_part(noise, &found.slope);
         found.slope.iter_mut().for_each(|slope| *slope *= believed);
         Ok(found)
     }
+}
+
+/// Returns the filter whose slope of an angle is probably nearest to the true one; `None` if the angle is too short
+/// or too slow.
+///
+/// Of smoothing S and differentiation D of an angle y with white noise σ, Stein's unbiased estimate of the squared
+/// error is, but for what all S share, `|D S y − D y|² + 2 σ² tr(Dᵀ D S)`.
+///
+/// # Source
+/// [Stein1981]
+fn rate_filter(angle: &[f64], noise: f64, period_s: f64) -> Option<LowPass> {
+    let y = &angle[..angle.len().min(CHOSEN_BY)];
+    let raw = differentiate(y, period_s).ok()?;
+    let error = |filter: &LowPass| {
+        let smooth = differentiate(&filter.zero_phase(y, 1.0 / period_s).ok()?, period_s).ok()?;
+        let lost: f64 = smooth.iter().zip(&raw).map(|(a, b)| (a - b).powi(2)).sum();
+        let trace = noise_of_slope(period_s, |f| sampled_gain(filter, f, period_s));
+        Some(lost + 2.0 * noise * noise * trace * y.len() as f64)
+    };
+    let filters =
+        CUTOFFS_HZ.iter().map(|cutoff_hz| LowPass { cutoff_hz: *cutoff_hz, order: ORDER });
+    let errors = filters.filter_map(|filter| Some((error(&filter)?, filter)));
+    errors.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, filter)| filter)
+}
+
+/// Returns the gain of a sampled zero-phase filter, whose frequencies are those of the analogue one, warped.
+fn sampled_gain(filter: &LowPass, frequency_hz: f64, period_s: f64) -> f64 {
+    let warped = |hz: f64| (PI * hz * period_s).tan();
+    let cutoff_hz = warped(filter.cutoff_hz);
+    LowPass { cutoff_hz, ..*filter }.zero_phase_gain(warped(frequency_hz))
+}
+
+/// Returns the mean square of the slope, by central differences, of white noise of variance one whose power is
+/// weighted by frequency, 1/s²: `2h ∫ sin²(2π f h) / h² · w(f) df` from 0 to 1/(2h).
+fn noise_of_slope(period_s: f64, weight: impl Fn(f64) -> f64) -> f64 {
+    const POINTS: usize = 256;
+    let at = |k: usize| {
+        let cycles = 0.5 * (k as f64 + 0.5) / POINTS as f64;
+        (TAU * cycles).sin().powi(2) * weight(cycles / period_s)
+    };
+    (0..POINTS).map(at).sum::<f64>() / (POINTS as f64 * period_s * period_s)
 }
 
 /// Appends a part; most records consist of one, which needs no copy.
@@ -169,16 +227,11 @@ fn append(all: &mut Vec<f64>, part: Vec<f64>) {
 }
 
 /// Returns the part of a smoothed angle's slope that is motion rather than sensor noise: `1 −
-/// (noise / slope)²` of root mean squares, the gain of a Wiener filter.
+/// noise / slope²` of mean squares, the gain of a Wiener filter.
 ///
 /// Without it, a vehicle that hardly turns would get the attitude sensor's noise times its lever
-/// arm as velocity. Noise of one sample, σ, smoothed and differentiated is
-/// `2π σ f_c^{3/2} √(2 h ∫ x²/(1+x⁴)² dx)`, with the integral π√2/16.
-fn believed_part(angle: &Timed, slope: &[f64], period_s: f64) -> f64 {
-    use std::f64::consts::{PI, SQRT_2};
-    let sample = sample_noise([angle]).unwrap_or(0.0).powi(2);
-    let passed = 2.0 * PI * RATE_FILTER.cutoff_hz.powf(1.5);
-    let noise = sample * passed * passed * 2.0 * period_s * PI * SQRT_2 / 16.0;
+/// arm as velocity.
+fn believed_part(noise: f64, slope: &[f64]) -> f64 {
     let slope = rms(slope).powi(2);
     if slope > noise { 1.0 - noise / slope } else { 0.0 }
 }
@@ -200,7 +253,6 @@ impl AttitudeReader<'_> {
 
 /// Removes the jumps of whole turns from an angle, rad.
 pub(crate) fn unwrap(angle: &Timed) -> Timed {
-    use std::f64::consts::TAU;
     let is_jump = |pair: &[f64]| ((pair[1] - pair[0]) / TAU).round() != 0.0;
     if !angle.values().windows(2).any(is_jump) {
         return angle.clone();
@@ -219,9 +271,47 @@ pub(crate) fn unwrap(angle: &Timed) -> Timed {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::TAU;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::random::normal;
+
+    /// An angle of 10 Hz that swings at a frequency, with noise of 2 mrad.
+    fn angle(frequency_hz: f64, amplitude: f64) -> (Timed, Vec<f64>) {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let time_s: Vec<f64> = (0..6000).map(|k| 0.1 * f64::from(k)).collect();
+        let phase = |t: &f64| TAU * frequency_hz * t;
+        let mut noisy = |t: &f64| amplitude * phase(t).sin() + 2e-3 * normal(&mut random);
+        let values: Vec<f64> = time_s.iter().map(&mut noisy).collect();
+        let slope = time_s.iter().map(|t| amplitude * TAU * frequency_hz * phase(t).cos());
+        (Timed::new("pitch", time_s.clone(), values).expect("in order"), slope.collect())
+    }
+
+    /// Root mean square errors of the slope of such an angle, relative to its own.
+    fn error_of_slope(frequency_hz: f64, amplitude: f64) -> f64 {
+        let (measured, slope) = angle(frequency_hz, amplitude);
+        let grid = Grid { start_s: 0.0, period_s: 0.1, len: measured.len() };
+        let found = AngleOn::new(Some(&measured), &[grid]).expect("long enough").slope;
+        let error: Vec<f64> = found.iter().zip(&slope).map(|(a, b)| a - b).collect();
+        rms(&error) / rms(&slope)
+    }
+
+    #[test]
+    fn a_fast_swing_and_a_slow_turn_keep_their_rates() {
+        let fast = error_of_slope(0.9, 5e-3);
+        assert!(fast < 0.25, "{fast}");
+        let slow = error_of_slope(0.05, 0.1);
+        assert!(slow < 0.1, "{slow}");
+    }
+
+    #[test]
+    fn noise_has_no_rate() {
+        let (measured, _) = angle(0.0, 0.0);
+        let grid = Grid { start_s: 0.0, period_s: 0.1, len: measured.len() };
+        let found = AngleOn::new(Some(&measured), &[grid]).expect("long enough").slope;
+        assert!(rms(&found) < 2e-4, "{}", rms(&found));
+    }
 
     #[test]
     fn a_heading_past_north_continues() {
