@@ -84,8 +84,9 @@ impl Forces {
             n[axis] -= self.weight_excess * down_body[axis];
             n[axis + 3] -= moment[axis];
         }
-        for (wrench, _) in self.effects(velocity, signals) {
-            n -= wrench;
+        for &(k, value) in &self.effects {
+            let signals = self.structure.read(k, signals);
+            n -= self.structure.effects()[k].wrench(velocity, &signals) * value;
         }
         n
     }
@@ -94,19 +95,6 @@ impl Forces {
     fn change_by_down(&self, change: &Vector3<f64>) -> Vector6<f64> {
         let (force, moment) = (self.weight_excess * change, self.lever.cross(change));
         Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
-    }
-
-    /// Returns the wrench of each effect, and its derivative by ν.
-    fn effects<'a>(
-        &'a self,
-        velocity: &'a Vector6<f64>,
-        signals: &'a [f64],
-    ) -> impl Iterator<Item = (Vector6<f64>, Matrix6<f64>)> + 'a {
-        self.effects.iter().map(move |&(k, value)| {
-            let signals = self.structure.read(k, signals);
-            let (wrench, slope) = self.structure.effects()[k].wrench(velocity, &signals);
-            (wrench * value, slope * value)
-        })
     }
 
     /// Returns ∂n/∂ν, shape (6, 6).
@@ -122,8 +110,9 @@ impl Forces {
                 slope[(on.index(), j)] += x;
             }
         }
-        for (_, of_effect) in self.effects(velocity, signals) {
-            slope -= of_effect;
+        for &(k, value) in &self.effects {
+            let signals = self.structure.read(k, signals);
+            slope -= self.structure.effects()[k].slope(velocity, &signals) * value;
         }
         slope
     }

@@ -321,13 +321,29 @@ impl Effect {
         }
     }
 
-    /// Returns the wrench for a unit coefficient, and `∂/∂ν` of it; shapes (6,) and (6, 6).
+    /// Returns the wrench for a unit coefficient, N and N m per unit, shape (6,).
     ///
-    /// `signals` are the values of [`Self::signals`]; a missing one is zero.
-    pub fn wrench(&self, velocity: &Vector6<f64>, signals: &[f64]) -> (Vector6<f64>, Matrix6<f64>) {
-        let along = |way: &Vector6<f64>, force: f64, slope: Vector6<f64>| {
-            (way * force, way * slope.transpose())
-        };
+    /// `velocity` is ν_r, shape (6,); `signals` are the values of [`Self::signals`], and a missing one is zero.
+    pub fn wrench(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Vector6<f64> {
+        let mut wrench = Vector6::zeros();
+        self.each_push(velocity, signals, |way, force, _| wrench += way * force);
+        wrench
+    }
+
+    /// Returns `∂/∂ν` of [`Self::wrench`], shape (6, 6).
+    pub fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
+        let mut slope = Matrix6::zeros();
+        self.each_push(velocity, signals, |way, _, by| slope += way * by.transpose());
+        slope
+    }
+
+    /// Passes on each force that it consists of: its unit wrench, its size, and `∂/∂ν` of that.
+    fn each_push(
+        &self,
+        velocity: &Vector6<f64>,
+        signals: &[f64],
+        mut along: impl FnMut(&Vector6<f64>, f64, Vector6<f64>),
+    ) {
         let [first, second] = [0, 1].map(|k| signals.get(k).copied().unwrap_or(0.0));
         match &self.force {
             EffectForce::Lift { foil } => {
@@ -366,14 +382,13 @@ impl Effect {
                 along(&way, -first.abs() * way.dot(velocity), way * -first.abs())
             }
             EffectForce::Inflow { thrusters, ahead } => {
-                let mut slope = Matrix6::zeros();
                 for (thruster, speed) in thrusters.iter().zip(signals) {
                     let way = thruster.way();
-                    if !ahead || speed * way.dot(velocity) > 0.0 {
-                        slope -= way * (way.transpose() * speed.abs());
+                    let advance = way.dot(velocity);
+                    if !ahead || speed * advance > 0.0 {
+                        along(&way, -speed.abs() * advance, way * -speed.abs());
                     }
                 }
-                (slope * velocity, slope)
             }
             EffectForce::Gain { thruster, reverse } => {
                 let thrust = if *reverse { first.min(0.0) } else { first };
@@ -535,7 +550,7 @@ mod tests {
         // Y_uuδ = 9.64: N_uuδ = −6.15, Y_uv = −9.64, Y_ur = 6.15, N_uv = 6.15, N_ur = −3.92.
         let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], None) });
         let at = |v: f64, r: f64, angle: f64| {
-            9.64 * lift.wrench(&Vector6::new(1.0, v, 0.0, 0.0, 0.0, r), &[angle, 0.0]).0
+            9.64 * lift.wrench(&Vector6::new(1.0, v, 0.0, 0.0, 0.0, r), &[angle, 0.0])
         };
         let small = 1e-4;
         let found = [at(0.0, 0.0, small), at(small, 0.0, 0.0), at(0.0, small, 0.0)];
@@ -550,7 +565,7 @@ mod tests {
     fn a_stern_plane_acts_along_the_vertical_axis() {
         // A rotation about +y lowers the trailing edge: the force on the stern is upward.
         let lift = effect(EffectForce::Lift { foil: foil([0.0, 1.0, 0.0], None) });
-        let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), &[0.1, 0.0]).0;
+        let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), &[0.1, 0.0]);
         assert!(wrench[2] < 0.0 && wrench[4] < 0.0 && wrench[1].abs() < 1e-12, "{wrench}");
         assert_eq!(lift.axes(), [Dof::Surge, Dof::Heave, Dof::Pitch]);
     }
@@ -561,7 +576,7 @@ mod tests {
         for k in 0..50 {
             let x = |j: f64| (1.7 * f64::from(k) + j).sin();
             let velocity = Vector6::new(x(0.0), x(1.0), x(2.0), x(3.0), x(4.0), x(5.0));
-            assert!(lift.wrench(&velocity, &[x(6.0), 0.0]).0.dot(&velocity) <= 1e-15);
+            assert!(lift.wrench(&velocity, &[x(6.0), 0.0]).dot(&velocity) <= 1e-15);
         }
     }
 
@@ -577,15 +592,16 @@ mod tests {
         let inflow = inflow_effect(false);
         // 0.3 m to starboard, 1 rad/s reduces the advance of 0.5 m/s by 0.3 m/s.
         let velocity = Vector6::new(0.5, 0.0, 0.0, 0.0, 0.0, 1.0);
-        let wrench = inflow.wrench(&velocity, &[-20.0]).0;
+        let wrench = inflow.wrench(&velocity, &[-20.0]);
         let expected = Vector6::new(-20.0 * 0.2, 0.0, 0.0, 0.0, 0.0, 0.3 * 20.0 * 0.2);
         assert!((wrench - expected).amax() < 1e-12, "{wrench}");
         assert!(wrench.dot(&velocity) < 0.0);
         assert_eq!(inflow.axes(), [Dof::Surge, Dof::Yaw]);
         // A thruster that brakes gains no thrust.
         let ahead = inflow_effect(true);
-        assert_eq!(ahead.wrench(&velocity, &[-20.0]).0, Vector6::zeros());
+        assert_eq!(ahead.wrench(&velocity, &[-20.0]), Vector6::zeros());
         assert_eq!(ahead.wrench(&velocity, &[20.0]), inflow.wrench(&velocity, &[20.0]));
+        assert_eq!(ahead.slope(&velocity, &[20.0]), inflow.slope(&velocity, &[20.0]));
         assert_eq!(ahead.wrench(&-velocity, &[-20.0]), inflow.wrench(&-velocity, &[-20.0]));
     }
 
@@ -598,7 +614,7 @@ mod tests {
         };
         let excess = |reverse, thrust: f64| {
             let gain = effect(EffectForce::Gain { thruster: starboard(), reverse });
-            gain.wrench(&Vector6::repeat(1.0), &[thrust]).0
+            gain.wrench(&Vector6::repeat(1.0), &[thrust])
         };
         let expected = Vector6::new(-20.0, 0.0, 0.0, 0.0, 0.0, 6.0);
         assert!((excess(false, -20.0) - expected).amax() < 1e-12);
@@ -640,12 +656,12 @@ mod tests {
         for force in forces {
             let effect = effect(force);
             let signals = if effect.signals().len() == 1 { [0.2, 0.0] } else { [0.2, 3.0] };
-            let slope = effect.wrench(&velocity, &signals).1;
+            let slope = effect.slope(&velocity, &signals);
             for j in 0..6 {
                 let at = |step: f64| {
                     let mut moved = velocity;
                     moved[j] += step;
-                    effect.wrench(&moved, &signals).0
+                    effect.wrench(&moved, &signals)
                 };
                 let found = (at(1e-6) - at(-1e-6)) / 2e-6;
                 assert!((found - slope.column(j)).amax() < DIFFERENCE, "{effect:?} by {j}");

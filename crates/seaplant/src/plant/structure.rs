@@ -316,7 +316,7 @@ impl Structure {
         let mut all = vec![Vector6::zeros(); self.effects.len()];
         for term in &self.terms {
             if let Basis::Effect(k) = *term {
-                all[k] = self.effects[k].wrench(velocity, &self.read(k, signals)).0;
+                all[k] = self.effects[k].wrench(velocity, &self.read(k, signals));
             }
         }
         all

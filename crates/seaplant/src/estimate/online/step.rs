@@ -96,7 +96,7 @@ impl Step {
         match self.structure.terms()[k] {
             Basis::Effect(number) => {
                 let read = self.structure.read(number, signals);
-                -self.structure.effects()[number].wrench(&at.velocity, &read).0
+                -self.structure.effects()[number].wrench(&at.velocity, &read)
             }
             term => term.regressor(at),
         }
