@@ -289,7 +289,14 @@ impl Work<'_> {
     /// Returns caveats on the recommended plant that follow from the record.
     fn of_record(&self, one: &Judged, bench: &Bench) -> Vec<Caveat> {
         let model = one.fit.model();
-        let Ok(fitted) = windows_of(&model, &bench.fitted) else { return Vec::new() };
+        // What turning does to a sensor at a known place is no coupling.
+        let lever = one.fit.nuisances.lever_m.map(|arm| arm.map_or(0.0, |arm| arm.value));
+        let moved: Vec<AxisRecord> = match lever {
+            [0.0, 0.0] => Vec::new(),
+            lever => bench.fitted.iter().map(|record| record.with_lever(lever)).collect(),
+        };
+        let records = if moved.is_empty() { &bench.fitted } else { &moved };
+        let Ok(fitted) = windows_of(&model, records) else { return Vec::new() };
         let beside = |trial: &&&Trial| (trial.name().to_owned(), trial.beside().clone());
         let trials: Vec<&&Trial> = self.trials.fit.iter().collect();
         let beside: Vec<(String, Beside)> = trials.iter().map(beside).collect();

@@ -538,6 +538,8 @@ impl OneAxis<'_> {
     /// A problem with what may be fitted, and no more.
     fn limited(&self, mut problem: Problem) -> Problem {
         let shown = self.shown();
+        // Thrusters that push ahead and astern in proportion differ by chance, and by that tell the ratio of both.
+        problem.fits[Actuator::REVERSE] = true;
         problem.fits = std::array::from_fn(|k| problem.fits[k] && shown[k]);
         LATER.into_iter().for_each(|k| problem.fits[k] = false);
         for (candidate, k) in NUMBERS {
