@@ -2,17 +2,22 @@
 
 use seaplant::monte_carlo::{ParameterName, Row, sample, summarise};
 use seaplant::twin::{Disturbance, DisturbanceStrength, TwinSpec, make};
-use seaplant::{Dof, IdentifyOptions, Method, Role, Trial, TrialSetup, identify};
+use seaplant::{CaveatCode, Dof, IdentifyOptions, Method, Role, Trial, TrialSetup, identify};
 
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=3;
 
 /// Median errors of surge over a few seeds, %.
 fn surge(disturbances: &str) -> Vec<Row> {
+    errors(Dof::Surge, disturbances)
+}
+
+/// Median errors of an axis over a few seeds, %.
+fn errors(dof: Dof, disturbances: &str) -> Vec<Row> {
     let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
     let of_seed = |seed| {
         let spec = TwinSpec {
             seed,
-            dofs: [Dof::Surge].into(),
+            dofs: [dof].into(),
             disturbances: Disturbance::parse_list(disturbances).expect("known"),
             ..TwinSpec::jason2()
         };
@@ -61,6 +66,35 @@ fn all_disturbances_together_leave_mass_and_drag_right() {
         (error(&rows, ParameterName::Mass), error(&rows, ParameterName::QuadraticDrag));
     assert!(mass < MASS_PERCENT, "mass {mass:.2} %");
     assert!(drag < DRAG_PERCENT, "drag {drag:.2} %");
+}
+
+#[test]
+fn a_weaker_reverse_thrust_of_a_pair_that_turns_the_vehicle_leaves_mass_and_drag_right() {
+    let rows = errors(Dof::Yaw, "thrcoef");
+    let (mass, drag) =
+        (error(&rows, ParameterName::Mass), error(&rows, ParameterName::QuadraticDrag));
+    assert!(mass < MASS_PERCENT, "inertia {mass:.2} %");
+    assert!(drag < DRAG_PERCENT, "drag {drag:.2} %");
+}
+
+#[test]
+fn what_turning_does_to_a_lever_arm_that_was_found_is_no_coupling() {
+    let spec = TwinSpec {
+        dofs: [Dof::Surge].into(),
+        disturbances: [Disturbance::Lever].into(),
+        ..TwinSpec::jason2()
+    };
+    let dive = make(&spec).expect("a valid twin");
+    let trial = |log: &seaplant::twin::TwinTrial| {
+        let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
+        let setup = TrialSetup { name, role, dofs, ..Default::default() };
+        Trial::new(setup, &log.recording, &dive.vehicle).expect("a valid trial")
+    };
+    let trials: Vec<Trial> = dive.trials.iter().map(trial).collect();
+    let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
+    let plant = &identify(&dive.vehicle, &trials, &options).results.plants[&Dof::Surge];
+    assert!(plant.nuisances.keys().any(|name| name.starts_with("lever")), "{:?}", plant.nuisances);
+    assert!(plant.caveats.iter().all(|caveat| caveat.code != CaveatCode::CoupledAxes));
 }
 
 /// Surge in a current that comes from ahead or, on the other heading, from astern.

@@ -1,6 +1,7 @@
 //! Identification from the unsteady trials of one degree of freedom: plants by all methods, and the
 //! recommendation.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::Work;
@@ -291,12 +292,11 @@ impl Work<'_> {
         let model = one.fit.model();
         // What turning does to a sensor at a known place is no coupling.
         let lever = one.fit.nuisances.lever_m.map(|arm| arm.map_or(0.0, |arm| arm.value));
-        let moved: Vec<AxisRecord> = match lever {
-            [0.0, 0.0] => Vec::new(),
+        let records: Cow<'_, [AxisRecord]> = match lever {
+            [0.0, 0.0] => Cow::Borrowed(&bench.fitted),
             lever => bench.fitted.iter().map(|record| record.with_lever(lever)).collect(),
         };
-        let records = if moved.is_empty() { &bench.fitted } else { &moved };
-        let Ok(fitted) = windows_of(&model, records) else { return Vec::new() };
+        let Ok(fitted) = windows_of(&model, &records) else { return Vec::new() };
         let beside = |trial: &&&Trial| (trial.name().to_owned(), trial.beside().clone());
         let trials: Vec<&&Trial> = self.trials.fit.iter().collect();
         let beside: Vec<(String, Beside)> = trials.iter().map(beside).collect();
