@@ -2,21 +2,20 @@
 //! force f on each axis, and the navigation states ([`navigation`]).
 //!
 //! ```text
-//! ν̇_r = M⁻¹ (τ + f − n(ν_r, η)),   ḟ = −f/T + w,   ċ = −c/T_c + w_c,
+//! ν̇_r = M⁻¹ (τ + f − n(ν_r, η)) − R(η)ᵀ ċ,   ḟ = −f/T + w,   ċ = −c/T_c + w_c,
 //! y = ν_r + R(η)ᵀ (u_c + c) + ω × r + noise
 //! ```
 //!
 //! Where waves push, f has a second part in a narrow band of frequencies ([`noise::Swell`]).
 //! r is the lever arm of the sensor of a translation. The measurement model uses the state ω
 //! instead of the gyroscope's sample: otherwise one noise would enter two measurements, and an
-//! autopilot's command as well. The current enters the measurement equation only, not the dynamics
-//! of ν_r. This holds for a varying current too if the vehicle is neutrally buoyant, since
-//! accelerating water carries it along.
+//! autopilot's command as well. A current that varies does not carry the vehicle along ([`current`]).
 //!
 //! The filter computes two kinds of derivatives: of the innovations by the plant's coefficients and
 //! the current at fixed gains, which give the score of the likelihood at the true parameters; and
 //! of the likelihood by disturbance and noise.
 
+mod current;
 mod follower;
 mod navigation;
 mod noise;
@@ -583,8 +582,8 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             let of_down = self.initial_down_covariance() * std.powi(2);
             add_down_covariance(&mut first.xx, &of_down);
         }
-        first.add_initial_current(
-            &self.initial_current_map(),
+        first.add_current(
+            &self.by_current(&self.schedule.instants[0]),
             self.noise.of_water().std_m_s.powi(2),
         );
         first
@@ -612,12 +611,6 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     fn initial_down_covariance(&self) -> Matrix3<f64> {
         let down = &self.schedule.start_down;
         Matrix3::identity() - down * down.transpose()
-    }
-
-    /// Returns the map from the horizontal current to the first velocity measurement, shape (M, 2).
-    fn initial_current_map(&self) -> SMatrix<f64, M, 2> {
-        let instant = &self.schedule.instants[0];
-        SMatrix::from_columns(&[self.water_column(instant, 0), self.water_column(instant, 1)])
     }
 
     fn water_column(&self, instant: &FilterInstant, direction: usize) -> SVector<f64, M> {
@@ -747,6 +740,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         self.move_navigation(instant, &ends, &mut mean.navigation);
         mean.motion = flow.motion;
         mean.disturbance.component_mul_assign(&self.fade(instant.length_s));
+        self.current_step(instant).iter().for_each(|step| mean.step_current(step));
     }
 
     fn predict(
@@ -757,13 +751,14 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     ) -> Transition<N, M, K> {
         let before = mean.motion;
         self.move_mean(instant, mean, flow);
-        let ends = Ends { before: &before, after: &mean.motion };
+        let ends = Ends { before: &before, after: &flow.motion };
         let by_disturbance = flow.by_disturbance();
         Transition {
             by_motion: flow.by_motion(),
             by_disturbance,
             fade: self.fade(instant.length_s),
             rows: self.rows(instant, &ends, &by_disturbance),
+            current: self.current_step(instant),
         }
     }
 

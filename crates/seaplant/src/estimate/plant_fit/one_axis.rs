@@ -15,7 +15,7 @@ use super::actuator::Actuator;
 use super::descent::Tolerance;
 use super::equation_error::Solved;
 use super::filter::Noise;
-use super::problem::{Point, Problem};
+use super::problem::{Point, Problem, is_measured_over_ground};
 use super::schedule::Attitude;
 use super::search::{ADMITTED, widened};
 use super::start::{FirstPlant, LEAST_LAG_S, begun_beside};
@@ -245,7 +245,7 @@ impl OneAxis<'_> {
         let tried = std::mem::take(&mut fitted.tried);
         let pushed = fitted.optimum.point.noise.disturbance[0] / force_rms(self.axes);
         if self.may_have(Candidate::CurrentDrift) && pushed > SLIGHT_DISTURBANCE {
-            fitted = fitted.with_drift_that_shows()?;
+            fitted = self.with_drift_that_shows(fitted, records)?;
         }
         if self.may_have(Candidate::Swell) {
             fitted = fitted.with_swell_that_shows()?;
@@ -254,6 +254,29 @@ impl OneAxis<'_> {
             fitted = self.eliminated(fitted, decisions);
         }
         Ok(Fitted { tried, ..fitted })
+    }
+
+    /// The same with a current that varies, if the trials show that. Its mean may have been left out before, and
+    /// the disturbance taken for the rest of it.
+    fn with_drift_that_shows(
+        &self,
+        fitted: Fitted,
+        records: &[&TrialRecord],
+    ) -> Result<Fitted, Error> {
+        let is_over_ground = is_measured_over_ground(axis_of(self.dof), records);
+        if fitted.problem.has_current || !is_over_ground {
+            return fitted.with_drift_that_shows();
+        }
+        let mut with_mean = fitted.clone();
+        with_mean.problem.has_current = true;
+        let found = with_mean.with_drift_that_shows()?;
+        let means = found.optimum.point.currents.len() as f64;
+        let needed = ADMITTED + means * (found.problem.samples() as f64).ln();
+        let gain = 2.0 * (fitted.optimum.cost - found.optimum.cost);
+        let is_shown = found.optimum.point.noise.drift.is_some() && gain > needed;
+        let along = found.optimum.point.currents.iter().map(|[along, _]| *along);
+        let follow_speed = self.follow_speed(&along.collect::<Vec<_>>());
+        Ok(if is_shown && !follow_speed { found } else { fitted })
     }
 
     /// Fits from the optimum of a fit with other terms.

@@ -592,7 +592,7 @@ pub(super) fn clamped(mut numbers: DVector<f64>, limits: &[(f64, f64)]) -> DVect
 
 /// Returns true if any trial measures the velocity over ground of a translation, or a horizontal
 /// position.
-fn is_measured_over_ground(dof: Dof, records: &[&TrialRecord]) -> bool {
+pub(super) fn is_measured_over_ground(dof: Dof, records: &[&TrialRecord]) -> bool {
     let has_measurement = |record: &&TrialRecord| record.is_measured(dof) || record.fixes.is_some();
     matches!(dof, Dof::Surge | Dof::Sway) && records.iter().any(has_measurement)
         || dof == Dof::Heave && records.iter().any(|record| record.is_measured(dof))

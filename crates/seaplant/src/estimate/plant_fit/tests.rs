@@ -11,7 +11,7 @@ use super::filter::{Filter, InstrumentNoise, Noise, Pass, PassInput};
 use super::schedule::Schedule;
 use super::sensor_lag::SensorLag;
 use super::*;
-use crate::motion::{HeldForces, Inputs, body_from_world, simulate};
+use crate::motion::{HeldForces, Inputs, Moving, body_from_world, simulate};
 use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::random::gauss_markov;
 use crate::{Grid, MeanAcceleration, PlacedThruster, ThrustUncertainty, ThrusterTrack, Timed};
@@ -555,27 +555,34 @@ fn an_unseen_trial_asks_for_its_own_vehicle() {
     assert!(found.surprise[&Dof::Surge] > 1.5, "{:?}", found.surprise);
 }
 
-/// The same trial in a current that changes, as a velocity log sees it over ground.
-fn in_changing_current(mut record: TrialRecord, seed: u64) -> TrialRecord {
-    let heading = record.attitude[2].clone().expect("is logged");
+/// The same trial in a current that changes, which does not carry the vehicle along.
+fn in_changing_current(plant: &Plant, mut record: TrialRecord, seed: u64) -> TrialRecord {
     let draw = |stream: u64| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(stream);
         gauss_markov(random, CHANGES.0, 10.0 * CHANGES.1, 10_000)
     };
-    let [north, east] = [draw(1), draw(2)];
-    for (axis, series) in record.velocity.iter_mut().enumerate().take(2) {
-        let over_ground = series.as_ref().expect("is logged");
-        let samples = over_ground.time_s().iter().zip(over_ground.values()).enumerate();
-        let values = samples.map(|(k, (&t, v))| {
-            let (sin, cos) = heading.at(t).sin_cos();
-            let [ahead, starboard] =
-                [cos * north[k] + sin * east[k], cos * east[k] - sin * north[k]];
-            v + if axis == 0 { ahead } else { starboard }
-        });
-        let values: Vec<f64> = values.collect();
-        *series = Some(Timed::new("motion", over_ground.time_s().to_vec(), values).expect("valid"));
+    let ([north, east], mut random) = ([draw(1), draw(2)], random(seed));
+    let heading = Timed::new("heading", vec![0.0], vec![0.3]).expect("valid");
+    let inputs = Inputs { attitude: [None, None, Some(heading)], ..Inputs::default() };
+    let mut moving = Moving::at_rest(plant, &inputs).expect("possible");
+    let time_s = record.force[0].as_ref().expect("is logged").time_s().to_vec();
+    let mut measured = [0, 1, 5].map(|axis| (axis, Vec::new()));
+    let mut headings = Vec::new();
+    for k in 0..time_s.len() {
+        moving.set_current([0.1 + north[k], -0.05 + east[k]]);
+        for (axis, values) in &mut measured {
+            values.push(moving.velocity()[*axis] + 0.005 * random());
+        }
+        headings.push(moving.attitude()[2] + 5e-4 * random());
+        let force = |axis: usize| record.force[axis].as_ref().map_or(0.0, |own| own.values()[k]);
+        moving.advance(&Vector6::from_fn(|axis, _| force(axis)), 0.1).expect("bounded");
     }
+    let series = |values| Timed::new("motion", time_s.clone(), values).expect("valid");
+    for (axis, values) in measured {
+        record.velocity[axis] = Some(series(values));
+    }
+    record.attitude[2] = crate::navigation::unwrap(&series(headings)).into();
     record
 }
 
@@ -584,8 +591,8 @@ fn a_current_that_changes_is_told_from_forces_that_do() {
     let truth = planar();
     let record = |name, seed| record(&truth, name, seed, 300, 0.005);
     let steady = [record("a", 3), record("b", 4)];
-    let changing =
-        [("a", 3), ("b", 4)].map(|(name, seed)| in_changing_current(record(name, seed), seed));
+    let changing = [("a", 3), ("b", 4)]
+        .map(|(name, seed)| in_changing_current(&truth, record(name, seed), seed));
     let fit = |records: &[TrialRecord; 2]| {
         let records: Vec<&TrialRecord> = records.iter().collect();
         fit_plant(truth.structure(), &records, None, false).expect("an optimum")

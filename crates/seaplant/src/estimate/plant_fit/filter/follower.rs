@@ -2,6 +2,7 @@
 
 use nalgebra::{SVector, Vector3};
 
+use super::current::CurrentChange;
 use super::navigation::{Crossed, InstrumentNoise, MapChange};
 use super::noise::{Impulse, NoiseNumber, Swell, impulse_by_correlation};
 use super::state::{Covariance, Observation, State, Transition};
@@ -55,16 +56,15 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             NoiseNumber::Velocity(_) | NoiseNumber::Attitude => Change::default(),
             NoiseNumber::Instrument(number) => self.sensor_change(number, h),
             NoiseNumber::Drift => {
-                let by = 2.0 * noise.of_water().process(h);
-                Change { process: vec![(0, by), (1, by)], ..Change::default() }
+                let added = 2.0 * noise.of_water().process(h);
+                Change { current: Some(CurrentChange { fade: 0.0, added }), ..Change::default() }
             }
             NoiseNumber::DriftCorrelation => {
                 let drift = noise.of_water();
                 let rho = drift.fade(h);
                 let by = rho * h / drift.correlation_s;
-                let map = [0, 1].map(|k| MapChange { row: k, from: k, by }).to_vec();
-                let by = -2.0 * drift.std_m_s.powi(2) * rho * by;
-                Change { process: vec![(0, by), (1, by)], map, ..Change::default() }
+                let added = -2.0 * drift.std_m_s.powi(2) * rho * by;
+                Change { current: Some(CurrentChange { fade: by, added }), ..Change::default() }
             }
             NoiseNumber::Swell(axis) => of_swell(&|swell| self.swell_force_change(swell, axis, h)),
             NoiseNumber::SwellFrequency => {
@@ -118,7 +118,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 }
                 NoiseNumber::Drift => {
                     let by = squared(self.noise.of_water().std_m_s);
-                    covariance.add_initial_current(&self.initial_current_map(), by);
+                    covariance.add_current(&self.by_current(&self.schedule.instants[0]), by);
                 }
                 NoiseNumber::Swell(axis) => {
                     let by =
@@ -189,6 +189,7 @@ pub(super) struct Change {
     pub(super) fade: Option<Fade>,
     /// Changes of the map of navigation states.
     pub(super) map: Vec<MapChange>,
+    pub(super) current: Option<CurrentChange>,
 }
 
 /// Change of the decay of one axis's disturbance.
@@ -237,6 +238,14 @@ impl<const N: usize, const M: usize, const K: usize> NoiseSensitivity<N, M, K> {
                 self.covariance.add_map_changes(&change.map, covariance, crossed, rows);
                 for MapChange { row, from, by } in &change.map {
                     self.mean.navigation[*row] += by * mean.navigation[*from];
+                }
+            }
+            if let Some(current) = &step.current {
+                self.covariance.fade_current(current);
+                if let Some(change) = &change.current {
+                    let changed = (current, change);
+                    self.covariance.add_current_change(changed, covariance, (crossed, rows));
+                    self.mean.add_current_change(changed, mean);
                 }
             }
         }

@@ -2,7 +2,7 @@
 //! velocity integrated by an accelerometer.
 //!
 //! ```text
-//! ċ = −c/T_c + w_c            deviation of the current from its mean, north and east
+//! ċ = −c/T_c + w_c            deviation of the current from its mean, north and east ([`current`](super::current))
 //! ṗ = R(η) ν_r + u_c + c      position, north and east
 //! ż = k · ν_r                 depth; k is the world's down in body axes
 //! ψ̇ = (q k_y + r k_z) / (k_y² + k_z²)
@@ -195,17 +195,15 @@ const FIRST_OF_LAGGED: f64 = 0.01;
 pub(super) struct Rows<const M: usize, const K: usize> {
     fades: [f64; K],
     from: [Option<(usize, f64)>; K],
-    /// Matrices for motion before and after the step; `None` where only the current changes.
+    /// Matrices for motion before and after the step; `None` where motion changes no state.
     pub(super) moved: Option<Box<[SMatrix<f64, K, M>; 2]>>,
     /// Change of motion over the step by each navigation state before it; `None` without swell.
     pub(super) pushing: Option<Box<SMatrix<f64, M, K>>>,
 }
 
 impl<const M: usize, const K: usize> Rows<M, K> {
-    fn fading(current_fade: f64) -> Self {
-        let mut fades = [1.0; K];
-        (fades[0], fades[1]) = (current_fade, current_fade);
-        Self { fades, from: [None; K], moved: None, pushing: None }
+    fn identity() -> Self {
+        Self { fades: [1.0; K], from: [None; K], moved: None, pushing: None }
     }
 
     /// Returns an entry of A, the part of the map that acts on navigation states.
@@ -330,10 +328,8 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         if x < 1e-9 { 1.0 } else { -(-x).exp_m1() / x }
     }
 
-    /// Adds the process noise of the current and of an accelerometer's offsets over a step.
+    /// Adds the process noise of an accelerometer's offsets and of swell over a step.
     pub(super) fn add_navigation_process(&self, h: f64, process: &mut Covariance<N, M, K>) {
-        let of_water = self.noise.of_water().process(h);
-        (0..2).for_each(|k| process.oo[(k, k)] = of_water);
         let instruments = &self.noise.instruments;
         let std = instruments.numbers[InstrumentNoise::OFFSET];
         let of_offset = std.powi(2) * (1.0 - instruments.offset_fade(h).powi(2));
@@ -408,11 +404,10 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         by_disturbance: &SMatrix<f64, M, N>,
     ) -> Option<Rows<M, K>> {
         let (layout, h) = (&self.schedule.layout, instant.length_s);
-        let fade = self.noise.of_water().fade(h);
-        if fade == 1.0 && self.states() == 2 {
+        if self.noise.drift.is_none() && self.states() == 2 {
             return None;
         }
-        let mut rows = Rows::fading(fade);
+        let mut rows = Rows::identity();
         self.set_swell(h, by_disturbance, &mut rows);
         if !layout.is_more_than_current() {
             return Some(rows);
@@ -507,7 +502,6 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         navigation: &mut [f64; K],
     ) {
         let (layout, h) = (&self.schedule.layout, instant.length_s);
-        let fade = self.noise.of_water().fade(h);
         if layout.is_more_than_current() {
             let [before, after] = self.kinematics(instant, ends);
             let mean = |of: &dyn Fn(&Kinematics) -> f64| 0.5 * h * (of(&before) + of(&after));
@@ -543,8 +537,6 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 layout.slope[axis].into_iter().for_each(|slope| navigation[slope] = shown[1]);
             }
         }
-        navigation[0] *= fade;
-        navigation[1] *= fade;
         if let Some(swell) = &self.noise.swell {
             let [cos, sin] = swell.turn(h);
             for (_, [s, other]) in self.swell_states() {
@@ -656,7 +648,11 @@ impl<const N: usize, const M: usize, const K: usize> Covariance<N, M, K> {
 
     /// Computes the covariance between navigation states before a step (rows) and after it
     /// (columns).
-    fn with_after(&self, crossed: &Crossed<N, M, K>, rows: &Rows<M, K>) -> SMatrix<f64, K, K> {
+    pub(super) fn with_after(
+        &self,
+        crossed: &Crossed<N, M, K>,
+        rows: &Rows<M, K>,
+    ) -> SMatrix<f64, K, K> {
         let mut found = rows.map_transposed(&self.oo);
         if let Some(moved) = &rows.moved {
             found += times_sparse_transposed(&self.xo.transpose(), &moved[0]);

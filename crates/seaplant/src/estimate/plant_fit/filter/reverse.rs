@@ -113,6 +113,8 @@ struct Step {
     mean: DVector<f64>,
     covariance: DMatrix<f64>,
     transition: DMatrix<f64>,
+    /// Change of the state with each component of the current, if it varies.
+    by_current: Option<[DVector<f64>; 2]>,
     /// How the state after it moves with an impulse along each axis.
     impulses: Vec<DVector<f64>>,
     /// The measurements after it.
@@ -161,6 +163,7 @@ impl Tape {
             mean: numbers_of(mean),
             covariance: matrix_of(covariance),
             transition: transition_of(transition, covariance.count),
+            by_current: transition.current.map(|step| step.directions::<N>(covariance.count)),
             impulses: (0..N).map(impulse).collect(),
             measured: end..end,
         });
@@ -218,7 +221,7 @@ impl Back {
 
     /// Goes back over a step; the state begins with m numbers of motion, and disturbances follow.
     fn predict(&mut self, m: usize, step: &Step, changes: &[Change]) {
-        let Step { mean, covariance, transition, impulses, .. } = step;
+        let Step { mean, covariance, transition, by_current, impulses, .. } = step;
         let first = m + impulses.len();
         let product = &self.covariance * transition;
         let of_impulse = |(axis, impulse): (usize, &DVector<f64>)| {
@@ -252,6 +255,15 @@ impl Back {
                 let (row, from) = (first + map.row, first + map.from);
                 let with_from = product.row(row).tr_dot(&covariance.column(from));
                 by += map.by * (2.0 * with_from + self.mean[row] * mean[from]);
+            }
+            if let Some((current, by_current)) = change.current.zip(by_current.as_ref()) {
+                for (component, direction) in by_current.iter().enumerate() {
+                    let from = first + component;
+                    let with_from = direction.dot(&(&product * covariance.column(from)));
+                    let of_mean = self.mean.dot(direction) * mean[from];
+                    by += current.fade * (2.0 * with_from + of_mean);
+                    by += current.added * (&self.covariance * direction).dot(direction);
+                }
             }
             self.gradient[k] += by;
         }
@@ -300,6 +312,12 @@ fn transition_of<const N: usize, const M: usize, const K: usize>(
         of_navigation += by_after;
         let mut by_motion = of_navigation.columns_mut(0, M);
         by_motion += before.rows(0, count);
+    }
+    if let Some(current) = &step.current {
+        for (component, direction) in current.directions::<N>(count).iter().enumerate() {
+            let mut column = all.column_mut(first + component);
+            column += direction * (current.fade - 1.0);
+        }
     }
     all
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 
+use super::current::CurrentStep;
 use super::navigation::{Crossed, Rows};
 use crate::motion::{apply, subtract_outer, subtract_outers, times, times_transposed};
 
@@ -78,6 +79,7 @@ impl<const N: usize, const M: usize, const K: usize> State<N, M, K> {
         if let Some(rows) = &step.rows {
             self.step_navigation(&before, rows);
         }
+        step.current.iter().for_each(|current| self.step_current(current));
     }
 }
 
@@ -141,17 +143,6 @@ impl<const N: usize, const M: usize, const K: usize> Covariance<N, M, K> {
             fo: SMatrix::zeros(),
             oo: SMatrix::zeros(),
             count,
-        }
-    }
-
-    /// Adds the initial uncertainty of the current to a velocity through the water obtained from
-    /// one over ground: `ν_r = y − W c`.
-    pub(super) fn add_initial_current(&mut self, water: &SMatrix<f64, M, 2>, variance: f64) {
-        self.xx += water * water.transpose() * variance;
-        for k in 0..2 {
-            let mut own = self.xo.column_mut(k);
-            own -= water.column(k) * variance;
-            self.oo[(k, k)] += variance;
         }
     }
 
@@ -254,6 +245,7 @@ impl<const N: usize, const M: usize, const K: usize> Covariance<N, M, K> {
         if let (Some(before), Some(crossed), Some(rows)) = (before, crossed, &step.rows) {
             self.predict_navigation(&before, crossed, (rows, process));
         }
+        step.current.iter().for_each(|current| self.step_current(current));
     }
 
     pub(super) fn predict_motion(&mut self, step: &Transition<N, M, K>, process: &Self) {
@@ -303,6 +295,8 @@ pub(super) struct Transition<const N: usize, const M: usize, const K: usize> {
     pub(super) fade: SVector<f64, N>,
     /// Map of the navigation states; `None` where it is the identity.
     pub(super) rows: Option<Rows<M, K>>,
+    /// What follows it; `None` if the current does not vary.
+    pub(super) current: Option<CurrentStep<M>>,
 }
 
 impl<const N: usize, const M: usize, const K: usize> Transition<N, M, K> {
@@ -329,6 +323,7 @@ mod tests {
             by_disturbance: Matrix2::new(0.02, 0.003, 0.003, 0.04),
             fade: Vector2::new(0.99, 0.995),
             rows: None,
+            current: None,
         };
         let mut process = Covariance::<2, 2, 4>::zeros(2);
         process.xx = Matrix2::identity() * 1e-8;

@@ -159,7 +159,7 @@ impl OneAxis<'_> {
 
     /// True if the currents of trials are in proportion to the mean speeds of the vehicle: water does not
     /// know how fast a vehicle goes, so that this is something else, such as drag.
-    fn follow_speed(&self, currents: &[f64]) -> bool {
+    pub(super) fn follow_speed(&self, currents: &[f64]) -> bool {
         let mean = |axis: &AxisRecord| {
             let velocity = axis.velocity().ok()?;
             Some(velocity.values().iter().sum::<f64>() / velocity.len() as f64)
