@@ -78,6 +78,14 @@ fn a_weaker_reverse_thrust_of_a_pair_that_turns_the_vehicle_leaves_mass_and_drag
 }
 
 #[test]
+fn a_lag_that_differs_up_and_down_is_told_from_a_delay() {
+    let rows = errors(Dof::Heave, "lag-two-way");
+    let (mass, drag) =
+        (error(&rows, ParameterName::Mass), error(&rows, ParameterName::QuadraticDrag));
+    assert!(mass < 0.5 && drag < 1.0, "mass {mass:.2} %, drag {drag:.2} %");
+}
+
+#[test]
 fn what_turning_does_to_a_lever_arm_that_was_found_is_no_coupling() {
     let spec = TwinSpec {
         dofs: [Dof::Surge].into(),

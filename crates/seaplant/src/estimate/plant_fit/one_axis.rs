@@ -460,8 +460,12 @@ impl OneAxis<'_> {
             wider.fits[k] = tried.score(&optimum.point, k).is_some_and(|score| score > ADMITTED);
         }
         let wider = (wider.fits != problem.fits).then(|| (wider, optimum.point.clone()));
-        let rival = self.with_exponent_for_inflow(&fitted, shown[Actuator::EXPONENT]);
-        let all = wider.into_iter().chain(rival).filter_map(|(problem, point)| {
+        let rivals = [
+            self.with_exponent_for_inflow(&fitted, shown[Actuator::EXPONENT]),
+            with_two_lags_for_delay(&fitted, &shown),
+        ];
+        let rivals = rivals.into_iter().flatten();
+        let all = wider.into_iter().chain(rivals).filter_map(|(problem, point)| {
             let found = problem.descent_at_noise(point, Tolerance::COARSE).ok()?;
             Some((problem, found))
         });
@@ -605,6 +609,27 @@ impl OneAxis<'_> {
             None => fitted,
         }
     }
+}
+
+/// The problem with a lag that differs up and down in the place of a delay, which two of them resemble.
+fn with_two_lags_for_delay(
+    fitted: &Fitted,
+    shown: &[bool; Actuator::COUNT],
+) -> Option<(Problem, Point)> {
+    let (problem, optimum) = fitted.parts();
+    let is_delay_alone = problem.fits[Actuator::DELAY] && !problem.fits[Actuator::LAG];
+    let mut point = optimum.point.clone();
+    let mut numbers = point.actuator.numbers();
+    let late_s = numbers[Actuator::DELAY];
+    let may_lag = shown[Actuator::LAG] && shown[Actuator::LAG_RATIO];
+    if !is_delay_alone || !may_lag || late_s < LEAST_LAG_S || problem.requires[Actuator::DELAY] {
+        return None;
+    }
+    let mut other = problem.clone();
+    (other.fits[Actuator::LAG], other.fits[Actuator::LAG_RATIO]) = (true, true);
+    (numbers[Actuator::LAG], numbers[Actuator::DELAY]) = (late_s, 0.0);
+    point.actuator = point.actuator.with(numbers);
+    Some((other, point))
 }
 
 /// Delays that a first look tries: tenths of a second up to one.

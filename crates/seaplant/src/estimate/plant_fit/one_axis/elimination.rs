@@ -23,19 +23,22 @@ impl OneAxis<'_> {
         let mut now = fitted;
         loop {
             let Some((gone, kept)) = self.superfluous(&now) else { return now };
+            let mut decide = |new: Vec<Decision>| {
+                decisions.retain(|old| !new.iter().any(|new| new.candidate == old.candidate));
+                decisions.extend(new);
+            };
             if gone.is_empty() {
-                decisions.retain(|old| !kept.iter().any(|new| new.candidate == old.candidate));
-                decisions.extend(kept);
+                decide(kept);
                 return now;
             }
             let candidates: Vec<Candidate> = gone.iter().map(|own| own.candidate).collect();
             // A model that does not settle without them needs them.
             let Ok(fewer) = self.without(&now, &candidates) else {
                 let stay = |own: Decision| Decision { admitted: true, ..own };
-                decisions.extend(kept.into_iter().chain(gone.into_iter().map(stay)));
+                decide(kept.into_iter().chain(gone.into_iter().map(stay)).collect());
                 return now;
             };
-            decisions.extend(gone);
+            decide(gone);
             now = fewer;
         }
     }
