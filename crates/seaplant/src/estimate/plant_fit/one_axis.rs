@@ -460,15 +460,15 @@ impl OneAxis<'_> {
             wider.fits[k] = tried.score(&optimum.point, k).is_some_and(|score| score > ADMITTED);
         }
         let wider = (wider.fits != problem.fits).then(|| (wider, optimum.point.clone()));
-        let rivals = [
-            self.with_exponent_for_inflow(&fitted, shown[Actuator::EXPONENT]),
-            with_two_lags_for_delay(&fitted, &shown),
-        ];
-        let rivals = rivals.into_iter().flatten();
-        let all = wider.into_iter().chain(rivals).filter_map(|(problem, point)| {
+        let rival = self.with_exponent_for_inflow(&fitted, shown[Actuator::EXPONENT]);
+        let settled = |(problem, point): (Problem, Point)| {
             let found = problem.descent_at_noise(point, Tolerance::COARSE).ok()?;
             Some((problem, found))
-        });
+        };
+        let two_lags = with_two_lags_for_delay(&fitted, &shown).and_then(settled);
+        // They are more numbers than a delay.
+        let two_lags = two_lags.filter(|(_, found)| 2.0 * (optimum.cost - found.cost) > ADMITTED);
+        let all = wider.into_iter().chain(rival).filter_map(settled).chain(two_lags);
         match all.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost)) {
             Some((problem, found)) if found.cost < optimum.cost => fitted.moved_to(problem, found),
             _ => fitted,
