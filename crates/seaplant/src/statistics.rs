@@ -51,9 +51,45 @@ pub fn robust_covariance(
     Some(robust.component_mul(&(&grow * grow.transpose())))
 }
 
+/// Returns a root A of a covariance C, `A Aᵀ = C`, by which draws of a normal distribution are `A z`.
+///
+/// `A = D R^½` with D the standard deviations and R^½ the symmetric root of the correlations, which needs no signs of
+/// eigenvectors: one rounding of C changes no draw by more than another. A rounded R may have no Cholesky factor.
+pub(crate) fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = covariance.nrows();
+    let std = covariance.diagonal().map(|variance| variance.max(0.0).sqrt());
+    let correlation = DMatrix::from_fn(n, n, |i, j| {
+        let scale = std[i] * std[j];
+        if scale > 0.0 { covariance[(i, j)] / scale } else { 0.0 }
+    });
+    let mut eigen = correlation.symmetric_eigen();
+    eigen.eigenvalues.apply(|value| *value = value.max(0.0).sqrt());
+    DMatrix::from_diagonal(&std) * eigen.recompose()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_root_of_a_covariance_hardly_moves_with_its_rounding() {
+        // The second and third numbers are alike, so that their eigenvectors are any two across.
+        let [a, b] = [4.0, 9e-4];
+        let covariance = DMatrix::from_row_slice(
+            4,
+            4,
+            &[a, 0.0, 0.0, 0.6, 0.0, b, 0.0, 0.0, 0.0, 0.0, b, 0.0, 0.6, 0.0, 0.0, 1.0],
+        );
+        let found = root(&covariance);
+        assert!((&found * found.transpose() - &covariance).amax() < 1e-12);
+        for (i, j) in [(1, 2), (0, 1), (2, 3)] {
+            let mut rounded = covariance.clone();
+            let change = 1e-9 * (rounded[(i, i)] * rounded[(j, j)]).sqrt();
+            rounded[(i, j)] += change;
+            rounded[(j, i)] += change;
+            assert!((root(&rounded) - &found).amax() < 1e-8, "{i} {j}");
+        }
+    }
 
     #[test]
     fn a_robust_variance_is_never_below_the_models() {

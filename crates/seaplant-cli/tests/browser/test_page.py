@@ -34,9 +34,6 @@ SHOTS = TARGET / "browser"
 # differences of costs. The interval of a nuisance that the data do not tell is the exponential of
 # many standard deviations, and has lost most digits: 3e-5 was seen, and 1e-6 elsewhere.
 TOLERANCE = 1e-4
-# Of the width of an interval from random draws: they go along eigenvectors of the covariance, whose
-# signs the last bit decides.
-DRAWN = 0.2
 # What a fit in the page may take at most, ms.
 PATIENCE = 600_000
 # What a server sends at most, by gzip.
@@ -136,8 +133,6 @@ def differences(one: object, other: object, place: str, scale: float = 0.0) -> I
                 yield from differences(one[key], other[key], f"{place}.{key}", size)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         sizes = [abs(x) for x in one if isinstance(x, (int, float))]
-        if place.endswith(".interval95"):
-            sizes.append((one[1] - one[0]) * DRAWN / TOLERANCE)
         for k, pair in enumerate(zip(one, other)):
             yield from differences(*pair, f"{place}[{k}]", max(sizes, default=0.0))
     elif isinstance(one, float) and isinstance(other, float):

@@ -1,6 +1,6 @@
 //! Random draws of plants within their uncertainty.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -8,6 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::PlantModel;
 use crate::Error;
 use crate::plant::{Basis, Plant, Product};
+use crate::statistics::root;
 
 /// Draws of coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,28 +42,17 @@ impl PlantModel {
         let terms = self.plant.structure().terms();
         let mut order: Vec<usize> = (0..terms.len()).collect();
         order.sort_by_key(|k| terms[*k]);
-        let std = |k: usize| covariance[(k, k)].max(0.0).sqrt();
-        let correlation = DMatrix::from_fn(order.len(), order.len(), |i, j| {
-            let scale = std(order[i]) * std(order[j]);
-            if scale > 0.0 { covariance[(order[i], order[j])] / scale } else { 0.0 }
-        });
-        // By eigenvalues: a rounded correlation matrix may have no Cholesky factor.
-        let eigen = correlation.symmetric_eigen();
-        let scale = eigen.eigenvalues.map(|x| x.max(0.0).sqrt());
+        let root = root(&covariance.select_rows(&order).select_columns(&order));
         let mut random = ChaCha8Rng::seed_from_u64(draws.seed);
         let mut plants = Vec::with_capacity(draws.count);
         for _ in 0..draws.count.saturating_mul(TRIES) {
             if plants.len() == draws.count {
                 break;
             }
-            let unit = DVector::from_fn(scale.len(), |k, _| {
-                let x: f64 = StandardNormal.sample(&mut random);
-                x * scale[k]
-            });
-            let correlated = &eigen.eigenvectors * unit;
+            let unit = DVector::from_fn(order.len(), |_, _| StandardNormal.sample(&mut random));
             let mut by = DVector::zeros(order.len());
-            for (&k, x) in order.iter().zip(correlated.iter()) {
-                by[k] = std(k) * x;
+            for (&k, x) in order.iter().zip((&root * unit).iter()) {
+                by[k] = *x;
             }
             plants.extend(self.moved(&by));
         }

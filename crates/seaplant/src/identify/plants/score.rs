@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use nalgebra::Vector6;
+use nalgebra::{DVector, Vector6};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -16,6 +16,7 @@ use crate::random::{gauss_markov, normal, stochastic_cycle};
 use crate::results::{AxisScore, FittedPlant, Parameter, PlantScore, plant_of_result};
 use crate::series::union;
 use crate::signal::sample_noise;
+use crate::statistics::root;
 use crate::{
     Agreement, Comparison, Dof, Error, Method, ScoredMotion, Timed, Trial, TrialRecord, Vehicle,
     VelocityReport, parallel,
@@ -542,9 +543,8 @@ impl Draw<'_> {
             return plant.clone();
         }
         let mut random = self.random(OF_PLANT);
-        let eigen = covariance.symmetric_eigen();
-        let along = eigen.eigenvalues.map(|x| x.max(0.0).sqrt() * normal(&mut random));
-        let off = eigen.eigenvectors * along;
+        let unit = DVector::from_fn(covariance.nrows(), |_, _| normal(&mut random));
+        let off = root(&covariance) * unit;
         let coefficients = plant.coefficients().iter().zip(off.iter()).map(|(x, off)| x + off);
         let drawn = Plant::new(plant.structure().clone(), coefficients.collect());
         let is_possible = |plant: &Plant| plant.mass_matrix().cholesky().is_some();
