@@ -53,8 +53,8 @@ pub fn robust_covariance(
 
 /// Returns a root A of a covariance C, `A Aᵀ = C`, by which draws of a normal distribution are `A z`.
 ///
-/// `A = D R^½` with D the standard deviations and R^½ the symmetric root of the correlations, which needs no signs of
-/// eigenvectors: one rounding of C changes no draw by more than another. A rounded R may have no Cholesky factor.
+/// `A = D R^½` with D the standard deviations and R^½ the symmetric root of the correlations. It does not depend on
+/// the signs and the order of eigenvectors, which rounding decides. A rounded R may have no Cholesky factor.
 pub(crate) fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let n = covariance.nrows();
     let std = covariance.diagonal().map(|variance| variance.max(0.0).sqrt());

@@ -1,8 +1,13 @@
 //! The filter error method on the twin, one disturbance at a time.
 
+use std::collections::BTreeSet;
+
 use seaplant::monte_carlo::{ParameterName, Row, sample, summarise};
+use seaplant::results::PlantResult;
 use seaplant::twin::{Disturbance, DisturbanceStrength, TwinSpec, make};
-use seaplant::{CaveatCode, Dof, IdentifyOptions, Method, Role, Trial, TrialSetup, identify};
+use seaplant::{
+    CaveatCode, Dof, IdentifyOptions, Method, Role, Trial, TrialSetup, Vehicle, identify,
+};
 
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=3;
 
@@ -86,21 +91,44 @@ fn a_lag_that_differs_up_and_down_is_told_from_a_delay() {
 }
 
 #[test]
-fn what_turning_does_to_a_lever_arm_that_was_found_is_no_coupling() {
-    let spec = TwinSpec {
-        dofs: [Dof::Surge].into(),
-        disturbances: [Disturbance::Lever].into(),
-        ..TwinSpec::jason2()
-    };
-    let dive = make(&spec).expect("a valid twin");
+fn a_current_that_varies_is_told_from_forces() {
+    let drag = error(&errors(Dof::Sway, "current-drift"), ParameterName::QuadraticDrag);
+    assert!(drag < 2.0, "drag {drag:.2} %");
+}
+
+/// Makes a twin; returns its trials, with something added to their names, and its vehicle.
+fn made(spec: &TwinSpec, added: &str) -> (Vec<Trial>, Vehicle) {
+    let dive = make(spec).expect("a valid twin");
     let trial = |log: &seaplant::twin::TwinTrial| {
-        let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
-        let setup = TrialSetup { name, role, dofs, ..Default::default() };
+        let name = format!("{}{added}", log.name);
+        let setup =
+            TrialSetup { name, role: log.role, dofs: log.dofs.clone(), ..Default::default() };
         Trial::new(setup, &log.recording, &dive.vehicle).expect("a valid trial")
     };
-    let trials: Vec<Trial> = dive.trials.iter().map(trial).collect();
+    (dive.trials.iter().map(trial).collect(), dive.vehicle)
+}
+
+/// The recommended plant of an axis of the twin with a disturbance.
+fn recommended(dof: Dof, disturbance: Disturbance) -> PlantResult {
+    let (dofs, disturbances) = ([dof].into(), [disturbance].into());
+    let (trials, vehicle) = made(&TwinSpec { dofs, disturbances, ..TwinSpec::jason2() }, "");
     let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
-    let plant = &identify(&dive.vehicle, &trials, &options).results.plants[&Dof::Surge];
+    let mut results = identify(&vehicle, &trials, &options).results;
+    results.plants.remove(&dof).expect("a plant")
+}
+
+#[test]
+fn each_choice_of_terms_is_told_once() {
+    let plant = recommended(Dof::Heave, Disturbance::LagTwoWay);
+    let told: Vec<String> =
+        plant.structure.iter().map(|own| format!("{:?}", own.candidate)).collect();
+    let different: BTreeSet<&String> = told.iter().collect();
+    assert_eq!(different.len(), told.len(), "{told:?}");
+}
+
+#[test]
+fn what_turning_does_to_a_lever_arm_that_was_found_is_no_coupling() {
+    let plant = recommended(Dof::Surge, Disturbance::Lever);
     assert!(plant.nuisances.keys().any(|name| name.starts_with("lever")), "{:?}", plant.nuisances);
     assert!(plant.caveats.iter().all(|caveat| caveat.code != CaveatCode::CoupledAxes));
 }
@@ -116,14 +144,7 @@ fn dive(seed: u64, current_m_s: f64) -> Vec<Trial> {
         strength: DisturbanceStrength { current_m_s, ..TwinSpec::jason2().strength },
         ..TwinSpec::jason2()
     };
-    let dive = make(&spec).expect("a valid twin");
-    let trial = |log: &seaplant::twin::TwinTrial| {
-        let name = format!("{} in {current_m_s}", log.name);
-        let setup =
-            TrialSetup { name, role: log.role, dofs: log.dofs.clone(), ..Default::default() };
-        Trial::new(setup, &log.recording, &dive.vehicle).expect("a valid trial")
-    };
-    dive.trials.iter().map(trial).collect()
+    made(&spec, &format!(" in {current_m_s}")).0
 }
 
 #[test]

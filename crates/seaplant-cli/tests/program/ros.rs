@@ -11,11 +11,11 @@ use crate::workshop::{Workshop, number};
 /// Tolerance of estimates.
 #[derive(Clone, Copy, Debug)]
 struct Within {
-    /// Of the paper's method, relative to the value.
+    /// For the paper's method, relative to the value.
     paper: f64,
-    /// Of filter error, relative to the standard deviation.
+    /// For filter error, relative to the standard deviation.
     filter_error: f64,
-    /// Of others, relative to the value or to the standard deviation, whichever is more.
+    /// For other methods, relative to the value or to the standard deviation, whichever is more.
     others: f64,
 }
 

@@ -19,7 +19,7 @@ use crate::estimate::plant_fit::schedule::FilterInstant;
 pub(super) struct CurrentStep<const M: usize> {
     /// Change of motion with each component of the current.
     pub(super) by_current: SMatrix<f64, M, 2>,
-    /// ρ.
+    /// Decay ρ over the step.
     pub(super) fade: f64,
     /// Variance of each component of w, (m/s)².
     added: f64,
@@ -28,7 +28,9 @@ pub(super) struct CurrentStep<const M: usize> {
 /// Derivative of a step of the current by one noise parameter.
 #[derive(Clone, Copy)]
 pub(super) struct CurrentChange {
+    /// Derivative of the decay.
     pub(super) fade: f64,
+    /// Derivative of the variance that is added.
     pub(super) added: f64,
 }
 

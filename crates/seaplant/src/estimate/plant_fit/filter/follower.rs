@@ -189,6 +189,7 @@ pub(super) struct Change {
     pub(super) fade: Option<Fade>,
     /// Changes of the map of navigation states.
     pub(super) map: Vec<MapChange>,
+    /// Change of the step of the current.
     pub(super) current: Option<CurrentChange>,
 }
 

@@ -295,7 +295,7 @@ pub(super) struct Transition<const N: usize, const M: usize, const K: usize> {
     pub(super) fade: SVector<f64, N>,
     /// Map of the navigation states; `None` where it is the identity.
     pub(super) rows: Option<Rows<M, K>>,
-    /// What follows it; `None` if the current does not vary.
+    /// Step of the current, after the other states; `None` if it does not vary.
     pub(super) current: Option<CurrentStep<M>>,
 }
 
