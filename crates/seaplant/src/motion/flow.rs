@@ -186,8 +186,12 @@ pub(crate) fn advance<'a, const N: usize, const M: usize>(
 ) {
     flow.start(motion);
     let mut left = SVector::<f64, N>::repeat(1.0);
+    let (mut length_s, mut half) = (0.0, left);
     for (index, (slice, push)) in slices.iter().zip(pushes).enumerate() {
-        let half = decay.rate.map(|rate| (-0.5 * rate * slice.length_s).exp());
+        if slice.length_s != length_s {
+            length_s = slice.length_s;
+            half = decay.rate.map(|rate| (-0.5 * rate * length_s).exp());
+        }
         let middle = left.component_mul(&half);
         let remaining = [left, middle, middle.component_mul(&half)];
         step(plant, (slice, push), (disturbance, &remaining), index == 0, flow);
@@ -213,15 +217,16 @@ fn step<const N: usize, const M: usize>(
     let h = slice.length_s;
     let around = &*slice.around;
     let force = padded::<N>(push.force);
-    let at = |motion: &SVector<f64, M>, instant: usize| {
-        let velocity = plant.to_six(&SVector::from_fn(|i, _| motion[i]), &around.others[instant]);
-        (velocity, down_of::<N, M>(motion).unwrap_or(around.down_body[instant]))
+    let down_at = |motion: &SVector<f64, M>, instant: usize| {
+        down_of::<N, M>(motion).unwrap_or(around.down_body[instant])
     };
     let mut rates = [SVector::<f64, M>::zeros(); 4];
     let mut acceleration = SVector::zeros();
     for (stage, (part, instant)) in STAGES.into_iter().enumerate() {
         let behind = if stage == 0 { SVector::zeros() } else { rates[stage - 1] * (part * h) };
-        let (six, down) = at(&(flow.motion + behind), instant);
+        let motion = flow.motion + behind;
+        let (mut six, down) = (around.others[instant], down_at(&motion, instant));
+        plant.put(motion.as_slice(), &mut six);
         let force = force + disturbance.component_mul(&remaining[instant]);
         let own = plant.rate(&six, &down, &force, &slice.signals[instant]);
         rates[stage] = with_down(&own, || down.cross(&turn(&six)));
@@ -231,7 +236,9 @@ fn step<const N: usize, const M: usize>(
     }
     if !flow.columns.is_empty() {
         // The third stage is in the middle of the slice.
-        let (six, down) = at(&(flow.motion + rates[1] * (0.5 * h)), 1);
+        let motion = flow.motion + rates[1] * (0.5 * h);
+        let (mut six, down) = (around.others[1], down_at(&motion, 1));
+        plant.put(motion.as_slice(), &mut six);
         let signals = &slice.signals[1];
         let (transition, share) = linearised(&slope::<N, M>(plant, &six, &down, signals), h);
         let share = SMatrix::<f64, M, N>::from_fn(|i, j| share[(i, j)]);

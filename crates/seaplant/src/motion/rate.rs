@@ -3,34 +3,42 @@
 use nalgebra::{DMatrix, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::{Load, apply, times};
-use crate::plant::{Basis, Instant, Plant, Product, Structure, kirchhoff, kirchhoff_slope};
+use crate::plant::{
+    Basis, Instant, MOST_READ, Plant, Product, Structure, kirchhoff, kirchhoff_slope,
+};
 use crate::{Dof, Error};
 
-/// M and all terms without acceleration on the left of the equation of motion.
-struct Forces {
+/// M and all terms without acceleration on the left of the equation of motion, on at most `N` axes.
+struct Forces<const N: usize> {
+    axes: [Option<usize>; N],
     mass: Matrix6<f64>,
-    products: Vec<(Dof, Product, f64)>,
+    /// The index among the axes on which each acts, and its coefficient.
+    products: Vec<(usize, Product, f64)>,
     weight_excess: f64,
     lever: Vector3<f64>,
-    constant: Vector6<f64>,
+    constant: SVector<f64, N>,
     /// Indices of effects, and their coefficients.
     effects: Vec<(usize, f64)>,
     structure: Structure,
     /// True if there is momentum along several axes: that along one axis does not act on it.
     turns_momentum: bool,
+    /// True if weight or a righting lever acts.
+    restores: bool,
 }
 
-impl Forces {
-    fn new(plant: &Plant) -> Self {
+impl<const N: usize> Forces<N> {
+    fn new(plant: &Plant, axes: [Option<usize>; N]) -> Self {
         let mut forces = Self {
+            axes,
             mass: Matrix6::zeros(),
             products: Vec::new(),
             weight_excess: 0.0,
             lever: Vector3::zeros(),
-            constant: Vector6::zeros(),
+            constant: SVector::zeros(),
             effects: Vec::new(),
             structure: plant.structure().clone(),
             turns_momentum: plant.axes().len() > 1,
+            restores: false,
         };
         forces.set(plant.structure().terms(), plant.coefficients());
         forces
@@ -42,8 +50,9 @@ impl Forces {
         self.mass += load.mass;
         self.weight_excess += load.weight_n;
         self.lever += load.lever;
-        self.constant -= load.wrench;
+        self.constant -= self.on_axes(&load.wrench);
         self.turns_momentum = true;
+        self.restores = true;
     }
 
     /// Sets the coefficients of the same terms; the second call allocates nothing.
@@ -56,10 +65,18 @@ impl Forces {
                     self.mass[(i.index(), j.index())] = value;
                     self.mass[(j.index(), i.index())] = value;
                 }
-                Basis::Product(on, product) => self.products.push((on, product, value)),
-                Basis::WeightExcess => self.weight_excess = value,
-                Basis::Lever(axis) => self.lever[axis] = value,
-                Basis::One(on) => self.constant[on.index()] = value,
+                Basis::Product(on, product) => {
+                    if let Some(place) = self.place(on) {
+                        self.products.push((place, product, value));
+                    }
+                }
+                Basis::WeightExcess => (self.weight_excess, self.restores) = (value, true),
+                Basis::Lever(axis) => (self.lever[axis], self.restores) = (value, true),
+                Basis::One(on) => {
+                    if let Some(place) = self.place(on) {
+                        self.constant[place] = value;
+                    }
+                }
                 Basis::Effect(k) => self.effects.push((k, value)),
             }
         }
@@ -71,22 +88,25 @@ impl Forces {
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
         signals: &[f64],
-    ) -> Vector6<f64> {
+    ) -> SVector<f64, N> {
         let mut n = self.constant;
         if self.turns_momentum {
-            n += kirchhoff(&(self.mass * velocity), velocity);
+            n += self.on_axes(&kirchhoff(&(self.mass * velocity), velocity));
         }
-        for (on, product, value) in &self.products {
-            n[on.index()] += value * product.value(velocity);
+        for (place, product, value) in &self.products {
+            n[*place] += value * product.value(velocity);
         }
-        let moment = self.lever.cross(down_body);
-        for axis in 0..3 {
-            n[axis] -= self.weight_excess * down_body[axis];
-            n[axis + 3] -= moment[axis];
+        if self.restores {
+            n -= self.on_axes(&self.change_by_down(down_body));
         }
         for &(k, value) in &self.effects {
-            let signals = self.structure.read(k, signals);
-            n -= self.structure.effects()[k].wrench(velocity, &signals) * value;
+            let read = &mut [0.0; MOST_READ];
+            let signals = self.structure.read(k, signals, read);
+            let mut wrench = SVector::zeros();
+            self.structure.effects()[k].each_push(velocity, signals, |way, force, _| {
+                wrench += self.on_axes(way) * force;
+            });
+            n -= wrench * value;
         }
         n
     }
@@ -97,31 +117,52 @@ impl Forces {
         Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
     }
 
-    /// Returns ∂n/∂ν, shape (6, 6).
-    fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
-        let mut slope = match self.turns_momentum {
-            true => kirchhoff_slope(&self.mass, velocity),
-            false => Matrix6::zeros(),
-        };
-        for (on, product, value) in &self.products {
+    /// Returns ∂n/∂ν of the axes, shape (N, N).
+    fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> SMatrix<f64, N, N> {
+        let mut slope = SMatrix::<f64, N, N>::zeros();
+        if self.turns_momentum {
+            let six = kirchhoff_slope(&self.mass, velocity);
+            slope = SMatrix::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
+                (Some(on), Some(of)) => six[(on, of)],
+                _ => 0.0,
+            });
+        }
+        for (place, product, value) in &self.products {
             let mut row = [0.0; 6];
             product.add_slope(velocity, *value, &mut row);
-            for (j, x) in row.into_iter().enumerate() {
-                slope[(on.index(), j)] += x;
+            for (entry, axis) in slope.row_mut(*place).iter_mut().zip(self.axes) {
+                *entry += axis.map_or(0.0, |axis| row[axis]);
             }
         }
         for &(k, value) in &self.effects {
-            let signals = self.structure.read(k, signals);
-            slope -= self.structure.effects()[k].slope(velocity, &signals) * value;
+            let read = &mut [0.0; MOST_READ];
+            let signals = self.structure.read(k, signals, read);
+            let mut own = SMatrix::<f64, N, N>::zeros();
+            self.structure.effects()[k].each_push(velocity, signals, |way, _, by| {
+                let (way, by) = (self.on_axes(way), self.on_axes(&by));
+                for (column, by) in own.column_iter_mut().zip(&by) {
+                    column.into_iter().zip(&way).for_each(|(entry, way)| *entry += way * by);
+                }
+            });
+            slope -= own * value;
         }
         slope
+    }
+
+    /// Returns the axes of a vector of six.
+    fn on_axes(&self, six: &Vector6<f64>) -> SVector<f64, N> {
+        SVector::from_fn(|i, _| self.axes[i].map_or(0.0, |axis| six[axis]))
+    }
+
+    fn place(&self, on: Dof) -> Option<usize> {
+        self.axes.iter().position(|axis| *axis == Some(on.index()))
     }
 }
 
 /// A plant with rates on all six axes, zero outside its own.
 pub(crate) struct SixAxisPlant {
     inverse: Matrix6<f64>,
-    forces: Forces,
+    forces: Forces<6>,
 }
 
 impl SixAxisPlant {
@@ -139,7 +180,7 @@ impl SixAxisPlant {
     /// As [`Self::new`].
     pub(crate) fn under(plant: &Plant, load: Option<&Load>) -> Result<Self, Error> {
         let axes = plant.axes();
-        let mut forces = Forces::new(plant);
+        let mut forces = Forces::new(plant, std::array::from_fn(Some));
         load.iter().for_each(|load| forces.add(load));
         let of_axes = inverse_under(plant, load)?;
         let mut inverse = Matrix6::zeros();
@@ -201,10 +242,9 @@ fn singular(plant: &Plant) -> Error {
 
 /// A plant of at most `N` axes, prepared for many evaluations; entries beyond its axes are zero.
 pub(crate) struct Prepared<const N: usize> {
-    axes: [Option<usize>; N],
     inverse: SMatrix<f64, N, N>,
     terms: Vec<Basis>,
-    forces: Forces,
+    forces: Forces<N>,
     /// The plant under each of the loads to which slices refer by index.
     loaded: Vec<Self>,
 }
@@ -243,9 +283,9 @@ impl<const N: usize> Prepared<N> {
         let of_axes = inverse_under(plant, load)?;
         let inverse = SMatrix::from_fn(|i, j| if i < n && j < n { of_axes[(i, j)] } else { 0.0 });
         let terms = plant.structure().terms().to_vec();
-        let mut forces = Forces::new(plant);
+        let mut forces = Forces::new(plant, axes);
         load.iter().for_each(|load| forces.add(load));
-        Ok(Self { axes, inverse, terms, forces, loaded: Vec::new() })
+        Ok(Self { inverse, terms, forces, loaded: Vec::new() })
     }
 
     /// Sets the coefficients of the same terms, without allocating; returns false if M cannot be
@@ -255,12 +295,12 @@ impl<const N: usize> Prepared<N> {
         nalgebra::Const<N>: nalgebra::DimMin<nalgebra::Const<N>, Output = nalgebra::Const<N>>,
     {
         self.forces.set(&self.terms, coefficients);
-        let mass = SMatrix::<f64, N, N>::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
+        let mass = SMatrix::<f64, N, N>::from_fn(|i, j| match (self.axes()[i], self.axes()[j]) {
             (Some(i), Some(j)) => self.forces.mass[(i, j)],
             _ => f64::from(u8::from(i == j)),
         });
         let Some(mut inverse) = mass.try_inverse() else { return false };
-        for place in (0..N).filter(|place| self.axes[*place].is_none()) {
+        for place in (0..N).filter(|place| self.axes()[*place].is_none()) {
             inverse[(place, place)] = 0.0;
         }
         self.inverse = inverse;
@@ -269,23 +309,21 @@ impl<const N: usize> Prepared<N> {
 
     /// Returns the plant's axes of a vector of six.
     pub(crate) fn on_axes(&self, six: &Vector6<f64>) -> SVector<f64, N> {
-        SVector::from_fn(|i, _| self.axes[i].map_or(0.0, |axis| six[axis]))
+        self.forces.on_axes(six)
     }
 
-    /// Returns `others` with the entries of the plant's axes replaced.
-    pub(crate) fn to_six(&self, x: &SVector<f64, N>, others: &Vector6<f64>) -> Vector6<f64> {
-        let mut six = *others;
-        for (axis, &x) in self.axes.iter().zip(x.iter()) {
+    /// Writes the entries of the plant's axes, and leaves the others.
+    pub(crate) fn put(&self, x: &[f64], six: &mut Vector6<f64>) {
+        for (axis, &x) in self.axes().iter().zip(x) {
             if let Some(axis) = axis {
                 six[*axis] = x;
             }
         }
-        six
     }
 
     /// Returns the axis of ν at each index.
     pub(crate) fn axes(&self) -> &[Option<usize>; N] {
-        &self.axes
+        &self.forces.axes
     }
 
     /// Returns M⁻¹, shape (N, N).
@@ -307,17 +345,12 @@ impl<const N: usize> Prepared<N> {
         signals: &[f64],
     ) -> SVector<f64, N> {
         let n = self.forces.at(velocity, down_body, signals);
-        apply(&self.inverse, &(force - self.on_axes(&n)))
+        apply(&self.inverse, &(force - n))
     }
 
     /// Returns ∂ν̇/∂ν of the plant's axes, shape (N, N).
     pub(crate) fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> SMatrix<f64, N, N> {
-        let slope = self.forces.slope(velocity, signals);
-        let of_axes = SMatrix::from_fn(|i, j| match (self.axes[i], self.axes[j]) {
-            (Some(on), Some(of)) => -slope[(on, of)],
-            _ => 0.0,
-        });
-        times(&self.inverse, &of_axes)
+        times(&self.inverse, &-self.forces.slope(velocity, signals))
     }
 
     /// Returns ∂ν̇/∂k of the plant's axes, k being the world's down in body axes; shape (N, 3).
@@ -336,29 +369,28 @@ impl<const N: usize> Prepared<N> {
         signals: &[f64],
         columns: &mut [SVector<f64, N>],
     ) {
-        let wrenches = &self.forces.structure.wrenches(velocity, signals);
-        let at = Instant {
-            acceleration: self.to_six(rate, &Vector6::zeros()),
-            velocity: *velocity,
-            down_body: *down_body,
-        };
+        let forces = &self.forces;
+        let mut acceleration = Vector6::zeros();
+        self.put(rate.as_slice(), &mut acceleration);
+        let at = Instant { acceleration, velocity: *velocity, down_body: *down_body };
         for (term, column) in self.terms.iter().zip(columns) {
             *column = match *term {
                 // A product acts on one row only, so that a column of M⁻¹ suffices.
-                Basis::Product(on, product) => match self.place(on) {
+                Basis::Product(on, product) => match forces.place(on) {
                     Some(place) => self.inverse.column(place) * -product.value(velocity),
                     None => SVector::zeros(),
                 },
-                _ => {
-                    let y = self.forces.structure.regressor(term, &at, wrenches);
-                    apply(&self.inverse, &-self.on_axes(&y))
+                Basis::Effect(k) => {
+                    let wrench = forces.structure.wrench(k, velocity, signals);
+                    apply(&self.inverse, &self.on_axes(&wrench))
                 }
+                // Momentum along one axis does not act on it.
+                Basis::Mass(..) if !forces.turns_momentum => {
+                    apply(&self.inverse, &-self.on_axes(&term.inertial(&at.acceleration)))
+                }
+                _ => apply(&self.inverse, &-self.on_axes(&term.regressor(&at))),
             };
         }
-    }
-
-    fn place(&self, on: Dof) -> Option<usize> {
-        self.axes.iter().position(|axis| *axis == Some(on.index()))
     }
 }
 
@@ -474,11 +506,7 @@ pub(crate) mod tests {
         let (velocity, down, force) = motion();
         let rate = prepared.rate(&velocity, &down, &force, &SIGNALS);
         let wrenches = &plant.structure().wrenches(&velocity, &SIGNALS);
-        let at = Instant {
-            acceleration: prepared.to_six(&rate, &Vector6::zeros()),
-            velocity,
-            down_body: down,
-        };
+        let at = Instant { acceleration: rate, velocity, down_body: down };
         let terms = plant.structure().terms().iter().zip(plant.coefficients());
         let regressor = |term| plant.structure().regressor(term, &at, wrenches);
         let sum: Vector6<f64> = terms.map(|(term, value)| *value * regressor(term)).sum();

@@ -88,7 +88,12 @@ impl Product {
 
     /// Returns the product at a velocity.
     pub fn value(&self, velocity: &Vector6<f64>) -> f64 {
-        let product: f64 = self.factors().map(|factor| factor.value(velocity)).product();
+        let product = match self.factors {
+            // Nearly all products have one or two factors.
+            [Some(one), None, ..] => one.value(velocity),
+            [Some(one), Some(other), None, ..] => one.value(velocity) * other.value(velocity),
+            _ => self.factors().map(|factor| factor.value(velocity)).product(),
+        };
         match self.speed {
             0 => product,
             power => product * Speed::new(velocity).power(power).0,
@@ -123,12 +128,21 @@ impl Product {
             }
             weight *= scale;
         }
-        for (k, factor) in self.factors().enumerate() {
-            let others = self.factors().enumerate().filter(|(j, _)| *j != k);
-            let others: f64 = others.map(|(_, other)| other.value(velocity)).product();
+        let mut add = |factor: Factor, others: f64| {
             let index = factor.of.index();
             let slope = if factor.modulus { sign(velocity[index]) } else { 1.0 };
             row[index] += weight * slope * others;
+        };
+        match self.factors {
+            [Some(one), None, ..] => add(one, 1.0),
+            [Some(one), Some(other), None, ..] => {
+                add(one, other.value(velocity));
+                add(other, one.value(velocity));
+            }
+            _ => self.factors().enumerate().for_each(|(k, factor)| {
+                let others = self.factors().enumerate().filter(|(j, _)| *j != k);
+                add(factor, others.map(|(_, other)| other.value(velocity)).product());
+            }),
         }
     }
 }

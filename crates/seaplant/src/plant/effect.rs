@@ -338,7 +338,8 @@ impl Effect {
     }
 
     /// Passes on each force that it consists of: its unit wrench, its size, and `∂/∂ν` of that.
-    fn each_push(
+    #[inline]
+    pub(crate) fn each_push(
         &self,
         velocity: &Vector6<f64>,
         signals: &[f64],

@@ -299,13 +299,29 @@ impl Structure {
         self.effects.get(*k)?.prior_std()
     }
 
-    /// Selects the signals of an effect from the values of [`Self::signals`].
-    pub(crate) fn read(&self, effect: usize, signals: &[f64]) -> [f64; MOST_READ] {
-        let mut read = [0.0; MOST_READ];
-        for (x, &at) in read.iter_mut().zip(&self.signal_indices[effect]) {
+    /// Selects the signals of an effect from the values of [`Self::signals`]; writes them to `read`.
+    pub(crate) fn read<'a>(
+        &self,
+        effect: usize,
+        signals: &[f64],
+        read: &'a mut [f64; MOST_READ],
+    ) -> &'a [f64] {
+        let indices = &self.signal_indices[effect];
+        for (x, &at) in read.iter_mut().zip(indices) {
             *x = signals.get(at).copied().unwrap_or(0.0);
         }
-        read
+        &read[..indices.len()]
+    }
+
+    /// Returns the wrench of an effect for a unit coefficient, N and N m, shape (6,).
+    pub(crate) fn wrench(
+        &self,
+        effect: usize,
+        velocity: &Vector6<f64>,
+        signals: &[f64],
+    ) -> Vector6<f64> {
+        let read = &mut [0.0; MOST_READ];
+        self.effects[effect].wrench(velocity, self.read(effect, signals, read))
     }
 
     /// Returns the wrench of each effect for a unit coefficient, N and N m, each of shape (6,);
@@ -316,7 +332,7 @@ impl Structure {
         let mut all = vec![Vector6::zeros(); self.effects.len()];
         for term in &self.terms {
             if let Basis::Effect(k) = *term {
-                all[k] = self.effects[k].wrench(velocity, &self.read(k, signals));
+                all[k] = self.wrench(k, velocity, signals);
             }
         }
         all

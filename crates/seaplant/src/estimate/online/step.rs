@@ -94,10 +94,7 @@ impl Step {
     /// Returns the regressor of a term; for an effect, minus its force at a unit coefficient.
     fn regressor(&self, k: usize, at: &Instant, signals: &[f64]) -> Vector6<f64> {
         match self.structure.terms()[k] {
-            Basis::Effect(number) => {
-                let read = self.structure.read(number, signals);
-                -self.structure.effects()[number].wrench(&at.velocity, &read)
-            }
+            Basis::Effect(number) => -self.structure.wrench(number, &at.velocity, signals),
             term => term.regressor(at),
         }
     }

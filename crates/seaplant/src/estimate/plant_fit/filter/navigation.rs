@@ -563,12 +563,13 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     fn kinematics(&self, instant: &FilterInstant, ends: &Ends<'_, N, M>) -> [Kinematics; 2] {
         let slices = &self.schedule.slices[instant.slices.clone()];
         let of = |motion: &SVector<f64, M>, others: &Vector6<f64>, down: Vector3<f64>| {
-            let velocity = SVector::<f64, N>::from_fn(|i, _| motion[i]);
+            let mut velocity = *others;
+            self.plant.put(motion.as_slice(), &mut velocity);
             let down = match M > N {
                 true => Vector3::from_fn(|i, _| motion[N + i]),
                 false => down,
             };
-            (self.plant.to_six(&velocity, others), down)
+            (velocity, down)
         };
         let (first, last) = (&slices[0], &slices[slices.len() - 1]);
         let (velocity, down) = of(ends.before, &first.around.others[0], first.around.down_body[0]);
