@@ -173,8 +173,9 @@ impl OutlineBuilder for Pen {
 
 fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, Error> {
     // Everything is on an opaque background, so premultiplied colours equal plain ones.
-    let opaque: Vec<u8> =
-        pixmap.data().chunks_exact(4).flat_map(|rgba| [rgba[0], rgba[1], rgba[2]]).collect();
+    let (pixels, _) = pixmap.data().as_chunks::<4>();
+    let opaque: Vec<[u8; 3]> =
+        pixels.iter().map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
     encoder.set_color(ColorType::Rgb);
@@ -183,7 +184,7 @@ fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, Error> {
     // Most rows equal those above them.
     encoder.set_filter(Filter::Up);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&opaque)?;
+    writer.write_image_data(opaque.as_flattened())?;
     writer.finish()?;
     Ok(bytes)
 }

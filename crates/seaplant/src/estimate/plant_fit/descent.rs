@@ -6,9 +6,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
-use super::filter::{Gains, Slope};
+use super::filter::{Gains, Pass, Slope};
 use super::noise_descent::NoiseDescent;
-use super::problem::{Point, Problem};
+use super::problem::{CURRENT_STD, Point, Problem};
+use super::schedule::Schedule;
 use crate::Error;
 use crate::estimate::descend::Parabola;
 use crate::plant::Parameterisation;
@@ -186,7 +187,7 @@ impl Problem {
         let (mut gradient, hessian) = self.in_free_numbers(&point.free, slope);
         let is_whole = self.is_small();
         if is_whole {
-            gradient += self.slope_of_gains(point, (slope, gains), &hessian);
+            gradient += self.slope_of_gains(point, gains, &hessian);
         }
         let (numbers, limits) = (point.numbers(), self.limits(point));
         let parabola =
@@ -224,28 +225,47 @@ impl Problem {
     }
 
     /// Computes the slope of what fixed gains leave out of the likelihood, by differences: plant and currents change
-    /// the gains, thrust does not.
+    /// the gains, thrust does not. The current of a trial changes those of this trial alone, so that the currents of
+    /// all trials are moved at once.
     fn slope_of_gains(
         &self,
         point: &Point,
-        (slope, gains): (&Slope, &[Gains]),
+        gains: &[Gains],
         hessian: &DMatrix<f64>,
     ) -> DVector<f64> {
         let (limits, numbers) = (self.limits(point), point.numbers());
-        let here = slope.cost - slope.misfit - self.prior(point);
-        let of_thrust = point.free.len()..point.free.len() + Actuator::COUNT;
-        DVector::from_fn(numbers.len(), |k, _| {
-            if of_thrust.contains(&k) || self.is_held(point, k) || hessian[(k, k)] <= 0.0 {
-                return 0.0;
-            }
+        let here: Vec<f64> = gains.iter().map(Gains::half_logs).collect();
+        let mut slope = DVector::zeros(numbers.len());
+        let plant = (0..point.free.len()).map(|k| (false, vec![k]));
+        let first = point.free.len() + Actuator::COUNT;
+        let along =
+            |direction: usize| (true, (first + direction..numbers.len()).step_by(2).collect());
+        for (is_current, moving) in plant.chain((0..2).map(along)) {
+            let least = if is_current { CURRENT_STD.powi(-2) } else { 0.0 };
             let mut step = DVector::zeros(numbers.len());
-            step[k] = DIFFERENCE / hessian[(k, k)].sqrt();
+            for &k in &moving {
+                if !self.is_held(point, k) && hessian[(k, k)] > least {
+                    step[k] = DIFFERENCE / hessian[(k, k)].sqrt();
+                }
+            }
+            if step.iter().all(|x| *x == 0.0) {
+                continue;
+            }
             let moved = self.as_disturbed(point, point.moved(&step, &limits));
-            let there = self.cost(&moved) - self.at_gains(&moved, gains);
-            let slope = (there - here) / (moved.numbers()[k] - numbers[k]);
-            // A simulation that diverges so near has no slope of its own.
-            if slope.is_finite() { slope } else { 0.0 }
-        })
+            let left_out = |k: usize, pass: &dyn Pass| pass.cost() - pass.at_gains(&gains[k]);
+            let Ok(there) = self.each(&moved, left_out) else { continue };
+            let reached = moved.numbers();
+            for (trial, &k) in moving.iter().enumerate().filter(|(_, k)| step[**k] != 0.0) {
+                let own = |schedule: &Schedule| !is_current || schedule.trial == trial;
+                let changes = self.schedules.iter().zip(there.iter().zip(&here));
+                let changes = changes.filter(|(schedule, _)| own(schedule));
+                let change: f64 = changes.map(|(_, (there, here))| there - here).sum();
+                let by = change / (reached[k] - numbers[k]);
+                // A simulation that diverges so near has no slope of its own.
+                slope[k] = if by.is_finite() { by } else { 0.0 };
+            }
+        }
+        slope
     }
 
     /// Returns a point with disturbances that accelerate the vehicle as at another, whatever its mass.

@@ -136,6 +136,11 @@ impl Gains {
         self.numbers.push(gain.variance);
     }
 
+    /// Returns ½ Σ ln S, what the likelihood has beside the misfit.
+    pub(super) fn half_logs(&self) -> f64 {
+        self.each().map(|(_, variance)| 0.5 * variance.ln()).sum()
+    }
+
     /// Returns the gain of each state and the variance of the innovation, by measurement.
     fn each(&self) -> impl Iterator<Item = (&[f64], f64)> {
         let each = self.numbers.chunks_exact(self.stride);
@@ -246,8 +251,11 @@ pub(super) trait Pass {
     /// returns.
     fn at_gains(&self, gains: &Gains) -> f64;
 
-    /// Computes the negative log-likelihood and all innovations.
-    fn innovations(&self) -> (f64, Vec<Innovation>);
+    /// Computes the negative log-likelihood.
+    fn cost(&self) -> f64;
+
+    /// Computes the innovations of all measurements.
+    fn innovations(&self) -> Vec<Innovation>;
 
     /// Simulates the plant from its start without disturbances and measurements; returns a state for
     /// each instant of the schedule.
@@ -314,8 +322,14 @@ impl<const N: usize, const M: usize> Pass for SizedPass<'_, N, M> {
         Sweep::<'_, N, M, MOST_NAVIGATION> { pass: self }.at_gains(gains)
     }
 
-    fn innovations(&self) -> (f64, Vec<Innovation>) {
-        with_room!(self, innovations())
+    fn cost(&self) -> f64 {
+        with_room!(self, cost(None))
+    }
+
+    fn innovations(&self) -> Vec<Innovation> {
+        let mut innovations = Vec::with_capacity(self.schedule.samples());
+        with_room!(self, cost(Some(&mut innovations)));
+        innovations
     }
 
     fn driven_states(&self) -> Vec<DrivenState> {
@@ -447,10 +461,10 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    fn innovations(&self) -> (f64, Vec<Innovation>) {
+    /// Computes the negative log-likelihood, and appends the innovations where they are asked for.
+    fn cost(&self, mut innovations: Option<&mut Vec<Innovation>>) -> f64 {
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let (mut flow, mut cost, mut steps) = (Flow::of_state(), 0.0, StepCache::default());
-        let mut innovations = Vec::with_capacity(self.schedule.samples());
         for (index, instant) in self.schedule.instants.iter().enumerate().skip(1) {
             let transition = self.predict(instant, &mut mean, &mut flow);
             let crossed = covariance.crossed_if_needed(&transition);
@@ -459,6 +473,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             for (observation, y) in self.measurements(instant) {
                 let (e, gain) = self.correct(&observation, y, &mut mean, &mut covariance);
                 cost += half_log(e, gain.variance);
+                let Some(innovations) = &mut innovations else { continue };
                 let axis = match observation.of {
                     Observed::Velocity(place) => Some(place),
                     Observed::Down(_) => continue,
@@ -473,7 +488,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 covariance.reset(state);
             }
         }
-        (if cost.is_finite() { cost } else { f64::INFINITY }, innovations)
+        if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
     fn driven_states(&self) -> Vec<DrivenState> {
@@ -827,7 +842,8 @@ mod tests {
         let sweep = Sweep::<3, 3, K> { pass };
         let (by_plant, gains) = sweep.sweep(f64::INFINITY, &mut |_| (), Some(0.2));
         let (_, by_noise) = sweep.noise_gradient();
-        let (cost, innovations) = sweep.innovations();
+        let mut innovations = Vec::new();
+        let cost = sweep.cost(Some(&mut innovations));
         let mut all = vec![cost, sweep.at_gains(&gains)];
         all.extend(innovations.iter().flat_map(|own| [own.error, own.variance]));
         all.extend(by_plant.gradient.iter().chain(by_plant.information.iter()));

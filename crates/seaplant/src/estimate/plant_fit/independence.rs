@@ -35,7 +35,7 @@ impl Problem {
     /// [Ljung1999, sec. 16.6], with the variance of blocks instead of that of two stationary series.
     pub(super) fn independence(&self, point: &Point) -> BTreeMap<Dof, f64> {
         let passes = self.each(point, |_, pass| {
-            let (states, (_, innovations)) = (pass.driven_states(), pass.innovations());
+            let (states, innovations) = (pass.driven_states(), pass.innovations());
             (states.iter().map(inputs).collect::<Vec<_>>(), innovations)
         });
         let Ok(passes) = passes else { return BTreeMap::new() };

@@ -519,13 +519,13 @@ impl Problem {
 
     /// Computes the negative log-likelihood, including priors.
     pub(super) fn cost(&self, point: &Point) -> f64 {
-        let costs = self.each(point, |_, pass| pass.innovations().0);
+        let costs = self.each(point, |_, pass| pass.cost());
         costs.map_or(f64::INFINITY, |costs| costs.iter().sum::<f64>() + self.prior(point))
     }
 
     /// Computes the innovations of each schedule.
     pub(super) fn innovations(&self, point: &Point) -> Result<Vec<Vec<Innovation>>, Error> {
-        self.each(point, |_, pass| pass.innovations().1)
+        self.each(point, |_, pass| pass.innovations())
     }
 
     /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.

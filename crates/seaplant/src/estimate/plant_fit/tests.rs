@@ -403,7 +403,7 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
     let truth = prepared(plant.coefficients());
     let of_noise = |noise: &Noise| {
         let pass = pass(&*truth, (schedule, &pushes), noise);
-        (pass.noise_gradient(), pass.innovations().0)
+        (pass.noise_gradient(), pass.cost())
     };
     let ((found, gradient), cost) = of_noise(&noise);
     assert!((found - cost).abs() < 1e-9 * cost.abs());
@@ -449,7 +449,7 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     let pass = |noise: &Noise| {
         let pass =
             filter.pass(PassInput { schedule, pushes: &pushes, current: [0.1, -0.05], noise });
-        (pass.noise_gradient(), pass.innovations().0)
+        (pass.noise_gradient(), pass.cost())
     };
     let ((found, gradient), cost) = pass(&noise());
     assert!((found - cost).abs() < 1e-9 * cost.abs());
@@ -490,7 +490,7 @@ fn check_slope_by_noise(sensor: SensorLag) {
     };
     let pass = |noise: &Noise| {
         let pass = filter.pass(PassInput { schedule, pushes: &pushes, current: [0.1, 0.0], noise });
-        (pass.noise_gradient().1, pass.innovations().0)
+        (pass.noise_gradient().1, pass.cost())
     };
     let (gradient, _) = pass(&noise);
     let logarithms = noise.logarithms();
@@ -993,7 +993,7 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
     let truth = prepared(plant.coefficients());
     let of_noise = |noise: &Noise| {
         let pass = pass(&*truth, (schedule, &pushes), current, noise);
-        (pass.noise_gradient(), pass.innovations().0)
+        (pass.noise_gradient(), pass.cost())
     };
     let ((found, gradient), cost) = of_noise(&noise);
     assert!((found - cost).abs() < 1e-9 * cost.abs());
