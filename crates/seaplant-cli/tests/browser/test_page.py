@@ -131,8 +131,9 @@ def differences(one: object, other: object, place: str, scale: float = 0.0) -> I
     """Where two JSON values differ by more than they may."""
     if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
         for key in one:
-            # Likelihood ratios are small differences of large sums: theirs are compared with 1.
-            size = 1.0 if key == "likelihood_ratio" else 0.0
+            # Likelihood ratios are small differences of large sums, and what a change explains is
+            # a part of the misfit: theirs are compared with 1.
+            size = 1.0 if key in ("likelihood_ratio", "explained") else 0.0
             if key != "provenance":
                 yield from differences(one[key], other[key], f"{place}.{key}", size)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
