@@ -20,7 +20,7 @@ pub(crate) use known::{Load, acting as known_at, changes as known_changes};
 pub(crate) use products::{
     apply, subtract_outer, subtract_outers, times, times_sparse_transposed, times_transposed,
 };
-pub(crate) use rate::{Prepared, SixAxisPlant};
+pub(crate) use rate::Prepared;
 pub(crate) use simulate::Moving;
 pub use simulate::{Inputs, Simulated, Wind, simulate};
 pub(crate) use smooth::smoothed_attitude;
@@ -85,6 +85,6 @@ impl Plant {
         velocity: &Vector6<f64>,
         down_body: &Vector3<f64>,
     ) -> Result<Vector6<f64>, Error> {
-        Ok(SixAxisPlant::new(self)?.rate(velocity, down_body, force, &[]))
+        Ok(Prepared::of_six(self, None)?.rate(velocity, down_body, force, &[]))
     }
 }

@@ -33,11 +33,14 @@ SHOTS = TARGET / "browser"
 # libraries' exponentials and sines differ in the last bit, and filter error takes slopes from
 # differences of costs. Estimates and their intervals agree to 1e-6.
 TOLERANCE = 1e-5
-# Of small differences of large numbers, which have lost most digits: the changes that trials ask
-# for, condition numbers, and the interval of a nuisance that the data do not tell, which is the
+# Of small differences of large numbers, which have lost most digits: the masses and drags that
+# trials ask for, condition numbers, and the interval of a nuisance that the data do not tell, which is the
 # exponential of many standard deviations. 3e-5 was seen.
 COARSE = 1e-4
-IS_COARSE = re.compile(r"\.change\.|\.condition$|\.nuisances\.\w+\.(low|high)95$")
+IS_COARSE = re.compile(r"\.change\.(mass|drag)\.|\.condition$|\.nuisances\.\w+\.(low|high)95$")
+# Sizes with which such differences of numbers near 1 are compared if they are smaller: ratios of
+# likelihoods in logarithms, and the part of the misfit that a change explains.
+LEAST = {"likelihood_ratio": 1.0, "explained": 1e-3}
 # What a fit in the page may take at most, ms.
 PATIENCE = 600_000
 # What a server sends at most, by gzip.
@@ -131,9 +134,7 @@ def differences(one: object, other: object, place: str, scale: float = 0.0) -> I
     """Where two JSON values differ by more than they may."""
     if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
         for key in one:
-            # Likelihood ratios are small differences of large sums, and what a change explains is
-            # a part of the misfit: theirs are compared with 1.
-            size = 1.0 if key in ("likelihood_ratio", "explained") else 0.0
+            size = LEAST.get(key, 0.0)
             if key != "provenance":
                 yield from differences(one[key], other[key], f"{place}.{key}", size)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):

@@ -41,7 +41,7 @@ pub use possible::Possible;
 pub use sample::{MOST_SIGNALS, Sample};
 
 use crate::Error;
-use crate::motion::SixAxisPlant;
+use crate::motion::Prepared;
 use crate::plant::{Basis, Plant, RigidBody, Structure};
 use adaptive::Adaptive;
 use change::Changes;
@@ -388,7 +388,7 @@ impl Online {
             });
         }
         let Some(last) = self.recent[0] else { return Ok(None) };
-        let six_axes = SixAxisPlant::new(&self.plant()?)?;
+        let six_axes = Prepared::of_six(&self.plant()?, None)?;
         let steps = (duration_s / 0.02).ceil().max(1.0);
         let h = duration_s / steps;
         let rate = |velocity: &Vector6<f64>| {

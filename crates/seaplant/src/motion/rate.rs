@@ -159,71 +159,6 @@ impl<const N: usize> Forces<N> {
     }
 }
 
-/// A plant with rates on all six axes, zero outside its own.
-pub(crate) struct SixAxisPlant {
-    inverse: Matrix6<f64>,
-    forces: Forces<6>,
-}
-
-impl SixAxisPlant {
-    /// Prepares a plant.
-    ///
-    /// # Errors
-    /// [`Error::Plant`] if M cannot be inverted.
-    pub(crate) fn new(plant: &Plant) -> Result<Self, Error> {
-        Self::under(plant, None)
-    }
-
-    /// Prepares a plant under known forces.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub(crate) fn under(plant: &Plant, load: Option<&Load>) -> Result<Self, Error> {
-        let axes = plant.axes();
-        let mut forces = Forces::new(plant, std::array::from_fn(Some));
-        load.iter().for_each(|load| forces.add(load));
-        let of_axes = inverse_under(plant, load)?;
-        let mut inverse = Matrix6::zeros();
-        for (i, on) in axes.iter().enumerate() {
-            for (j, of) in axes.iter().enumerate() {
-                inverse[(on.index(), of.index())] = of_axes[(i, j)];
-            }
-        }
-        Ok(Self { inverse, forces })
-    }
-
-    /// Returns ν̇_r = M⁻¹ (τ − n), shape (6,).
-    pub(crate) fn rate(
-        &self,
-        velocity: &Vector6<f64>,
-        down_body: &Vector3<f64>,
-        force: &Vector6<f64>,
-        signals: &[f64],
-    ) -> Vector6<f64> {
-        self.inverse * (force - self.forces.at(velocity, down_body, signals))
-    }
-
-    /// Returns ∂ν̇/∂ν, shape (6, 6).
-    pub(crate) fn slope(&self, velocity: &Vector6<f64>) -> Matrix6<f64> {
-        -self.inverse * self.forces.slope(velocity, &[])
-    }
-
-    /// Returns the change of ν̇ with a small change of the world's down in body axes, shape (6,).
-    pub(crate) fn slope_by_down(&self, change: &Vector3<f64>) -> Vector6<f64> {
-        self.inverse * self.forces.change_by_down(change)
-    }
-
-    /// Returns M, zero outside the plant's axes.
-    pub(crate) fn mass(&self) -> &Matrix6<f64> {
-        &self.forces.mass
-    }
-
-    /// Returns M⁻¹, zero outside the plant's axes.
-    pub(crate) fn inverse(&self) -> &Matrix6<f64> {
-        &self.inverse
-    }
-}
-
 /// Returns M⁻¹ of a plant with the mass of known forces, shape (axes, axes).
 fn inverse_under(plant: &Plant, load: Option<&Load>) -> Result<DMatrix<f64>, Error> {
     let (mut mass, axes) = (plant.mass_matrix(), plant.axes());
@@ -247,6 +182,21 @@ pub(crate) struct Prepared<const N: usize> {
     forces: Forces<N>,
     /// The plant under each of the loads to which slices refer by index.
     loaded: Vec<Self>,
+}
+
+impl Prepared<6> {
+    /// Prepares a plant with rates on all six axes, zero outside its own, under known forces.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if M cannot be inverted.
+    pub(crate) fn of_six(plant: &Plant, load: Option<&Load>) -> Result<Self, Error> {
+        Self::on(std::array::from_fn(Some), plant, load)
+    }
+
+    /// Returns M, zero outside the plant's axes.
+    pub(crate) fn mass(&self) -> &Matrix6<f64> {
+        &self.forces.mass
+    }
 }
 
 impl<const N: usize> Prepared<N> {
@@ -274,17 +224,27 @@ impl<const N: usize> Prepared<N> {
     }
 
     fn with_load(plant: &Plant, load: Option<&Load>) -> Result<Self, Error> {
-        let n = plant.axes().len();
-        if n > N {
-            let reason = format!("has more than {N} axes");
-            return Err(Error::Plant { axes: plant.structure().name(), reason });
-        }
         let axes = std::array::from_fn(|i| plant.axes().get(i).map(|dof| dof.index()));
-        let of_axes = inverse_under(plant, load)?;
-        let inverse = SMatrix::from_fn(|i, j| if i < n && j < n { of_axes[(i, j)] } else { 0.0 });
-        let terms = plant.structure().terms().to_vec();
+        Self::on(axes, plant, load)
+    }
+
+    fn on(axes: [Option<usize>; N], plant: &Plant, load: Option<&Load>) -> Result<Self, Error> {
         let mut forces = Forces::new(plant, axes);
         load.iter().for_each(|load| forces.add(load));
+        let places: Option<Vec<usize>> =
+            plant.axes().iter().map(|dof| forces.place(*dof)).collect();
+        let places = places.ok_or_else(|| {
+            let reason = format!("has more than {N} axes");
+            Error::Plant { axes: plant.structure().name(), reason }
+        })?;
+        let of_axes = inverse_under(plant, load)?;
+        let mut inverse = SMatrix::zeros();
+        for (i, on) in places.iter().enumerate() {
+            for (j, of) in places.iter().enumerate() {
+                inverse[(*on, *of)] = of_axes[(i, j)];
+            }
+        }
+        let terms = plant.structure().terms().to_vec();
         Ok(Self { inverse, terms, forces, loaded: Vec::new() })
     }
 
@@ -380,15 +340,14 @@ impl<const N: usize> Prepared<N> {
                     Some(place) => self.inverse.column(place) * -product.value(velocity),
                     None => SVector::zeros(),
                 },
-                Basis::Effect(k) => {
-                    let wrench = forces.structure.wrench(k, velocity, signals);
-                    apply(&self.inverse, &self.on_axes(&wrench))
-                }
                 // Momentum along one axis does not act on it.
                 Basis::Mass(..) if !forces.turns_momentum => {
                     apply(&self.inverse, &-self.on_axes(&term.inertial(&at.acceleration)))
                 }
-                _ => apply(&self.inverse, &-self.on_axes(&term.regressor(&at))),
+                _ => {
+                    let y = forces.structure.regressor(term, &at, signals);
+                    apply(&self.inverse, &-self.on_axes(&y))
+                }
             };
         }
     }
@@ -505,10 +464,9 @@ pub(crate) mod tests {
         let prepared = Prepared::<6>::new(&plant).expect("six axes");
         let (velocity, down, force) = motion();
         let rate = prepared.rate(&velocity, &down, &force, &SIGNALS);
-        let wrenches = &plant.structure().wrenches(&velocity, &SIGNALS);
         let at = Instant { acceleration: rate, velocity, down_body: down };
         let terms = plant.structure().terms().iter().zip(plant.coefficients());
-        let regressor = |term| plant.structure().regressor(term, &at, wrenches);
+        let regressor = |term| plant.structure().regressor(term, &at, &SIGNALS);
         let sum: Vector6<f64> = terms.map(|(term, value)| *value * regressor(term)).sum();
         assert!((sum - Vector6::from(force)).amax() < 1e-9);
     }

@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3, Vector6};
 
 use super::held::held_turn;
-use super::{
-    KnownForce, Load, SixAxisPlant, body_from_world, interpolated_attitude, known_changes,
-};
+use super::{KnownForce, Load, Prepared, body_from_world, interpolated_attitude, known_changes};
 use crate::plant::{Plant, Signal};
 use crate::quantity::WindFrame;
 use crate::series::ROUNDING_S;
@@ -126,9 +124,9 @@ pub fn simulate(
 
 /// The simulator.
 struct Run<'a> {
-    plant: SixAxisPlant,
+    plant: Prepared<6>,
     /// The plant under known forces from each instant, s; `None` from one at which none acts.
-    loaded: Vec<(f64, Option<SixAxisPlant>)>,
+    loaded: Vec<(f64, Option<Prepared<6>>)>,
     /// The signals of its effects, in order.
     signals: Vec<(&'a Signal, &'a Timed)>,
     first: Dof,
@@ -199,17 +197,17 @@ impl<'a> Run<'a> {
         let under = |from_s: f64| {
             // Loads change at the ends of steps only.
             let load = Load::at(&inputs.known, from_s + ROUNDING_S);
-            let loaded = load.map(|load| SixAxisPlant::under(plant, Some(&load))).transpose()?;
+            let loaded = load.map(|load| Prepared::of_six(plant, Some(&load))).transpose()?;
             Ok((from_s, loaded))
         };
         let loaded = known_changes(&inputs.known).into_iter().map(under);
         let loaded = loaded.collect::<Result<_, Error>>()?;
-        let plant = SixAxisPlant::new(plant)?;
+        let plant = Prepared::of_six(plant, None)?;
         Ok(Self { plant, loaded, signals, first, inputs, current, has, turns })
     }
 
     /// Returns the plant under the known forces at an instant.
-    fn plant_at(&self, t: f64) -> &SixAxisPlant {
+    fn plant_at(&self, t: f64) -> &Prepared<6> {
         let begun = self.loaded.partition_point(|(from_s, _)| *from_s <= t);
         let last = begun.checked_sub(1).and_then(|k| self.loaded[k].1.as_ref());
         last.unwrap_or(&self.plant)

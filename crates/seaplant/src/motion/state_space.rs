@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
-use super::SixAxisPlant;
+use super::Prepared;
 use super::attitude::{body_from_world, down_body, euler_rates};
 use super::held::{HeldTurn, held_turn};
 use super::known::{KnownForce, Load};
@@ -42,7 +42,7 @@ pub const STATE_NAMES: [&str; 12] =
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub struct StateSpace {
-    six_axes: SixAxisPlant,
+    six_axes: Prepared<6>,
     own: [bool; 6],
     axes: String,
 }
@@ -63,7 +63,7 @@ impl StateSpace {
     /// [`Error::Plant`] if M cannot be inverted.
     pub fn new(plant: &Plant) -> Result<Self, Error> {
         let own = Dof::ALL.map(|dof| plant.axes().contains(&dof));
-        Ok(Self { six_axes: SixAxisPlant::new(plant)?, own, axes: plant.structure().name() })
+        Ok(Self { six_axes: Prepared::of_six(plant, None)?, own, axes: plant.structure().name() })
     }
 
     /// The plant under known forces that act together, whatever their times are.
@@ -71,7 +71,7 @@ impl StateSpace {
     /// # Errors
     /// As [`StateSpace::new`].
     pub fn under(plant: &Plant, known: &[KnownForce]) -> Result<Self, Error> {
-        let six_axes = SixAxisPlant::under(plant, Some(&Load::of(known)))?;
+        let six_axes = Prepared::of_six(plant, Some(&Load::of(known)))?;
         Ok(Self { six_axes, ..Self::new(plant)? })
     }
 
@@ -111,7 +111,8 @@ impl StateSpace {
         let pose = self.pose(x, tau, current)?;
         let (nu, held) = self.velocity(x, &pose);
         let (v, omega) = (nu.fixed_rows::<3>(0).into_owned(), held.omega);
-        let by_velocity = self.six_axes.slope(&self.relative(&nu, &pose));
+        let by_velocity = self.six_axes.slope(&self.relative(&nu, &pose), &[]);
+        let by_down = self.six_axes.slope_by_down();
         let mut a = SMatrix::<f64, 12, 12>::zeros();
         a.fixed_view_mut::<3, 3>(0, 6).copy_from(&pose.to_body.transpose());
         a.fixed_view_mut::<3, 3>(3, 9).copy_from(&turning(&pose));
@@ -122,7 +123,7 @@ impl StateSpace {
             let about = self.turns_about(&pose, k);
             let turned = |of: &Vector3<f64>| -about.cross(of);
             let by_angle = by_velocity * self.on_own(&-turned(&pose.water))
-                + self.six_axes.slope_by_down(&turned(&pose.down))
+                + by_down * turned(&pose.down)
                 - self.on_own(&omega.cross(&turned(&pose.water)));
             a.fixed_view_mut::<6, 1>(6, 3 + k).copy_from(&by_angle);
             let position = pose.to_body.tr_mul(&about.cross(&v));

@@ -128,21 +128,12 @@ impl Product {
             }
             weight *= scale;
         }
-        let mut add = |factor: Factor, others: f64| {
+        for (k, factor) in self.factors().enumerate() {
+            let others = self.factors().enumerate().filter(|(j, _)| *j != k);
+            let others: f64 = others.map(|(_, other)| other.value(velocity)).product();
             let index = factor.of.index();
             let slope = if factor.modulus { sign(velocity[index]) } else { 1.0 };
             row[index] += weight * slope * others;
-        };
-        match self.factors {
-            [Some(one), None, ..] => add(one, 1.0),
-            [Some(one), Some(other), None, ..] => {
-                add(one, other.value(velocity));
-                add(other, one.value(velocity));
-            }
-            _ => self.factors().enumerate().for_each(|(k, factor)| {
-                let others = self.factors().enumerate().filter(|(j, _)| *j != k);
-                add(factor, others.map(|(_, other)| other.value(velocity)).product());
-            }),
         }
     }
 }

@@ -136,10 +136,9 @@ impl Plant {
         signals: &[f64],
     ) -> Vector6<f64> {
         let acceleration = Vector6::zeros();
-        let wrenches = self.structure.wrenches(velocity, signals);
         let at = super::Instant { acceleration, velocity: *velocity, down_body: *down_body };
         let force =
-            |(term, value): (&Basis, f64)| value * self.structure.regressor(term, &at, &wrenches);
+            |(term, value): (&Basis, f64)| value * self.structure.regressor(term, &at, signals);
         self.with_terms().map(force).sum()
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -330,15 +330,7 @@ impl Effect {
         wrench
     }
 
-    /// Returns `∂/∂ν` of [`Self::wrench`], shape (6, 6).
-    pub fn slope(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
-        let mut slope = Matrix6::zeros();
-        self.each_push(velocity, signals, |way, _, by| slope += way * by.transpose());
-        slope
-    }
-
     /// Passes on each force that it consists of: its unit wrench, its size, and `∂/∂ν` of that.
-    #[inline]
     pub(crate) fn each_push(
         &self,
         velocity: &Vector6<f64>,
@@ -505,6 +497,8 @@ fn air_slope(by_x: f64, by_y: f64) -> Vector6<f64> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Matrix6;
+
     use super::*;
     use crate::plant::WakeByDrift;
 
@@ -540,6 +534,13 @@ mod tests {
             hull_increase: 0.3,
             hull_at_m: -0.6,
         }
+    }
+
+    /// Returns `∂/∂ν` of the wrench.
+    fn slope(effect: &Effect, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
+        let mut slope = Matrix6::zeros();
+        effect.each_push(velocity, signals, |way, _, by| slope += way * by.transpose());
+        slope
     }
 
     fn effect(force: EffectForce) -> Effect {
@@ -602,7 +603,7 @@ mod tests {
         let ahead = inflow_effect(true);
         assert_eq!(ahead.wrench(&velocity, &[-20.0]), Vector6::zeros());
         assert_eq!(ahead.wrench(&velocity, &[20.0]), inflow.wrench(&velocity, &[20.0]));
-        assert_eq!(ahead.slope(&velocity, &[20.0]), inflow.slope(&velocity, &[20.0]));
+        assert_eq!(slope(&ahead, &velocity, &[20.0]), slope(&inflow, &velocity, &[20.0]));
         assert_eq!(ahead.wrench(&-velocity, &[-20.0]), inflow.wrench(&-velocity, &[-20.0]));
     }
 
@@ -657,7 +658,7 @@ mod tests {
         for force in forces {
             let effect = effect(force);
             let signals = if effect.signals().len() == 1 { [0.2, 0.0] } else { [0.2, 3.0] };
-            let slope = effect.slope(&velocity, &signals);
+            let slope = slope(&effect, &velocity, &signals);
             for j in 0..6 {
                 let at = |step: f64| {
                     let mut moved = velocity;

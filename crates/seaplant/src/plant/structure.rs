@@ -313,38 +313,14 @@ impl Structure {
         &read[..indices.len()]
     }
 
-    /// Returns the wrench of an effect for a unit coefficient, N and N m, shape (6,).
-    pub(crate) fn wrench(
-        &self,
-        effect: usize,
-        velocity: &Vector6<f64>,
-        signals: &[f64],
-    ) -> Vector6<f64> {
-        let read = &mut [0.0; MOST_READ];
-        self.effects[effect].wrench(velocity, self.read(effect, signals, read))
-    }
-
-    /// Returns the wrench of each effect for a unit coefficient, N and N m, each of shape (6,);
-    /// zero for one to which no term refers.
+    /// Returns the regressor of a term: [`Basis::regressor`], or `−` the wrench of its effect for a
+    /// unit coefficient; shape (6,).
     ///
-    /// `velocity` is ν_r, shape (6,); `signals` are the values of [`Self::signals`].
-    pub fn wrenches(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Vec<Vector6<f64>> {
-        let mut all = vec![Vector6::zeros(); self.effects.len()];
-        for term in &self.terms {
-            if let Basis::Effect(k) = *term {
-                all[k] = self.wrench(k, velocity, signals);
-            }
-        }
-        all
-    }
-
-    /// Returns the regressor of a term: [`Basis::regressor`], or `−` the wrench of its effect from
-    /// [`Self::wrenches`]; shape (6,).
-    pub fn regressor(&self, term: &Basis, at: &Instant, wrenches: &[Vector6<f64>]) -> Vector6<f64> {
-        match term {
-            Basis::Effect(k) => wrenches.get(*k).map_or_else(Vector6::zeros, |wrench| -wrench),
-            _ => term.regressor(at),
-        }
+    /// `signals` are the values of [`Self::signals`], and a missing one is zero.
+    pub fn regressor(&self, term: &Basis, at: &Instant, signals: &[f64]) -> Vector6<f64> {
+        let Basis::Effect(k) = *term else { return term.regressor(at) };
+        let Some(effect) = self.effects.get(k) else { return Vector6::zeros() };
+        -effect.wrench(&at.velocity, self.read(k, signals, &mut [0.0; MOST_READ]))
     }
 
     /// Returns the name of a term in results: that of an effect, or the field's notation.

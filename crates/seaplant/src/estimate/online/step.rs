@@ -85,17 +85,10 @@ impl Step {
                     velocity: self.velocity[instant],
                     down_body: self.down_body[instant],
                 };
-                sum += self.regressor(k, &at, &self.signals[instant]) * weight;
+                let term = &self.structure.terms()[k];
+                sum += self.structure.regressor(term, &at, &self.signals[instant]) * weight;
             }
             self.still[k] = self.masked(sum);
-        }
-    }
-
-    /// Returns the regressor of a term; for an effect, minus its force at a unit coefficient.
-    fn regressor(&self, k: usize, at: &Instant, signals: &[f64]) -> Vector6<f64> {
-        match self.structure.terms()[k] {
-            Basis::Effect(number) => -self.structure.wrench(number, &at.velocity, signals),
-            term => term.regressor(at),
         }
     }
 

@@ -9,7 +9,6 @@ use super::actuator::Actuator;
 use super::filter::{Gains, Pass, Slope};
 use super::noise_descent::NoiseDescent;
 use super::problem::{CURRENT_STD, Point, Problem};
-use super::schedule::Schedule;
 use crate::Error;
 use crate::estimate::descend::Parabola;
 use crate::plant::Parameterisation;
@@ -234,16 +233,16 @@ impl Problem {
         hessian: &DMatrix<f64>,
     ) -> DVector<f64> {
         let (limits, numbers) = (self.limits(point), point.numbers());
-        let here: Vec<f64> = gains.iter().map(Gains::half_logs).collect();
+        let here = self.by_trial_of(gains.iter().map(Gains::half_logs));
+        let (p, first_current) = (point.free.len(), point.free.len() + Actuator::COUNT);
+        let currents = |along: usize| (first_current + along..numbers.len()).step_by(2).collect();
+        let moves = (0..p).map(|k| vec![k]).chain((0..2).map(currents));
         let mut slope = DVector::zeros(numbers.len());
-        let plant = (0..point.free.len()).map(|k| (false, vec![k]));
-        let first = point.free.len() + Actuator::COUNT;
-        let along =
-            |direction: usize| (true, (first + direction..numbers.len()).step_by(2).collect());
-        for (is_current, moving) in plant.chain((0..2).map(along)) {
-            let least = if is_current { CURRENT_STD.powi(-2) } else { 0.0 };
+        for moving in moves {
             let mut step = DVector::zeros(numbers.len());
             for &k in &moving {
+                // What is known of currents before does not change the gains.
+                let least = if k < p { 0.0 } else { CURRENT_STD.powi(-2) };
                 if !self.is_held(point, k) && hessian[(k, k)] > least {
                     step[k] = DIFFERENCE / hessian[(k, k)].sqrt();
                 }
@@ -254,18 +253,25 @@ impl Problem {
             let moved = self.as_disturbed(point, point.moved(&step, &limits));
             let left_out = |k: usize, pass: &dyn Pass| pass.cost() - pass.at_gains(&gains[k]);
             let Ok(there) = self.each(&moved, left_out) else { continue };
+            let changes = self.by_trial_of(there) - &here;
             let reached = moved.numbers();
             for (trial, &k) in moving.iter().enumerate().filter(|(_, k)| step[**k] != 0.0) {
-                let own = |schedule: &Schedule| !is_current || schedule.trial == trial;
-                let changes = self.schedules.iter().zip(there.iter().zip(&here));
-                let changes = changes.filter(|(schedule, _)| own(schedule));
-                let change: f64 = changes.map(|(_, (there, here))| there - here).sum();
+                let change = if k < p { changes.sum() } else { changes[trial] };
                 let by = change / (reached[k] - numbers[k]);
                 // A simulation that diverges so near has no slope of its own.
                 slope[k] = if by.is_finite() { by } else { 0.0 };
             }
         }
         slope
+    }
+
+    /// Adds up numbers of schedules by trial.
+    fn by_trial_of(&self, of_schedules: impl IntoIterator<Item = f64>) -> DVector<f64> {
+        let mut sums = DVector::zeros(self.trials.len());
+        for (schedule, x) in self.schedules.iter().zip(of_schedules) {
+            sums[schedule.trial] += x;
+        }
+        sums
     }
 
     /// Returns a point with disturbances that accelerate the vehicle as at another, whatever its mass.

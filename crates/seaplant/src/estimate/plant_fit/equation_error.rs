@@ -238,7 +238,7 @@ impl Sampled {
             let slope = 4.0 * sin.powi(3) * cos * std::f64::consts::PI
                 / (0.375 * width * width * self.grid.period_s);
             let velocity = self.velocity[first + k];
-            let wrenches = &structure.wrenches(&velocity, &self.signals[first + k]);
+            let signals = &self.signals[first + k];
             let moving = Instant {
                 acceleration: Vector6::zeros(),
                 velocity,
@@ -251,7 +251,7 @@ impl Sampled {
                 down_body: moving.down_body,
             };
             for (column, term) in columns.iter_mut().zip(structure.terms()) {
-                *column += phi * structure.regressor(term, &moving, wrenches);
+                *column += phi * structure.regressor(term, &moving, signals);
                 if matches!(term, crate::plant::Basis::Mass(..)) {
                     *column += term.regressor(&turned);
                 }
