@@ -405,7 +405,10 @@ impl Work<'_> {
             score_plant(self.dof, model, trials).ok()?.mean_abs_error
         };
         let of = |terms: Terms| {
-            let fit = work.of_terms(recommended, terms).ok()?;
+            let fit = match terms == recommended.terms {
+                true => recommended.clone(),
+                false => work.of_terms(recommended, terms).ok()?,
+            };
             let model = fit.model();
             Some(SubsetResult {
                 terms: terms.fitted(),

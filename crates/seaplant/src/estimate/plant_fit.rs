@@ -418,12 +418,12 @@ impl Fitted {
     /// The same with propellers whose speed has a greatest rate of change, if that is likelier by more
     /// than chance than the lag, the ratio of lags and the delay that imitate it.
     ///
-    /// A slew time has no slope where it is zero, so that the descent begins at several.
+    /// A slew time has no slope where it is zero, so that the descent begins at one of several: where a step
+    /// promises most.
     fn with_slew_that_shows(self) -> Result<Self, Error> {
         let Self { problem, optimum, .. } = &self;
         let actuator = optimum.point.actuator;
-        let is_late = actuator.lag_s > 0.0 || actuator.delay_s > 0.0;
-        if !problem.has_thrusters || !is_late || actuator.slew_s > 0.0 {
+        if !problem.has_thrusters || actuator.slew_s > 0.0 {
             return Ok(self);
         }
         let mut limited = problem.with_terms(problem.structure.clone());
@@ -438,13 +438,15 @@ impl Fitted {
             let actuator = Actuator { slew_s: *slew_s, lag_s, log_lag_ratio: 0.0, ..actuator };
             let mut point = optimum.point.clone();
             point.actuator = actuator;
-            (part.cost(&point), point)
+            (part.promised_cost(&point), point)
         };
+        let cost = part.cost(&optimum.point);
         let starts = FIRST_SLEWS_S.iter().map(start);
+        let starts = starts.filter(|(promised, _)| 2.0 * (cost - promised) > search::ADMITTED);
         let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
         // A descent that does not settle finds no slew time.
         let Ok(nearer) = part.descent_at_noise(start, Tolerance::COARSE) else { return Ok(self) };
-        if nearer.cost >= part.cost(&optimum.point) {
+        if nearer.cost >= cost {
             return Ok(self);
         }
         let found = match pieces.is_some() {

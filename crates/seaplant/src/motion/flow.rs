@@ -42,9 +42,10 @@ pub(crate) struct HeldForce<'a> {
 }
 
 impl HeldForce<'_> {
-    /// Returns ∂τ by each actuator parameter.
-    pub(crate) fn by(&self) -> impl Iterator<Item = &[f64]> {
-        self.by.chunks_exact(self.force.len())
+    /// Returns ∂τ by an actuator parameter.
+    pub(crate) fn by(&self, parameter: usize) -> &[f64] {
+        let axes = self.force.len();
+        &self.by[parameter * axes..][..axes]
     }
 }
 
@@ -109,9 +110,13 @@ pub(crate) struct Decay<const N: usize> {
 pub(crate) struct Flow<const N: usize, const M: usize> {
     /// The motion at the end.
     pub(crate) motion: SVector<f64, M>,
-    /// Its derivatives by the motion at the start (M), by the disturbance there (N), and by each
+    /// What is left of the disturbance at the end, over what it was at the start.
+    pub(crate) left: SVector<f64, N>,
+    /// Derivatives of the motion by that at the start (M), by the disturbance there (N), and by each
     /// coefficient and actuator parameter, if requested.
     pub(crate) columns: Vec<SVector<f64, M>>,
+    /// The requested actuator parameters.
+    parameters: Vec<usize>,
     /// The forcing of each derivative in the middle of a slice.
     sources: Vec<SVector<f64, N>>,
 }
@@ -122,9 +127,10 @@ impl<const N: usize, const M: usize> Flow<N, M> {
         Self::with_columns(M + N)
     }
 
-    /// Creates a flow with derivatives by the state, the coefficients and the actuator parameters.
-    pub(crate) fn of_plant(coefficients: usize) -> Self {
-        Self::with_columns(M + N + coefficients + PUSHED_BY)
+    /// Creates a flow with derivatives by the state, the coefficients and some actuator parameters.
+    pub(crate) fn of_plant(coefficients: usize, parameters: &[usize]) -> Self {
+        let columns = M + N + coefficients + parameters.len();
+        Self { parameters: parameters.to_vec(), ..Self::with_columns(columns) }
     }
 
     /// Creates a flow with derivatives by the state and the coefficients.
@@ -140,7 +146,9 @@ impl<const N: usize, const M: usize> Flow<N, M> {
     fn with_columns(count: usize) -> Self {
         Self {
             motion: SVector::zeros(),
+            left: SVector::zeros(),
             columns: vec![SVector::zeros(); count],
+            parameters: Vec::new(),
             sources: vec![SVector::zeros(); count.saturating_sub(M)],
         }
     }
@@ -155,7 +163,8 @@ impl<const N: usize, const M: usize> Flow<N, M> {
         SMatrix::from_fn(|i, j| self.columns[M + j][i])
     }
 
-    /// Returns ∂x(end)/∂θ at a fixed start, θ being the coefficients and the actuator parameters.
+    /// Returns ∂x(end)/∂θ at a fixed start, θ being the coefficients and the requested actuator
+    /// parameters.
     pub(crate) fn by_plant(&self) -> &[SVector<f64, M>] {
         &self.columns[M + N..]
     }
@@ -197,6 +206,7 @@ pub(crate) fn advance<'a, const N: usize, const M: usize>(
         step(plant, (slice, push), (disturbance, &remaining), index == 0, flow);
         left = remaining[2];
     }
+    flow.left = left;
 }
 
 /// Time of each stage as a fraction of the slice, and the index of that instant.
@@ -251,8 +261,8 @@ fn step<const N: usize, const M: usize>(
         if !of_plant.is_empty() {
             let (coefficients, actuators) = of_plant.split_at_mut(plant.count());
             plant.by_coefficient(&six, &down, &acceleration, signals, coefficients);
-            for (source, by) in actuators.iter_mut().zip(push.by()) {
-                *source = apply(plant.inverse(), &padded::<N>(by));
+            for (source, &parameter) in actuators.iter_mut().zip(&flow.parameters) {
+                *source = apply(plant.inverse(), &padded::<N>(push.by(parameter)));
             }
         }
         let driven = driven.iter_mut().zip(&flow.sources);
@@ -405,7 +415,7 @@ mod tests {
     ) -> Flow<2, M> {
         let decay = Decay { rate: SVector::from([0.3, 0.7]) };
         let prepared = Prepared::<2>::new(plant).expect("two axes");
-        let mut flow = Flow::of_plant(prepared.count());
+        let mut flow = Flow::of_plant(prepared.count(), &[0]);
         let pushes = pushes(lag, SLICES);
         let driven = (&slices()[..], pushes.each());
         advance(&prepared, driven, &motion, &disturbance, &decay, &mut flow);

@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
-use super::filter::{Gains, Pass, Slope};
+use super::filter::{Gains, Slope};
 use super::noise_descent::NoiseDescent;
 use super::problem::{CURRENT_STD, Point, Problem};
 use crate::Error;
@@ -78,7 +78,10 @@ pub(super) const MOST_DAMPING: f64 = 1e8;
 const LEAST_DAMPING: f64 = 1e-9;
 
 /// Differences by which slopes are computed, in standard deviations.
-const DIFFERENCE: f64 = 0.1;
+const DIFFERENCE: f64 = 0.02;
+
+/// Part of the promised gain of a step that it has to give where its slope is that at kept gains.
+const PART_KEPT: f64 = 0.5;
 
 /// Gain of a step of the plant above which earlier steps of the noise say nothing of its curvature.
 const KEPT_BELOW: f64 = 1.0;
@@ -186,7 +189,10 @@ impl Problem {
         let (mut gradient, hessian) = self.in_free_numbers(&point.free, slope);
         let is_whole = self.is_small();
         if is_whole {
-            gradient += self.slope_of_gains(point, gains, &hessian);
+            if let Some(promised) = self.step_far(point, slope.cost, (&gradient, &hessian)) {
+                return promised;
+            }
+            self.complete_slope(point, gains, (&mut gradient, &hessian));
         }
         let (numbers, limits) = (point.numbers(), self.limits(point));
         let parabola =
@@ -218,26 +224,67 @@ impl Problem {
         0.0
     }
 
+    /// Makes a step of one axis by the slope at kept gains, if it promises much and keeps that; returns the
+    /// promised gain. What kept gains leave out of the slope takes some passes, and matters near the optimum.
+    fn step_far(
+        &self,
+        point: &mut Point,
+        cost: f64,
+        (gradient, hessian): (&DVector<f64>, &DMatrix<f64>),
+    ) -> Option<f64> {
+        let (numbers, limits) = (point.numbers(), self.limits(point));
+        let parabola =
+            Parabola::new((gradient, hessian), (&numbers, &limits), |k| self.is_held(point, k));
+        let step = parabola.step(LEAST_DAMPING)?;
+        let promised = 0.5 * parabola.promise(&step);
+        if promised < KEPT_BELOW {
+            return None;
+        }
+        let moved = self.as_disturbed(point, point.moved(&step, &limits));
+        let is_kept = cost - self.cost(&moved) > PART_KEPT * promised;
+        is_kept.then(|| {
+            *point = moved;
+            promised
+        })
+    }
+
+    /// Computes the cost that an undamped step of plant and currents promises, at fixed noise and
+    /// filter gains; infinite where the simulation diverges.
+    pub(super) fn promised_cost(&self, point: &Point) -> f64 {
+        let promised = || {
+            let (slope, _) = self.by_plant(point)?;
+            let (gradient, hessian) = self.in_free_numbers(&point.free, &slope);
+            let (numbers, limits) = (point.numbers(), self.limits(point));
+            let parabola = Parabola::new((&gradient, &hessian), (&numbers, &limits), |k| {
+                self.is_held(point, k)
+            });
+            let step = parabola.step(LEAST_DAMPING)?;
+            Some(slope.cost - 0.5 * parabola.promise(&step))
+        };
+        promised().unwrap_or(f64::INFINITY)
+    }
+
     /// Returns true of a plant of one axis, whose passes are short.
     fn is_small(&self) -> bool {
         self.structure.axes().len() == 1 && !self.is_free
     }
 
-    /// Computes the slope of what fixed gains leave out of the likelihood, by differences: plant and currents change
-    /// the gains, thrust does not. The current of a trial changes those of this trial alone, so that the currents of
-    /// all trials are moved at once.
-    fn slope_of_gains(
+    /// Replaces the slope at fixed gains by that of the likelihood, by differences: plant and currents change the
+    /// gains, thrust does not. The current of a trial changes those of this trial alone, so that the currents of all
+    /// trials are moved at once.
+    ///
+    /// `(L(x + δ) − L(x)) / δ − ½ H δ`, with the information H for the curvature.
+    fn complete_slope(
         &self,
         point: &Point,
         gains: &[Gains],
-        hessian: &DMatrix<f64>,
-    ) -> DVector<f64> {
+        (gradient, hessian): (&mut DVector<f64>, &DMatrix<f64>),
+    ) {
         let (limits, numbers) = (self.limits(point), point.numbers());
-        let here = self.by_trial_of(gains.iter().map(Gains::half_logs));
+        let here = self.by_trial_of(gains.iter().map(|own| own.cost));
         let (p, first_current) = (point.free.len(), point.free.len() + Actuator::COUNT);
         let currents = |along: usize| (first_current + along..numbers.len()).step_by(2).collect();
         let moves = (0..p).map(|k| vec![k]).chain((0..2).map(currents));
-        let mut slope = DVector::zeros(numbers.len());
         for moving in moves {
             let mut step = DVector::zeros(numbers.len());
             for &k in &moving {
@@ -251,18 +298,25 @@ impl Problem {
                 continue;
             }
             let moved = self.as_disturbed(point, point.moved(&step, &limits));
-            let left_out = |k: usize, pass: &dyn Pass| pass.cost() - pass.at_gains(&gains[k]);
-            let Ok(there) = self.each(&moved, left_out) else { continue };
+            let Ok(there) = self.each(&moved, |_, pass| pass.cost()) else { continue };
             let changes = self.by_trial_of(there) - &here;
             let reached = moved.numbers();
             for (trial, &k) in moving.iter().enumerate().filter(|(_, k)| step[**k] != 0.0) {
-                let change = if k < p { changes.sum() } else { changes[trial] };
-                let by = change / (reached[k] - numbers[k]);
+                let change = match k < p {
+                    true => changes.sum() + self.prior(&moved) - self.prior(point),
+                    false => {
+                        let half_square = |x: f64| 0.5 * (x / CURRENT_STD).powi(2);
+                        changes[trial] + half_square(reached[k]) - half_square(numbers[k])
+                    }
+                };
+                let by = reached[k] - numbers[k];
+                let slope = change / by - 0.5 * hessian[(k, k)] * by;
                 // A simulation that diverges so near has no slope of its own.
-                slope[k] = if by.is_finite() { by } else { 0.0 };
+                if slope.is_finite() {
+                    gradient[k] = slope;
+                }
             }
         }
-        slope
     }
 
     /// Adds up numbers of schedules by trial.

@@ -25,7 +25,7 @@ mod state;
 use std::f64::consts::TAU;
 use std::ops::Deref;
 
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, DVectorView, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::schedule::{Attitude, FilterInstant, Schedule};
 use crate::Error;
@@ -117,6 +117,8 @@ struct Gain<const N: usize, const M: usize, const K: usize> {
 
 /// Kalman gains of all measurements of a pass, stored for passes at fixed gains.
 pub(super) struct Gains {
+    /// Negative log-likelihood of the pass.
+    pub(super) cost: f64,
     /// Numbers by measurement: the gain of each state, and the variance of the innovation.
     stride: usize,
     numbers: Vec<f64>,
@@ -125,7 +127,7 @@ pub(super) struct Gains {
 impl Gains {
     fn with_capacity<const N: usize, const M: usize>(states: usize, measurements: usize) -> Self {
         let stride = M + N + states + 1;
-        Self { stride, numbers: Vec::with_capacity(stride * measurements) }
+        Self { cost: 0.0, stride, numbers: Vec::with_capacity(stride * measurements) }
     }
 
     fn push<const N: usize, const M: usize, const K: usize>(&mut self, gain: &Gain<N, M, K>) {
@@ -134,11 +136,6 @@ impl Gains {
         self.numbers.extend_from_slice(state.disturbance.as_slice());
         self.numbers.extend_from_slice(&state.navigation[..state.count]);
         self.numbers.push(gain.variance);
-    }
-
-    /// Returns ½ Σ ln S, what the likelihood has beside the misfit.
-    pub(super) fn half_logs(&self) -> f64 {
-        self.each().map(|(_, variance)| 0.5 * variance.ln()).sum()
     }
 
     /// Returns the gain of each state and the variance of the innovation, by measurement.
@@ -188,6 +185,8 @@ pub(super) struct PassInput<'a> {
     /// Mean current, north and east, m/s.
     pub(super) current: [f64; 2],
     pub(super) noise: &'a Noise,
+    /// True for the actuator parameters by which derivatives are computed; by the others they are zero.
+    pub(super) fits: [bool; PUSHED_BY],
 }
 
 /// The filter of a plant, whatever its number of axes.
@@ -310,7 +309,7 @@ impl<const N: usize, const M: usize> Pass for SizedPass<'_, N, M> {
 
     fn by_plant_at(&self, spacing_s: f64) -> Vec<DVector<f64>> {
         let mut marks = Vec::new();
-        with_room!(self, sweep(spacing_s, &mut |gradient| marks.push(gradient.clone()), None));
+        with_room!(self, sweep(spacing_s, &mut |gradient| marks.push(gradient), None));
         marks
     }
 
@@ -362,12 +361,13 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     fn sweep(
         &self,
         spacing_s: f64,
-        at_mark: &mut dyn FnMut(&DVector<f64>),
+        at_mark: &mut dyn FnMut(DVector<f64>),
         lag_s: Option<f64>,
     ) -> (Slope, Gains) {
         let coefficients = self.plant.count();
         let mut gains = Gains::with_capacity::<N, M>(self.states(), self.schedule.samples());
-        let p = coefficients + PUSHED_BY;
+        let parameters: Vec<usize> = (0..PUSHED_BY).filter(|k| self.fits[*k]).collect();
+        let p = coefficients + parameters.len();
         let first = p + 2;
         // Indices of the levers: after delay and lag.
         let levers = lag_s.map_or(first..first, |lag_s| {
@@ -376,7 +376,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         });
         let count = levers.end;
         let (mut slope, mut information) = (Slope::zeros(count), InformationSum::zeros(count));
-        let mut flow = Flow::of_plant(coefficients);
+        let mut flow = Flow::of_plant(coefficients, &parameters);
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
         let states = self.states();
         let mut by = vec![State::<N, M, K>::zeros(states); count];
@@ -436,12 +436,18 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             }
             since_mark_s += instant.length_s;
             if since_mark_s >= spacing_s {
-                at_mark(&slope.gradient);
+                at_mark(with_all(&slope.gradient.as_view(), coefficients, &parameters));
                 since_mark_s = 0.0;
             }
         }
-        at_mark(&slope.gradient);
-        slope.information = information.finished();
+        slope.gradient = with_all(&slope.gradient.as_view(), coefficients, &parameters);
+        at_mark(slope.gradient.clone());
+        let columns = information.finished();
+        let columns = columns.column_iter().map(|own| with_all(&own, coefficients, &parameters));
+        let rows = DMatrix::from_columns(&columns.collect::<Vec<_>>()).transpose();
+        let rows = rows.column_iter().map(|own| with_all(&own, coefficients, &parameters));
+        slope.information = DMatrix::from_columns(&rows.collect::<Vec<_>>());
+        gains.cost = slope.cost;
         (finite(slope, &mean), gains)
     }
 
@@ -754,7 +760,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         let ends = Ends { before: &mean.motion, after: &flow.motion };
         self.move_navigation(instant, &ends, &mut mean.navigation);
         mean.motion = flow.motion;
-        mean.disturbance.component_mul_assign(&self.fade(instant.length_s));
+        mean.disturbance.component_mul_assign(&flow.left);
         self.current_step(instant).iter().for_each(|step| mean.step_current(step));
     }
 
@@ -771,7 +777,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         Transition {
             by_motion: flow.by_motion(),
             by_disturbance,
-            fade: self.fade(instant.length_s),
+            fade: flow.left,
             rows: self.rows(instant, &ends, &by_disturbance),
             current: self.current_step(instant),
         }
@@ -816,6 +822,23 @@ fn add_down_covariance<const M: usize>(motion: &mut SMatrix<f64, M, M>, of_down:
 /// Wraps an angle to ±π, rad.
 fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
+}
+
+/// Returns derivatives by coefficients, all actuator parameters and the rest, from those by some of these
+/// parameters: zero by the others.
+fn with_all(by: &DVectorView<'_, f64>, coefficients: usize, parameters: &[usize]) -> DVector<f64> {
+    let mut all = DVector::zeros(by.len() + PUSHED_BY - parameters.len());
+    for (k, x) in by.iter().enumerate() {
+        let place = match k.checked_sub(coefficients) {
+            None => k,
+            Some(k) => {
+                coefficients
+                    + parameters.get(k).map_or(k + PUSHED_BY - parameters.len(), |own| *own)
+            }
+        };
+        all[place] = *x;
+    }
+    all
 }
 
 fn half_log(e: f64, variance: f64) -> f64 {

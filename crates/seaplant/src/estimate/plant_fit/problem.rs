@@ -284,6 +284,13 @@ impl Problem {
         }
     }
 
+    /// Returns the problem for complete other records of the same trials, with nothing else known of them.
+    pub(super) fn whole(&self, records: &[&TrialRecord]) -> Self {
+        let whole = self.with_terms(self.structure.clone());
+        let schedules = Schedule::complete(records, &self.structure, self.attitude, self.sensor());
+        Self { schedules, pieces: None, forces: Arc::default(), ..whole }
+    }
+
     /// Returns the problem with attitude as a state.
     pub(super) fn with_attitude(&self, records: &[&TrialRecord]) -> Self {
         self.again(records, Attitude::State)
@@ -362,7 +369,8 @@ impl Problem {
         Ok(parallel::of_each(self.schedules.len(), |k| {
             let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
             let current = point.currents[schedule.trial];
-            work(k, &*filter.pass(PassInput { schedule, pushes, current, noise: &point.noise }))
+            let (noise, fits) = (&point.noise, self.fits);
+            work(k, &*filter.pass(PassInput { schedule, pushes, current, noise, fits }))
         }))
     }
 
@@ -393,8 +401,10 @@ impl Problem {
     /// Computes the information of all coefficients, numbers of the actuator and currents,
     /// including those that are not fitted, without priors.
     pub(super) fn information_of_all(&self, point: &Point) -> Option<DMatrix<f64>> {
-        let slopes = self.each(point, |_, pass| pass.by_plant().0).ok()?;
-        Some(self.gathered(&slopes)?.information)
+        let mut all = self.with_terms(self.structure.clone());
+        all.fits = [true; Actuator::COUNT];
+        let slopes = all.each(point, |_, pass| pass.by_plant().0).ok()?;
+        Some(all.gathered(&slopes)?.information)
     }
 
     /// Computes gradient and information including changes of the velocity sensor's delay, lag and

@@ -19,6 +19,9 @@ use crate::{Grid, MeanAcceleration, PlacedThruster, ThrustUncertainty, ThrusterT
 /// Differences over parts of 1e-6 of sums of thousands of squares.
 const DIFFERENCE: f64 = 2e-3;
 
+/// All actuator parameters.
+const ALL: [bool; Actuator::COUNT] = [true; Actuator::COUNT];
+
 const PLANAR: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
 
 pub(super) fn planar() -> Plant {
@@ -217,7 +220,7 @@ fn check_slope_by_plant(sensor: SensorLag) {
         current: [f64; 2],
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput { schedule, pushes, current, noise })
+        filter.pass(PassInput { schedule, pushes, current, noise, fits: ALL })
     }
     let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
     let pushed =
@@ -312,7 +315,7 @@ pub(super) fn over<T>(
         Schedule::complete(&[record], plant.structure(), Attitude::Known, SensorLag::default());
     let schedule = &schedules[0];
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
-    work(PassInput { schedule, pushes: &pushes, current: [0.07, 0.02], noise: &noise })
+    work(PassInput { schedule, pushes: &pushes, current: [0.07, 0.02], noise: &noise, fits: ALL })
 }
 
 /// A vehicle that rolls and pitches, driven freely, as its sensors see it.
@@ -383,7 +386,7 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
         (schedule, pushes): (&'a Schedule, &'a HeldForces),
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput { schedule, pushes, current: [0.0; 2], noise })
+        filter.pass(PassInput { schedule, pushes, current: [0.0; 2], noise, fits: ALL })
     }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let base = prepared(&off);
@@ -447,8 +450,13 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     let logarithms = noise().logarithms();
     let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
     let pass = |noise: &Noise| {
-        let pass =
-            filter.pass(PassInput { schedule, pushes: &pushes, current: [0.1, -0.05], noise });
+        let pass = filter.pass(PassInput {
+            schedule,
+            pushes: &pushes,
+            current: [0.1, -0.05],
+            noise,
+            fits: ALL,
+        });
         (pass.noise_gradient(), pass.cost())
     };
     let ((found, gradient), cost) = pass(&noise());
@@ -489,7 +497,13 @@ fn check_slope_by_noise(sensor: SensorLag) {
         swell: Some(filter::Swell { std: vec![0.2].into(), frequency: 1.1, damping: 0.08 }),
     };
     let pass = |noise: &Noise| {
-        let pass = filter.pass(PassInput { schedule, pushes: &pushes, current: [0.1, 0.0], noise });
+        let pass = filter.pass(PassInput {
+            schedule,
+            pushes: &pushes,
+            current: [0.1, 0.0],
+            noise,
+            fits: ALL,
+        });
         (pass.noise_gradient().1, pass.cost())
     };
     let (gradient, _) = pass(&noise);
@@ -962,7 +976,7 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
         current: [f64; 2],
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput { schedule, pushes, current, noise })
+        filter.pass(PassInput { schedule, pushes, current, noise, fits: ALL })
     }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let (base, current) = (prepared(&off), [0.04, -0.03]);
