@@ -96,6 +96,16 @@ fn a_current_that_varies_is_told_from_forces() {
     assert!(drag < 2.0, "drag {drag:.2} %");
 }
 
+#[test]
+fn loss_of_thrust_ahead_that_waves_hide_leaves_drag_right() {
+    for dof in [Dof::Sway, Dof::Yaw] {
+        let rows = errors(dof, "inflow-one-sided, swell-narrow-band");
+        let (mass, drag) =
+            (error(&rows, ParameterName::Mass), error(&rows, ParameterName::QuadraticDrag));
+        assert!(mass < 1.0 && drag < 3.0, "{dof}: mass {mass:.2} %, drag {drag:.2} %");
+    }
+}
+
 /// Makes a twin; returns its trials, with something added to their names, and its vehicle.
 fn made(spec: &TwinSpec, added: &str) -> (Vec<Trial>, Vehicle) {
     let dive = make(spec).expect("a valid twin");

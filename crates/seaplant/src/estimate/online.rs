@@ -402,14 +402,6 @@ impl Online {
         Ok(Some(velocity))
     }
 
-    /// Returns the adaptive observer's error Δ = ν̂ − ν, shape (6,); zero for other schemes.
-    pub fn observer_error(&self) -> Vector6<f64> {
-        match &self.engine {
-            Engine::Adaptive(adaptive) => *adaptive.error(),
-            Engine::Recursive | Engine::Ekf(_) => Vector6::zeros(),
-        }
-    }
-
     fn plant(&self) -> Result<Plant, Error> {
         if !self.is_started && self.elapsed_s < self.options.start_s {
             let (found, needed) = (self.elapsed_s, self.options.start_s);

@@ -533,17 +533,37 @@ impl Fitted {
     }
 
     /// The same with a force of waves on each axis, where that is likelier by more than chance and explains
-    /// most of what colours the innovations of an axis. Its frequency has no slope without a force, so that the
-    /// descent begins at the likeliest of several; a band that is not narrow is none of waves.
-    fn with_swell_that_shows(mut self) -> Result<Self, Error> {
-        let Self { problem, optimum, .. } = &self;
+    /// most of what colours the innovations of an axis.
+    fn with_swell_that_shows(self) -> Result<Self, Error> {
+        let found = self.with_swell()?;
+        Ok(match found {
+            Some(found) if found.explains_colour_of(&self)? => found,
+            _ => self,
+        })
+    }
+
+    /// Returns true if most of what colours the innovations of an axis of another fit does not colour those of
+    /// this one.
+    fn explains_colour_of(&self, other: &Self) -> Result<bool, Error> {
+        let (white, left) = (other.whiteness()?, self.whiteness()?);
+        let explains = |dof: &Dof| {
+            white(*dof) > COLOURED && left(*dof) - 1.0 < LEFT_PART * (white(*dof) - 1.0)
+        };
+        Ok(self.problem.structure.axes().iter().any(explains))
+    }
+
+    /// The same with a force of waves on each axis, where innovations are coloured and that is likelier by more
+    /// than chance. Its frequency has no slope without a force, so that the descent begins at the likeliest of
+    /// several; a band that is not narrow is none of waves.
+    fn with_swell(&self) -> Result<Option<Self>, Error> {
+        let Self { problem, optimum, .. } = self;
         let noise = &optimum.point.noise;
         if problem.is_free || noise.swell.is_some() {
-            return Ok(self);
+            return Ok(None);
         }
         let white = self.whiteness()?;
         if problem.structure.axes().iter().all(|dof| white(*dof) <= COLOURED) {
-            return Ok(self);
+            return Ok(None);
         }
         let pieces = problem.in_pieces();
         let data = pieces.as_ref().unwrap_or(problem);
@@ -573,7 +593,7 @@ impl Fitted {
             }
         }
         let Some((_, start)) = starts.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
-            return Ok(self);
+            return Ok(None);
         };
         // One axis is asked as its other candidates are.
         let by_number = if is_alone { (problem.samples() as f64).ln() } else { search::ADMITTED };
@@ -581,24 +601,16 @@ impl Fitted {
         let is_likelier = |cost: f64| 2.0 * (optimum.cost - cost) > needed;
         // Waves that matter are likelier before the plant has changed, too.
         if !is_likelier(problem.cost(&start)) {
-            return Ok(self);
+            return Ok(None);
         }
         // A descent that does not settle finds no waves.
-        let Ok(found) = problem.descent(start, Tolerance::OF_NOISE) else { return Ok(self) };
+        let Ok(found) = problem.descent(start, Tolerance::OF_NOISE) else { return Ok(None) };
         let is_narrow = found.point.noise.swell.as_ref().is_some_and(Swell::is_narrow);
         if !is_narrow || !is_likelier(found.cost) {
-            return Ok(self);
+            return Ok(None);
         }
         let iterations = optimum.iterations + found.iterations;
-        let without = std::mem::replace(&mut self.optimum, Optimum { iterations, ..found });
-        let left = self.whiteness()?;
-        let explains = |dof: &Dof| {
-            white(*dof) > COLOURED && left(*dof) - 1.0 < LEFT_PART * (white(*dof) - 1.0)
-        };
-        if !self.problem.structure.axes().iter().any(explains) {
-            self.optimum = without;
-        }
-        Ok(self)
+        Ok(Some(Self { optimum: Optimum { iterations, ..found }, ..self.clone() }))
     }
 
     /// Numbers of the actuator to drop: one after the other that worth least beside the others, as

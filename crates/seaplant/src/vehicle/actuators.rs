@@ -8,7 +8,7 @@ use crate::Surface;
 use crate::plant::{
     Effect, EffectForce, Foil, MOST_READ, OpenWater, Pusher, RudderFlow, WakeByDrift,
 };
-use crate::{Dof, Error, ThrusterInput};
+use crate::{Dof, Error};
 
 /// A rudder or fin, in the body frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -380,10 +380,5 @@ impl Vehicle {
             wake_by_drift,
             density_kg_m3: self.water_density_kg_m3,
         })
-    }
-
-    /// Returns the input channel of a propeller of unknown strength.
-    pub fn propeller_input(thruster: &Thruster) -> ThrusterInput {
-        thruster.curve.input()
     }
 }

@@ -92,11 +92,6 @@ impl Adaptive {
         &self.theta
     }
 
-    /// Returns Δ = ν̂ − ν.
-    pub(super) fn error(&self) -> &Vector6<f64> {
-        &self.delta
-    }
-
     /// Processes a step, with the exact solution for coefficients that are constant over it.
     pub(super) fn update(&mut self, step: &Step, possible: &Possible, adapts: bool) {
         let (h, a) = (step.length_s, self.observer_rate);

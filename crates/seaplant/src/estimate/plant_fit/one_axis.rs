@@ -17,7 +17,7 @@ use super::equation_error::Solved;
 use super::filter::Noise;
 use super::problem::{Point, Problem, is_measured_over_ground};
 use super::schedule::Attitude;
-use super::search::{ADMITTED, widened};
+use super::search::{ADMITTED, widened, with_all};
 use super::start::{FirstPlant, LEAST_LAG_S, begun_beside};
 use super::{Fitted, Optimum};
 use crate::estimate::axis_plant::axis_structure;
@@ -237,6 +237,11 @@ impl OneAxis<'_> {
     ) -> Result<Fitted, Error> {
         let mut fitted = fitted;
         let before = fitted.optimum.cost;
+        let has_new_noise = |fitted: &Fitted| {
+            let noise = &fitted.optimum.point.noise;
+            (noise.swell.is_some(), noise.drift.is_some())
+        };
+        let noise_before = has_new_noise(&fitted);
         if self.may_have(Candidate::Slew) {
             fitted = fitted.with_slew_that_shows()?;
         }
@@ -248,12 +253,80 @@ impl OneAxis<'_> {
             fitted = self.with_drift_that_shows(fitted, records)?;
         }
         if self.may_have(Candidate::Swell) {
-            fitted = fitted.with_swell_that_shows()?;
+            fitted = self.with_swell_that_shows(fitted, records, decisions)?;
         }
         if fitted.optimum.cost != before {
             fitted = self.eliminated(fitted, decisions);
         }
+        if has_new_noise(&fitted) != noise_before {
+            fitted = self.or_with_all_again(fitted, records, decisions);
+        }
         Ok(Fitted { tried, ..fitted })
+    }
+
+    /// The same with waves, if the trials show them: beside what is worth its place with them, where they hid that
+    /// and it colours what they leave.
+    fn with_swell_that_shows(
+        &self,
+        fitted: Fitted,
+        records: &[&TrialRecord],
+        decisions: &mut Vec<Decision>,
+    ) -> Result<Fitted, Error> {
+        let Some(found) = fitted.with_swell()? else { return Ok(fitted) };
+        if found.explains_colour_of(&fitted)? {
+            return Ok(found);
+        }
+        let mut again = decisions.clone();
+        let found = self.or_with_all_again(found, records, &mut again);
+        if !found.explains_colour_of(&fitted)? {
+            return Ok(fitted);
+        }
+        *decisions = again;
+        Ok(found)
+    }
+
+    /// The same, or the likelier fit with what is worth its place of all that was left out: waves or a current that
+    /// varies hid it before they were in the model.
+    fn or_with_all_again(
+        &self,
+        fitted: Fitted,
+        records: &[&TrialRecord],
+        decisions: &mut Vec<Decision>,
+    ) -> Fitted {
+        let Ok(wider) = self.with_all_again(&fitted, records) else { return fitted };
+        let mut again = Vec::new();
+        let other = self.eliminated(wider, &mut again);
+        let Ok(other) = other.searched(records) else { return fitted };
+        let other = self.eliminated(other, &mut again);
+        if self.criterion(&other) >= self.criterion(&fitted) {
+            return fitted;
+        }
+        decisions.retain(|old| !again.iter().any(|new| new.candidate == old.candidate));
+        decisions.extend(again);
+        other
+    }
+
+    /// The optimum with all terms and numbers that a fit begins with beside those of a fit.
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the fit does not settle.
+    fn with_all_again(&self, fitted: &Fitted, records: &[&TrialRecord]) -> Result<Fitted, Error> {
+        let (old, optimum) = fitted.parts();
+        let first = self.structure()?;
+        let is_missing = |term: &&Basis| old.structure.index_of(term).is_none();
+        let missing: Vec<Basis> = first.terms().iter().filter(is_missing).copied().collect();
+        let mut problem = old.with_terms(with_all(&old.structure, &missing)?);
+        problem.has_current = is_measured_over_ground(axis_of(self.dof), records);
+        problem = self.limited(problem);
+        let mut point = widened(&problem, old, &optimum.point);
+        for (fits, fitted) in problem.fits.iter_mut().zip(old.fits) {
+            *fits |= fitted;
+        }
+        if problem.fits[Actuator::LAG] {
+            point.actuator.lag_s = point.actuator.lag_s.max(LEAST_LAG_S);
+        }
+        let optimum = problem.descent(point, Tolerance::COARSE)?;
+        Ok(fitted.moved_to(problem, optimum))
     }
 
     /// The same with a current that varies, if the trials show that. Its mean may have been left out before, and
