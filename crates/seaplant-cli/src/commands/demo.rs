@@ -30,7 +30,7 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
         }
     }
     finish(&found, &campaign.trials, &target, output)?;
-    Ok(exit_code(&found.results))
+    Ok(exit_code(&found.results, &campaign.options.methods))
 }
 
 fn spec(arguments: &Demo) -> Result<TwinFile> {

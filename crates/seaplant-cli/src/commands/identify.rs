@@ -17,12 +17,11 @@ use crate::summary;
 use crate::writing::{Made, Permit, Target};
 
 pub fn run(arguments: &Identify, output: Output) -> Result<ExitCode> {
-    let found = identified(arguments, output)?;
-    Ok(exit_code(&found.results))
+    Ok(identified(arguments, output)?.1)
 }
 
 /// Identifies a campaign, writes its report and prints the result.
-pub fn identified(arguments: &Identify, output: Output) -> Result<Identification> {
+pub fn identified(arguments: &Identify, output: Output) -> Result<(Identification, ExitCode)> {
     let mut campaign = watched(output, || Campaign::open(&arguments.campaign))?;
     if !arguments.methods.is_empty() {
         campaign.options.methods = MethodChoice::methods(&arguments.methods);
@@ -47,13 +46,16 @@ pub fn identified(arguments: &Identify, output: Output) -> Result<Identification
         None => found,
     };
     finish(&found, &campaign.trials, &target, output)?;
-    Ok(found)
+    let code = exit_code(&found.results, &campaign.options.methods);
+    Ok((found, code))
 }
 
-/// Returns failure if a fit failed, unless another method identified the axis.
-pub fn exit_code(results: &Results) -> ExitCode {
+/// Returns failure if a fit failed, unless no methods were chosen and another one identified the axis.
+pub fn exit_code(results: &Results, methods: &[Method]) -> ExitCode {
     let is_replaced = |failure: &Failure| {
-        failure.method.parse::<Method>().is_ok() && results.plants.contains_key(&failure.dof)
+        methods == Method::DEFAULT
+            && failure.method.parse::<Method>().is_ok()
+            && results.plants.contains_key(&failure.dof)
     };
     if results.failures.iter().all(is_replaced) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -11,7 +11,7 @@ use seaplant_campaign::campaign_files;
 use seaplant_report::number::{signed_percent, significant};
 
 use crate::args::Watch;
-use crate::commands::identify::{exit_code, identified};
+use crate::commands::identify::identified;
 use crate::output::{FAINT, Output, STRONG};
 
 pub fn run(arguments: &Watch, output: Output) -> Result<ExitCode> {
@@ -20,8 +20,7 @@ pub fn run(arguments: &Watch, output: Output) -> Result<ExitCode> {
     let mut last = Ok(ExitCode::SUCCESS);
     for round in 1.. {
         last = match identified(&arguments.identify, output) {
-            Ok(found) => {
-                let code = exit_code(&found.results);
+            Ok((found, code)) => {
                 if let Some(before) = &before {
                     output.say(&moves(before, &found.results))?;
                 }

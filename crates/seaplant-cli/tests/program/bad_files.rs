@@ -295,6 +295,9 @@ fn a_failing_method_does_not_stop_the_others() {
     // Errors are printed even with `-q`.
     let quiet = workshop.seaplant(&["identify", "campaign.toml", "--out", "out", "-q"]).assert();
     quiet.success().stdout("").stderr(format!("error: {why}"));
+    // A method that was asked for has to have an answer.
+    let chosen = ["--method", "filter-error", "--method", "paper", "--out", "out"];
+    workshop.seaplant(&[&["identify", "campaign.toml"], &chosen[..]].concat()).assert().code(1);
 }
 
 #[test]

@@ -16,10 +16,8 @@ const MASS: f64 = 0.05;
 /// … and a drag at the vehicle's working speed.
 const DRAG: f64 = 0.10;
 
-/// Relative error beyond which the mass of a plant that is not doubted is wrong …
-const RIGHT_MASS: f64 = 0.10;
-/// … and its drag.
-const RIGHT_DRAG: f64 = 0.20;
+/// Relative error beyond which a mass is wrong: it counts as right up to there in a log that is weak and disturbed.
+const WEAK_MASS: f64 = 0.10;
 
 /// A likelihood ratio of nested models is not negative, except for rounding of the two optima, each
 /// within 0.05.
@@ -132,15 +130,22 @@ fn a_sensor_that_reads_too_much_is_found() {
 }
 
 #[test]
-fn plants_that_the_logs_hardly_determine_are_right_or_doubtful() {
-    for name in ["case12-surge-field3", "case14-heave-field3", "case15-yaw-field3"] {
-        let Some((plant, truth)) = plant(&format!("06-usable-with-wide-interval/{name}")) else {
+fn plants_that_the_logs_do_not_determine_are_doubtful() {
+    for name in ["case12-surge-field3", "case15-yaw-field3"] {
+        let Some((plant, _)) = plant(&format!("06-usable-with-wide-interval/{name}")) else {
             return;
         };
         let trust = plant["verdict"]["trust"].as_str().expect("judged");
-        let [mass, drag] = errors(&plant, &truth);
-        let is_right = mass.abs() < RIGHT_MASS && drag.abs() < RIGHT_DRAG;
-        let is_doubted = ["doubtful", "do-not-use"].contains(&trust);
-        assert!(is_doubted || is_right, "{name}: {trust}, mass {mass:+.2}, drag {drag:+.2}");
+        assert!(["doubtful", "do-not-use"].contains(&trust), "{name}: {trust}");
     }
+}
+
+#[test]
+fn linear_drag_in_a_weak_log_is_found() {
+    let Some((plant, truth)) = plant("06-usable-with-wide-interval/case14-heave-field3") else {
+        return;
+    };
+    let [mass, drag] = errors(&plant, &truth);
+    assert!(mass.abs() < WEAK_MASS, "mass {:+.1} %", 100.0 * mass);
+    assert!(drag.abs() < DRAG, "drag {:+.1} %", 100.0 * drag);
 }

@@ -418,16 +418,15 @@ impl Fitted {
     /// The same with propellers whose speed has a greatest rate of change, if that is likelier by more
     /// than chance than the lag, the ratio of lags and the delay that imitate it.
     ///
-    /// A slew time has no slope where it is zero, so that the descent begins at several. Of propellers that
-    /// seem prompt it begins only where a step of the plant promises a likelier one.
+    /// A slew time has no slope where it is zero, so that the descent begins at several.
     fn with_slew_that_shows(self) -> Result<Self, Error> {
         let Self { problem, optimum, .. } = &self;
         let actuator = optimum.point.actuator;
-        if !problem.has_thrusters || actuator.slew_s > 0.0 {
+        let is_late = actuator.lag_s > 0.0 || actuator.delay_s > 0.0;
+        if !problem.has_thrusters || !is_late || actuator.slew_s > 0.0 {
             return Ok(self);
         }
-        let is_late = actuator.lag_s > 0.0 || actuator.delay_s > 0.0;
-        let mut limited = problem.with_terms(problem.structure.clone());
+        let mut limited = problem.clone();
         limited.fits[Actuator::SLEW] = true;
         limited.fits[Actuator::LAG] = true;
         limited.fits[Actuator::LAG_RATIO] = false;
@@ -439,15 +438,13 @@ impl Fitted {
             let actuator = Actuator { slew_s: *slew_s, lag_s, log_lag_ratio: 0.0, ..actuator };
             let mut point = optimum.point.clone();
             point.actuator = actuator;
-            (if is_late { part.cost(&point) } else { part.promised_cost(&point) }, point)
+            (part.cost(&point), point)
         };
-        let cost = part.cost(&optimum.point);
         let starts = FIRST_SLEWS_S.iter().map(start);
-        let starts = starts.filter(|(own, _)| is_late || 2.0 * (cost - own) > search::ADMITTED);
         let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
         // A descent that does not settle finds no slew time.
         let Ok(nearer) = part.descent_at_noise(start, Tolerance::COARSE) else { return Ok(self) };
-        if nearer.cost >= cost {
+        if nearer.cost >= part.cost(&optimum.point) {
             return Ok(self);
         }
         let found = match pieces.is_some() {
@@ -465,7 +462,7 @@ impl Fitted {
         if !problem.has_thrusters || problem.fits[Actuator::LOADED] {
             return Ok(self);
         }
-        let mut loaded = problem.with_terms(problem.structure.clone());
+        let mut loaded = problem.clone();
         loaded.fits[Actuator::LOADED] = true;
         if loaded.score(&optimum.point, Actuator::LOADED).is_none_or(|x| x < search::ADMITTED) {
             return Ok(self);

@@ -83,7 +83,8 @@ const DIFFERENCE: f64 = 0.02;
 /// Part of the promised gain of a step that it has to give where its slope is that at kept gains.
 const PART_KEPT: f64 = 0.5;
 
-/// Gain of a step of the plant above which earlier steps of the noise say nothing of its curvature.
+/// Gain of a step of the plant above which earlier steps of the noise say nothing of its curvature, and the
+/// slope at kept gains suffices.
 const KEPT_BELOW: f64 = 1.0;
 
 impl Problem {
@@ -225,7 +226,7 @@ impl Problem {
     }
 
     /// Makes a step of one axis by the slope at kept gains, if it promises much and keeps that; returns the
-    /// promised gain. What kept gains leave out of the slope takes some passes, and matters near the optimum.
+    /// promised gain. The rest of the slope takes some passes, and matters near the optimum only.
     fn step_far(
         &self,
         point: &mut Point,
@@ -246,22 +247,6 @@ impl Problem {
             *point = moved;
             promised
         })
-    }
-
-    /// Computes the cost that an undamped step of plant and currents promises, at fixed noise and
-    /// filter gains; infinite where the simulation diverges.
-    pub(super) fn promised_cost(&self, point: &Point) -> f64 {
-        let promised = || {
-            let (slope, _) = self.by_plant(point)?;
-            let (gradient, hessian) = self.in_free_numbers(&point.free, &slope);
-            let (numbers, limits) = (point.numbers(), self.limits(point));
-            let parabola = Parabola::new((&gradient, &hessian), (&numbers, &limits), |k| {
-                self.is_held(point, k)
-            });
-            let step = parabola.step(LEAST_DAMPING)?;
-            Some(slope.cost - 0.5 * parabola.promise(&step))
-        };
-        promised().unwrap_or(f64::INFINITY)
     }
 
     /// Returns true of a plant of one axis, whose passes are short.

@@ -25,7 +25,7 @@ mod state;
 use std::f64::consts::TAU;
 use std::ops::Deref;
 
-use nalgebra::{DMatrix, DVector, DVectorView, Matrix3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use super::schedule::{Attitude, FilterInstant, Schedule};
 use crate::Error;
@@ -375,6 +375,16 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             after..after + 3
         });
         let count = levers.end;
+        // Among derivatives by all actuator parameters, those by the others are zero.
+        let all = count + PUSHED_BY - parameters.len();
+        let fitted = parameters.iter().map(|k| coefficients + k);
+        let places: Vec<usize> =
+            (0..coefficients).chain(fitted).chain(coefficients + PUSHED_BY..all).collect();
+        let among_all = |own: &DVector<f64>| {
+            let mut by = DVector::zeros(all);
+            places.iter().zip(own.iter()).for_each(|(place, x)| by[*place] = *x);
+            by
+        };
         let (mut slope, mut information) = (Slope::zeros(count), InformationSum::zeros(count));
         let mut flow = Flow::of_plant(coefficients, &parameters);
         let (mut mean, mut covariance) = (self.initial_mean(), self.initial_covariance());
@@ -436,17 +446,19 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             }
             since_mark_s += instant.length_s;
             if since_mark_s >= spacing_s {
-                at_mark(with_all(&slope.gradient.as_view(), coefficients, &parameters));
+                at_mark(among_all(&slope.gradient));
                 since_mark_s = 0.0;
             }
         }
-        slope.gradient = with_all(&slope.gradient.as_view(), coefficients, &parameters);
+        slope.gradient = among_all(&slope.gradient);
         at_mark(slope.gradient.clone());
-        let columns = information.finished();
-        let columns = columns.column_iter().map(|own| with_all(&own, coefficients, &parameters));
-        let rows = DMatrix::from_columns(&columns.collect::<Vec<_>>()).transpose();
-        let rows = rows.column_iter().map(|own| with_all(&own, coefficients, &parameters));
-        slope.information = DMatrix::from_columns(&rows.collect::<Vec<_>>());
+        let own = information.finished();
+        slope.information = DMatrix::zeros(all, all);
+        for (i, &row) in places.iter().enumerate() {
+            for (j, &column) in places.iter().enumerate() {
+                slope.information[(row, column)] = own[(i, j)];
+            }
+        }
         gains.cost = slope.cost;
         (finite(slope, &mean), gains)
     }
@@ -824,23 +836,6 @@ fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
-/// Returns derivatives by coefficients, all actuator parameters and the rest, from those by some of these
-/// parameters: zero by the others.
-fn with_all(by: &DVectorView<'_, f64>, coefficients: usize, parameters: &[usize]) -> DVector<f64> {
-    let mut all = DVector::zeros(by.len() + PUSHED_BY - parameters.len());
-    for (k, x) in by.iter().enumerate() {
-        let place = match k.checked_sub(coefficients) {
-            None => k,
-            Some(k) => {
-                coefficients
-                    + parameters.get(k).map_or(k + PUSHED_BY - parameters.len(), |own| *own)
-            }
-        };
-        all[place] = *x;
-    }
-    all
-}
-
 fn half_log(e: f64, variance: f64) -> f64 {
     0.5 * (variance.ln() + e * e / variance)
 }
@@ -872,6 +867,32 @@ mod tests {
         all.extend(by_plant.gradient.iter().chain(by_plant.information.iter()));
         all.extend(by_noise.iter().chain(sweep.noise_information().iter()));
         all
+    }
+
+    #[test]
+    fn derivatives_by_some_actuator_parameters_are_those_among_all() {
+        let plant = planar();
+        let record = record(&plant, "a", 1, 20, 0.005);
+        let filter = SizedFilter::<3, 3>::new(&plant, &[]).expect("three axes");
+        over(&record, &plant, |input| {
+            let some = std::array::from_fn(|k| k % 3 == 0);
+            let pass = |fits| SizedPass::<3, 3> {
+                plant: &filter.plant,
+                input: PassInput { fits, ..input },
+            };
+            let (of_all, of_some) = (pass(input.fits).by_plant().0, pass(some).by_plant().0);
+            let p = plant.coefficients().len();
+            let is_some = |k: usize| k.checked_sub(p).and_then(|k| some.get(k)).is_none_or(|x| *x);
+            for i in 0..of_all.gradient.len() {
+                let expected = if is_some(i) { of_all.gradient[i] } else { 0.0 };
+                assert_eq!(of_some.gradient[i], expected, "{i}");
+                for j in 0..of_all.gradient.len() {
+                    let is_some = is_some(i) && is_some(j);
+                    let expected = if is_some { of_all.information[(i, j)] } else { 0.0 };
+                    assert_eq!(of_some.information[(i, j)], expected, "{i}, {j}");
+                }
+            }
+        });
     }
 
     #[test]

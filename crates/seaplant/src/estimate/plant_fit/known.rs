@@ -91,7 +91,7 @@ impl Problem {
         optimum: &Optimum,
         colour: f64,
     ) -> Option<ScaleClaim> {
-        let mut problem = self.with_terms(self.structure.clone());
+        let mut problem = self.clone();
         let mut optimum = optimum.clone();
         let mut others = others.to_vec();
         for _ in 0..STEPS {
@@ -205,7 +205,7 @@ impl Problem {
         };
         let known: Arc<[Vec<KnownForce>]> =
             self.known.iter().map(|acting| acting.iter().map(resized).collect()).collect();
-        let mut problem = self.with_terms(self.structure.clone());
+        let mut problem = self.clone();
         problem.loads = known.iter().map(|acting| Load::of(acting)).collect();
         problem.known = known;
         problem

@@ -31,6 +31,7 @@ use crate::signal::rms;
 use crate::terms::Term;
 use crate::{AxisRecord, Dof, Error, PhysicalParameters, Terms, ThrusterTrack, Timed, TrialRecord};
 pub(in crate::estimate) use beside::Exchanged;
+use elimination::replace;
 pub(in crate::estimate) use lever::Lever;
 use lever::Levered;
 use report::condition;
@@ -211,21 +212,7 @@ impl OneAxis<'_> {
         let Ok((_, _, other)) = few.begun(records) else { return fitted };
         let mut of_few = Vec::new();
         let other = few.eliminated(other, &mut of_few);
-        if few.criterion(&other) >= self.criterion(&fitted) {
-            return fitted;
-        }
-        decisions.retain(|old| !of_few.iter().any(|new| new.candidate == old.candidate));
-        decisions.extend(of_few);
-        other
-    }
-
-    /// Twice the cost, and what each number of the model has to bring.
-    fn criterion(&self, fitted: &Fitted) -> f64 {
-        let (problem, optimum) = fitted.parts();
-        let numbers = problem.fits.iter().filter(|fits| **fits).count();
-        let currents = if problem.has_current { problem.trials.len() } else { 0 };
-        let count = numbers + currents + problem.structure.terms().len();
-        2.0 * optimum.cost + count as f64 * (problem.samples() as f64).ln()
+        or_likelier(fitted, decisions, (other, of_few))
     }
 
     /// The same with what is tried beside what a fit begins with.
@@ -237,11 +224,11 @@ impl OneAxis<'_> {
     ) -> Result<Fitted, Error> {
         let mut fitted = fitted;
         let before = fitted.optimum.cost;
-        let has_new_noise = |fitted: &Fitted| {
+        let has = |fitted: &Fitted| {
             let noise = &fitted.optimum.point.noise;
-            (noise.swell.is_some(), noise.drift.is_some())
+            [noise.swell.is_some(), noise.drift.is_some()]
         };
-        let noise_before = has_new_noise(&fitted);
+        let has_before = has(&fitted);
         if self.may_have(Candidate::Slew) {
             fitted = fitted.with_slew_that_shows()?;
         }
@@ -258,14 +245,16 @@ impl OneAxis<'_> {
         if fitted.optimum.cost != before {
             fitted = self.eliminated(fitted, decisions);
         }
-        if has_new_noise(&fitted) != noise_before {
+        if has(&fitted) != has_before {
             fitted = self.or_with_all_again(fitted, records, decisions);
         }
         Ok(Fitted { tried, ..fitted })
     }
 
-    /// The same with waves, if the trials show them: beside what is worth its place with them, where they hid that
-    /// and it colours what they leave.
+    /// The same with waves, if the trials show them.
+    ///
+    /// Terms that waves had hidden may colour innovations as much as these did, so that waves are also accepted
+    /// together with such terms.
     fn with_swell_that_shows(
         &self,
         fitted: Fitted,
@@ -285,8 +274,10 @@ impl OneAxis<'_> {
         Ok(found)
     }
 
-    /// The same, or the likelier fit with what is worth its place of all that was left out: waves or a current that
-    /// varies hid it before they were in the model.
+    /// The same, or the likelier fit after a second elimination that begins with all terms and numbers again.
+    ///
+    /// The first one ran while the disturbance stood for waves or for a current that varies, and both hide
+    /// small terms.
     fn or_with_all_again(
         &self,
         fitted: Fitted,
@@ -298,12 +289,7 @@ impl OneAxis<'_> {
         let other = self.eliminated(wider, &mut again);
         let Ok(other) = other.searched(records) else { return fitted };
         let other = self.eliminated(other, &mut again);
-        if self.criterion(&other) >= self.criterion(&fitted) {
-            return fitted;
-        }
-        decisions.retain(|old| !again.iter().any(|new| new.candidate == old.candidate));
-        decisions.extend(again);
-        other
+        or_likelier(fitted, decisions, (other, again))
     }
 
     /// The optimum with all terms and numbers that a fit begins with beside those of a fit.
@@ -682,6 +668,28 @@ impl OneAxis<'_> {
             None => fitted,
         }
     }
+}
+
+/// Returns a fit, or another one with its decisions if that is likelier by the Bayesian information criterion.
+fn or_likelier(
+    fitted: Fitted,
+    decisions: &mut Vec<Decision>,
+    (other, of_other): (Fitted, Vec<Decision>),
+) -> Fitted {
+    if criterion(&other) >= criterion(&fitted) {
+        return fitted;
+    }
+    replace(decisions, of_other);
+    other
+}
+
+/// Twice the cost, and what each number of the model has to bring.
+fn criterion(fitted: &Fitted) -> f64 {
+    let (problem, optimum) = fitted.parts();
+    let numbers = problem.fits.iter().filter(|fits| **fits).count();
+    let currents = if problem.has_current { problem.trials.len() } else { 0 };
+    let count = numbers + currents + problem.structure.terms().len();
+    2.0 * optimum.cost + count as f64 * (problem.samples() as f64).ln()
 }
 
 /// The problem with a lag that differs up and down in the place of a delay, which two of them resemble.

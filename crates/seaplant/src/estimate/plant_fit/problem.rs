@@ -284,11 +284,10 @@ impl Problem {
         }
     }
 
-    /// Returns the problem for complete other records of the same trials, with nothing else known of them.
-    pub(super) fn whole(&self, records: &[&TrialRecord]) -> Self {
-        let whole = self.with_terms(self.structure.clone());
+    /// Returns the problem for other records of the same trials, without pieces of them, for passes alone.
+    pub(super) fn without_pieces(&self, records: &[&TrialRecord]) -> Self {
         let schedules = Schedule::complete(records, &self.structure, self.attitude, self.sensor());
-        Self { schedules, pieces: None, forces: Arc::default(), ..whole }
+        Self { schedules, pieces: None, forces: Arc::default(), ..self.clone() }
     }
 
     /// Returns the problem with attitude as a state.
@@ -314,39 +313,13 @@ impl Problem {
 
     /// Returns the problem for the same trials and axes with other terms.
     pub(super) fn with_terms(&self, structure: Structure) -> Self {
-        Self {
-            physical: Physical::new(&structure, self.rigid_body),
-            structure,
-            trials: Arc::clone(&self.trials),
-            schedules: Arc::clone(&self.schedules),
-            pieces: self.pieces.clone(),
-            forces: Arc::clone(&self.forces),
-            noise_information: Arc::clone(&self.noise_information),
-            rigid_body: self.rigid_body,
-            fits: self.fits,
-            requires: self.requires,
-            lag_std_s: self.lag_std_s,
-            first_actuator: self.first_actuator,
-            has_thrusters: self.has_thrusters,
-            thrust_uncertainty: self.thrust_uncertainty,
-            known: Arc::clone(&self.known),
-            loads: Arc::clone(&self.loads),
-            sample_noise: self.sample_noise.clone(),
-            by_slope: self.by_slope,
-            may_be_late: self.may_be_late,
-            has_current: self.has_current,
-            attitude: self.attitude,
-            attitude_noise: self.attitude_noise,
-            instruments: self.instruments,
-            is_free: self.is_free,
-        }
+        Self { physical: Physical::new(&structure, self.rigid_body), structure, ..self.clone() }
     }
 
     /// Returns the problem on pieces of the trials if these have enough samples.
     pub(super) fn in_pieces(&self) -> Option<Self> {
         let schedules = Arc::clone(self.pieces.as_ref()?);
-        let whole = self.with_terms(self.structure.clone());
-        Some(Self { schedules, pieces: None, forces: Arc::default(), ..whole })
+        Some(Self { schedules, pieces: None, forces: Arc::default(), ..self.clone() })
     }
 
     pub(super) fn plant(&self, free: &DVector<f64>) -> Result<Plant, Error> {
@@ -401,8 +374,7 @@ impl Problem {
     /// Computes the information of all coefficients, numbers of the actuator and currents,
     /// including those that are not fitted, without priors.
     pub(super) fn information_of_all(&self, point: &Point) -> Option<DMatrix<f64>> {
-        let mut all = self.with_terms(self.structure.clone());
-        all.fits = [true; Actuator::COUNT];
+        let all = Self { fits: [true; Actuator::COUNT], ..self.clone() };
         let slopes = all.each(point, |_, pass| pass.by_plant().0).ok()?;
         Some(all.gathered(&slopes)?.information)
     }

@@ -43,7 +43,7 @@ impl FittedAxis {
             return None;
         }
         let factor = vehicle_s / actuator.lag_s.max(LEAST_LAG_S);
-        let mut free = problem.with_terms(problem.structure.clone());
+        let mut free = problem.clone();
         free.fits[Actuator::LAG] = true;
         free.lag_std_s = f64::INFINITY;
         let mut point = optimum.point.clone();

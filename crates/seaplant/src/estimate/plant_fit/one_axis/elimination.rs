@@ -23,22 +23,19 @@ impl OneAxis<'_> {
         let mut now = fitted;
         loop {
             let Some((gone, kept)) = self.superfluous(&now) else { return now };
-            let mut decide = |new: Vec<Decision>| {
-                decisions.retain(|old| !new.iter().any(|new| new.candidate == old.candidate));
-                decisions.extend(new);
-            };
             if gone.is_empty() {
-                decide(kept);
+                replace(decisions, kept);
                 return now;
             }
             let candidates: Vec<Candidate> = gone.iter().map(|own| own.candidate).collect();
             // A model that does not settle without them needs them.
             let Ok(fewer) = self.without(&now, &candidates) else {
                 let stay = |own: Decision| Decision { admitted: true, ..own };
-                decide(kept.into_iter().chain(gone.into_iter().map(stay)).collect());
+                let all = kept.into_iter().chain(gone.into_iter().map(stay));
+                replace(decisions, all.collect());
                 return now;
             };
-            decide(gone);
+            replace(decisions, gone);
             now = fewer;
         }
     }
@@ -172,6 +169,12 @@ impl OneAxis<'_> {
             pairs.filter_map(|(axis, current)| Some((mean(axis)?, *current))).collect();
         are_in_proportion(&pairs)
     }
+}
+
+/// Adds decisions, in the place of earlier ones on the same candidates.
+pub(super) fn replace(decisions: &mut Vec<Decision>, new: Vec<Decision>) {
+    decisions.retain(|old| !new.iter().any(|new| new.candidate == old.candidate));
+    decisions.extend(new);
 }
 
 /// Linear drag below this part of the quadratic is none, however sharply it is seen: below what a thrust

@@ -101,7 +101,7 @@ impl OneAxis<'_> {
         let (_, gains) = problem.by_plant(&optimum.point)?;
         let cost = |lever: [f64; 2]| {
             let there = self.records_without_lever(records, lever)?;
-            let there = problem.whole(&there.iter().collect::<Vec<_>>());
+            let there = problem.without_pieces(&there.iter().collect::<Vec<_>>());
             Some(there.at_gains(&optimum.point, &gains))
         };
         let h = TRIED_M;
