@@ -117,6 +117,16 @@ impl<'a> Forecaster<'a> {
         }
     }
 
+    /// Returns the numbers of some plant that no manoeuvre of a program says anything of.
+    pub(crate) fn unexcited(&self, program: &Program) -> Vec<&str> {
+        let is_excited = |d: usize, k: usize| {
+            program.before[(k, k)] > 0.0 || program.rates.iter().any(|of| of[d][(k, k)] > 0.0)
+        };
+        let is_always = |k: usize| (0..self.plants.len()).all(|d| is_excited(d, k));
+        let names = self.names.iter().enumerate();
+        names.filter(|(k, _)| !is_always(*k)).map(|(_, name)| name.as_str()).collect()
+    }
+
     /// Returns the power that the battery allows for so long; none without a battery, or where the
     /// goals decide how long.
     fn power(&self, used: &[Candidate], seconds: f64) -> Option<Power> {

@@ -1,6 +1,7 @@
 //! Library of manoeuvres.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use schemars::JsonSchema;
 use seaplant::motion::KnownForce;
@@ -103,6 +104,16 @@ impl Manoeuvre {
         let waves = self.waves.iter().map(|(dof, wave)| (*dof, wave.scaled(factor))).collect();
         let opposing = self.opposing.clone().map(|(of, wave)| (of, wave.scaled(factor)));
         Self { waves, opposing, ..self.clone() }
+    }
+
+    /// Holds the place along some axes more firmly, by a factor on their natural frequencies, but not more than
+    /// axes that are not driven.
+    pub(crate) fn held_firmer(&self, axes: Range<usize>, factor: f64) -> Self {
+        let mut hold_rad_s = self.hold_rad_s;
+        for own in &mut hold_rad_s[axes] {
+            *own = (*own * factor).min(own.max(HELD));
+        }
+        Self { hold_rad_s, ..self.clone() }
     }
 
     /// Returns when the weight hangs on the vehicle in a run of some seconds.

@@ -1,6 +1,7 @@
 //! Fisher information of each manoeuvre for plants drawn from the prior.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::DMatrix;
 use seaplant::estimate::{
@@ -151,8 +152,8 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// Reduces the forces of a candidate until its runs leave a margin to every limit; a factor of
-    /// zero if none do.
+    /// Reduces the forces of a candidate, and holds its place more firmly where that is at a limit, until its runs
+    /// leave a margin to every limit; a factor of zero if none do.
     pub(crate) fn with_margin(
         &self,
         candidate: &Candidate,
@@ -168,7 +169,10 @@ impl Bench<'_> {
                 }
                 return Ok(reduced);
             };
-            reduced.manoeuvre = reduced.manoeuvre.scaled(REDUCED);
+            // Weight in water and currents take a vehicle from its place, however weakly it is driven.
+            let along = place_of(limit);
+            reduced.manoeuvre =
+                reduced.manoeuvre.scaled(REDUCED).held_firmer(along, REDUCED.recip());
             reduced.factor *= REDUCED;
             reduced.limit = limit;
         }
@@ -228,6 +232,15 @@ impl Bench<'_> {
         let (name, known) = (manoeuvre.name.clone(), manoeuvre.known(WEIGHED_S));
         let setup = TrialSetup { name, role: Role::Fit, known, ..TrialSetup::default() };
         Ok(TrialRecord::new(&setup, &recording, self.vehicle, self.plants[0].axes())?)
+    }
+}
+
+/// Returns the axes along which a limit keeps a vehicle in its place.
+fn place_of(limit: &str) -> Range<usize> {
+    match limit {
+        "box_m" | "tether_m" => 0..2,
+        "depth_m" => 2..3,
+        _ => 0..0,
     }
 }
 

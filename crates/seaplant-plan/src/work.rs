@@ -82,7 +82,7 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
         request.weight,
         request.seed,
     ))?;
-    let (mut used, refused): (Vec<Candidate>, Vec<Candidate>) =
+    let (mut used, mut refused): (Vec<Candidate>, Vec<Candidate>) =
         tried.into_iter().partition(|candidate| candidate.factor > 0.0);
     if used.is_empty() {
         return Err(no_motion(&refused, request));
@@ -100,7 +100,7 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
         .filter(|new| used.iter().all(|old| old.manoeuvre.name != new.name))
         .collect();
     used.extend(bench.candidates(&more)?.into_iter().filter(|candidate| candidate.factor > 0.0));
-    allocation = work.with_margins(&mut used, seconds)?;
+    allocation = work.with_margins(&mut used, &mut refused, seconds)?;
     work.check_goals(&used, &refused)?;
     let needed = work.forecaster.seconds_needed(&used, &allocation.shares);
     let mut battery_ends = false;
@@ -108,7 +108,7 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
         let most = 60.0 * TIMES_MIN[1];
         seconds = needed.unwrap_or(most);
         if work.knows_already() {
-            allocation = work.with_margins(&mut used, seconds)?;
+            allocation = work.with_margins(&mut used, &mut refused, seconds)?;
         }
         if let Some(last) = work.battery_seconds(&used, &allocation.shares) {
             battery_ends = last < seconds;
@@ -162,40 +162,40 @@ impl Work<'_> {
         self.prior.known.is_some()
     }
 
-    /// Rejects goals that no manoeuvre excites, naming the limit that prevents it.
+    /// Rejects goals and coefficients that no manoeuvre excites, naming the limit that prevents it.
     fn check_goals(&self, used: &[Candidate], refused: &[Candidate]) -> Result<(), Error> {
         let all = self.forecaster.program(used, 60.0 * TIMES_MIN[1] * used.len() as f64);
         let shares = vec![1.0 / used.len() as f64; used.len()];
-        let ratios = all.ratios(&shares);
-        for (k, goal) in self.forecaster.goals.iter().enumerate() {
-            let wide = ratios.as_ref().is_none_or(|ratios| ratios[k].sqrt() > NOT_EXCITED);
-            if !wide {
-                continue;
+        let names: Vec<&str> = match all.ratios(&shares) {
+            Some(ratios) => {
+                let goals = self.forecaster.goals.iter().zip(ratios);
+                let wide = goals.filter(|(_, ratio)| ratio.sqrt() > NOT_EXCITED);
+                wide.map(|(goal, _)| goal.name.as_str()).collect()
             }
-            let axes = self.axes_of(&goal.name);
-            let unpushed = axes.iter().find(|dof| self.bench.rig.most[dof.index()] == 0.0);
-            if ratios.is_none() && unpushed.is_none() && refused.is_empty() {
-                continue;
-            }
-            let limits = &self.request.limits;
-            let reason = match unpushed {
-                Some(dof) => format!("the thrusters do not push {dof} by itself"),
-                None => {
-                    let own = refused.iter().chain(used);
-                    let own = own.filter(|candidate| match goal.name.as_str() {
-                        SCALE => candidate.manoeuvre.weight.is_some(),
-                        _ => candidate.manoeuvre.axes.iter().any(|dof| axes.contains(dof)),
-                    });
-                    let mut in_way: Vec<String> =
-                        own.map(|candidate| said_limit(candidate.limit, limits)).collect();
-                    in_way.sort();
-                    in_way.dedup();
-                    format!("{} is in the way", in_way.join(" or "))
+            None => self.forecaster.unexcited(&all),
+        };
+        let Some(&name) = names.first() else { return Ok(()) };
+        let axes = self.axes_of(name);
+        let unpushed = axes.iter().find(|dof| self.bench.rig.most[dof.index()] == 0.0);
+        let limit = match unpushed {
+            Some(dof) => format!("the thrusters do not push {dof} by itself"),
+            None => {
+                let own = refused.iter().chain(used).filter(|candidate| match name {
+                    SCALE => candidate.manoeuvre.weight.is_some(),
+                    _ => candidate.manoeuvre.axes.iter().any(|dof| axes.contains(dof)),
+                });
+                let limits = &self.request.limits;
+                let mut in_way: Vec<String> =
+                    own.map(|candidate| said_limit(candidate.limit, limits)).collect();
+                in_way.sort();
+                in_way.dedup();
+                match in_way.is_empty() {
+                    true => "no manoeuvre drives its axes".to_owned(),
+                    false => format!("{} is in the way", in_way.join(" or ")),
                 }
-            };
-            return Err(Error::NotExcited { goal: goal.name.clone(), limit: reason });
-        }
-        Ok(())
+            }
+        };
+        Err(Error::NotExcited { goal: name.to_owned(), limit })
     }
 
     /// Returns the axes of a goal.
@@ -210,7 +210,12 @@ impl Work<'_> {
     /// Allocates the time to manoeuvres that leave a margin to every limit: those that get some are
     /// driven by many vehicles, weakened where these come too close, and weighed again, until all that
     /// get time are sure.
-    fn with_margins(&self, used: &mut Vec<Candidate>, seconds: f64) -> Result<Allocation, Error> {
+    fn with_margins(
+        &self,
+        used: &mut Vec<Candidate>,
+        refused: &mut Vec<Candidate>,
+        seconds: f64,
+    ) -> Result<Allocation, Error> {
         let seed = seed_of(self.request.seed, "margin");
         let plants = self.prior.draws(MARGIN_RUNS + 1, seed)?;
         // The prior's mean comes first; a prior without a spread has nothing else.
@@ -228,11 +233,15 @@ impl Work<'_> {
             for (k, candidate) in unsure.into_iter().zip(sure) {
                 used[k] = candidate?;
             }
-            used.retain(|candidate| candidate.factor > 0.0);
+            let before = used.len();
+            refused.extend(used.extract_if(.., |candidate| candidate.factor == 0.0));
             if used.is_empty() {
                 return Err(Error::NoMotion {
                     reason: "with the vehicles that the prior allows, every manoeuvre comes too close to a limit; widen the limits, or plan from results".to_owned(),
                 });
+            }
+            if used.len() < before {
+                self.check_goals(used, refused)?;
             }
         }
     }

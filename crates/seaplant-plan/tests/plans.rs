@@ -10,7 +10,10 @@ use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::Plant;
 use seaplant::twin::TwinCampaign;
-use seaplant::{Dof, Role, Timed, TrialRecord, TrialSetup, Vehicle};
+use seaplant::{
+    Dof, QuadraticThrust, Role, ThrustCurve, Thruster, ThrusterInput, Timed, TrialRecord, TrialSetup,
+    Vehicle,
+};
 use seaplant_plan::{
     Battery, ControllerGoal, Criterion, Error, Goal, HungWeight, Limits, Mission, Plan, Prior,
     Rehearsal, Request, Width, chart_svg, commands_csv, deck_page, plan, rehearse, words,
@@ -209,6 +212,42 @@ fn lifter() -> (Prior, Vehicle) {
         ..Vehicle::default()
     };
     (Prior::of_model(&model, &[]).expect("thrusters"), vehicle)
+}
+
+/// Returns a heavy hull that one propeller lifts: its weight in water is not known well beside that.
+fn hull() -> Vehicle {
+    let law = QuadraticThrust { forward: 150.0, reverse: 130.0, ..QuadraticThrust::default() };
+    let curve = ThrustCurve::Quadratic { input: ThrusterInput::Command, law };
+    let thruster = |name: &str, y: f64, direction: [f64; 3]| {
+        Thruster::new(name, [0.0, y, 0.0], direction, curve.clone()).expect("a thruster")
+    };
+    Vehicle {
+        name: "hull".to_owned(),
+        dry_mass_kg: Some(500.0),
+        size_m: Some([1.3, 0.9, 0.8]),
+        thrusters: vec![
+            thruster("port", -0.35, [1.0, 0.0, 0.0]),
+            thruster("starboard", 0.35, [1.0, 0.0, 0.0]),
+            thruster("lift", 0.0, [0.0, 0.0, -1.0]),
+        ],
+        ..Vehicle::default()
+    }
+}
+
+/// However weakly it is driven, its weight takes such a vehicle from its depth, unless that is held more firmly.
+#[test]
+fn a_heavy_vehicle_whose_weight_in_water_is_unsure_gets_a_plan() {
+    let vehicle = hull();
+    let prior = Prior::of_vehicle(&vehicle, &[]).expect("a prior");
+    let request = Request { minutes: Some(12.0), checks: 20, ..Request::default() };
+    let made = plan(&prior, &vehicle, &request).expect("a plan");
+    assert_eq!(made.check.broken, 0, "{:?}", made.check);
+    let heave = made.manoeuvres.iter().find(|one| one.manoeuvre.waves.contains_key(&Dof::Heave));
+    assert!(heave.is_some(), "{made:?}");
+    let limits = Limits { depth_m: [4.7, 5.3], ..Limits::default() };
+    let refused = plan(&prior, &vehicle, &Request { limits, ..request }).expect_err("too narrow");
+    let message = refused.to_string();
+    assert!(message.contains("heave") && message.contains("depth_m = [4.7, 5.3]"), "{message}");
 }
 
 /// Fits of six dives with a weight find the scale of thrust with the promised standard deviation.

@@ -163,8 +163,11 @@ fn plant(
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
     let by_mass = known::scale(&fit, &records.fit, vehicle);
-    let scale_is_refuted =
-        by_mass.as_ref().is_some_and(|(way, _)| doubts::restoring_says(&fit, vehicle, *way));
+    let is_refuted = |(way, _): &(_, _)| doubts::restoring_says(&fit, vehicle, *way);
+    let refuted_scale = match by_mass.as_ref().is_some_and(is_refuted) {
+        true => Some(verdict::SCALE_BY_MASS),
+        false => doubts::restoring_refutes(&fit, vehicle).then_some(verdict::SCALE_BY_LEVER),
+    };
     let scale = by_mass.map(|(_, caveat)| match scale::scale(&fit) {
         None => caveat,
         Some((by_forces, _)) => Caveat {
@@ -182,7 +185,7 @@ fn plant(
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
     let of_trials = of_trials.as_ref();
-    let evidence = verdict::Evidence { fit: &fit, of_trials, numbers: &numbers, scale_is_refuted };
+    let evidence = verdict::Evidence { fit: &fit, of_trials, numbers: &numbers, refuted_scale };
     (plant.verdict, plant.verdicts) = verdict::verdicts(&plant, &evidence, &of_axes);
     Ok((structure.name(), plant, online))
 }

@@ -326,21 +326,42 @@ fn not_dissipative(fit: &PlantFit, records: &[&TrialRecord]) -> Option<Caveat> {
 }
 
 /// Weight and buoyancy as stated must be those that the motion shows. Where both that and the righting
-/// lever are as many times too large, thrust is.
+/// lever are too large, or both too small, thrust is.
 fn restoring(fit: &PlantFit, vehicle: &Vehicle) -> Option<Caveat> {
     let known = restored(fit, vehicle);
     if let Some(caveat) = thrust_by_weight(&known) {
         return Some(caveat);
     }
-    let Restored { term, stated, estimated: (value, std), .. } =
-        known.into_iter().find(|own| own.is_off)?;
-    let message = format!(
-        "`{term}` is {} {}, but by the vehicle file it is {}; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust",
-        estimated(value, std),
-        term.unit(),
-        spoken(stated)
-    );
-    Some(Caveat::warning(CaveatCode::RestoringContradicts, message))
+    let off: Vec<String> = known.iter().filter(|own| own.is_off).map(Restored::words).collect();
+    let all = match weight_and_lever(&known) {
+        Some(_) => {
+            "; both say that the scale of thrust is wrong, and with it all masses and drags, as where thrusters push less in reverse than their curves or a logged wrench say; log thrusters one by one, or leave out [buoyancy] if it is a guess"
+        }
+        None => {
+            "; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust"
+        }
+    };
+    (!off.is_empty()).then(|| {
+        let message = format!("{}{all}", off.join(", and "));
+        Caveat::warning(CaveatCode::RestoringContradicts, message)
+    })
+}
+
+/// Returns true if both the weight in water and the righting lever say that thrust has another scale, the
+/// same way.
+pub(super) fn restoring_refutes(fit: &PlantFit, vehicle: &Vehicle) -> bool {
+    weight_and_lever(&restored(fit, vehicle)).is_some()
+}
+
+/// Returns how many times too large the weight in water and the righting lever say thrust is, if both say that
+/// it is too large, or both too small.
+fn weight_and_lever(known: &[Restored]) -> Option<[f64; 2]> {
+    let [weight, lever] = known else { return None };
+    let times = [weight.times.0, lever.times.0];
+    let are_alike = times.iter().all(|times| *times > 1.0)
+        || times.iter().all(|times| (0.0..1.0).contains(times));
+    let say = |own: &Restored| own.is_off && own.times.0.is_finite();
+    (say(weight) && say(lever) && are_alike).then_some(times)
 }
 
 /// Returns true if weight and buoyancy as stated say that thrust is clearly too large (`Greater`) or too small.
@@ -388,18 +409,25 @@ impl Restored {
         };
         self.is_off && is_far
     }
+
+    fn words(&self) -> String {
+        let Self { term, stated, estimated: (value, std), .. } = self;
+        format!(
+            "`{term}` is {} {}, but by the vehicle file it is {}",
+            estimated(*value, *std),
+            term.unit(),
+            spoken(*stated)
+        )
+    }
 }
 
 /// That thrust is off by a factor, which weight and lever show alike.
 fn thrust_by_weight(known: &[Restored]) -> Option<Caveat> {
-    let [weight, lever] = known else { return None };
-    let [(first, first_std), (second, second_std)] = [weight.times, lever.times];
+    let [first, second] = weight_and_lever(known)?;
     let mean = 0.5 * (first + second);
-    let apart = CONTRADICTION * first_std.hypot(second_std) + CONTRADICTION_PART * mean;
-    let are_sure = [weight, lever].iter().all(|own| {
-        let (times, std) = own.times;
-        own.is_off && times > 0.0 && std < CONTRADICTION_PART * times
-    });
+    let std = known.iter().fold(0.0, |all: f64, own| all.hypot(own.times.1));
+    let apart = CONTRADICTION * std + CONTRADICTION_PART * mean;
+    let are_sure = known.iter().all(|own| own.times.1 < CONTRADICTION_PART * own.times.0);
     if !are_sure || (first - second).abs() > apart {
         return None;
     }
@@ -580,6 +608,14 @@ mod tests {
         assert_eq!(severity(2.0, 2.04), Some(Severity::Severe));
         assert_eq!(severity(0.45, 0.45), Some(Severity::Severe));
         assert_eq!(severity(1.18, 1.2), Some(Severity::Warning));
+        // Those that are off differently show a force beside the scale; the verdict is of both.
+        let refutes = |weight: f64, lever: f64| {
+            let known = [of(Basis::WeightExcess, weight), of(Basis::Lever(2), lever)];
+            weight_and_lever(&known).is_some()
+        };
+        assert!(refutes(1.18, 1.2) && refutes(2.0, 3.0) && refutes(0.8, 0.3));
+        assert!(!refutes(1.0, 1.2) && !refutes(0.8, 1.2) && !refutes(-2.0, -2.0));
+        assert!(!refutes(f64::INFINITY, 1.2));
         // One that is off alone is wrong in the vehicle file.
         assert_eq!(severity(2.0, 1.0), None);
         assert_eq!(severity(2.0, 3.0), None);

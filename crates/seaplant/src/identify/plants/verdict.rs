@@ -15,9 +15,9 @@ pub(super) struct Evidence<'a> {
     /// Held-out trials one by one, if there are any.
     pub(super) of_trials: Option<&'a Confirmed<'a>>,
     pub(super) numbers: &'a [(Dof, Number)],
-    /// True if both the stated mass and the stated weight or lever say that thrust is too large, or too
-    /// small. Either may be wrong by itself, as with water in the hull or a guessed centre of gravity.
-    pub(super) scale_is_refuted: bool,
+    /// Why thrust has another scale, if two of what is stated say so: mass, weight in water and righting
+    /// lever. One may be wrong by itself, as with water in the hull or a guessed centre of gravity.
+    pub(super) refuted_scale: Option<&'static str>,
 }
 
 impl Evidence<'_> {
@@ -59,7 +59,7 @@ pub(super) fn verdicts(
     let untested = plant.hold_out.as_ref().map(untested).unwrap_or_default();
     let doubtful = |reason| Verdict::new(Trust::Doubtful, reason, whole.codes.clone());
     let is_of_all =
-        whole.trust == Trust::DoNotUse || is_too_early(fit) || evidence.scale_is_refuted;
+        whole.trust == Trust::DoNotUse || is_too_early(fit) || evidence.refuted_scale.is_some();
     let of = |&dof: &Dof| {
         let score = plant.hold_out.as_ref().and_then(|held| held.by_axis.get(&dof));
         let verdict = match own.get(&dof).cloned() {
@@ -92,8 +92,8 @@ fn judged(
     let Some(score) = &plant.hold_out else {
         return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
     };
-    if evidence.scale_is_refuted {
-        return of(Trust::Doubtful, REFUTED_SCALE.to_owned());
+    if let Some(reason) = evidence.refuted_scale {
+        return of(Trust::Doubtful, reason.to_owned());
     }
     let is_of_axis = |caveat: &Caveat| of_axes.iter().any(|(_, own)| own == caveat);
     let is_unknown =
@@ -182,8 +182,11 @@ fn untested(score: &PlantScore) -> Vec<Dof> {
     if 2 * axes.len() >= score.by_axis.len() { axes } else { Vec::new() }
 }
 
-/// Why no axis may be trusted where [`Evidence::scale_is_refuted`].
-const REFUTED_SCALE: &str = "the stated mass and the stated weight and buoyancy both say that thrust has another scale, and with it all masses and drags";
+/// Why no axis may be trusted where mass and restoring refute the scale of thrust.
+pub(super) const SCALE_BY_MASS: &str = "the stated mass and the stated weight and buoyancy both say that thrust has another scale, and with it all masses and drags";
+
+/// Why no axis may be trusted where weight in water and righting lever do.
+pub(super) const SCALE_BY_LEVER: &str = "the stated weight in water and righting lever both say that thrust has another scale, and with it all masses and drags";
 
 /// Why no axis may be trusted where thrust is logged so slowly or so late.
 const TOO_EARLY: &str =
