@@ -65,16 +65,23 @@ pub(crate) struct PlacedFigure {
     pub(crate) caption: String,
     /// SVG for the page, which provides styles and title itself.
     pub(crate) inline: String,
-    pub(crate) figure: Figure,
+    pub(crate) svg: Vec<u8>,
+    /// None of a method that is not recommended.
+    pub(crate) png: Option<Vec<u8>>,
 }
 
 impl Scene {
     /// Writes the scene as files.
     pub(crate) fn paint(&self) -> Result<Figure, Error> {
-        Ok(Figure {
-            svg: svg_writer::document(self).into_bytes(),
-            png: png_writer::document(self)?,
-        })
+        Ok(Figure { svg: self.svg(), png: self.png()? })
+    }
+
+    fn svg(&self) -> Vec<u8> {
+        svg_writer::document(self).into_bytes()
+    }
+
+    fn png(&self) -> Result<Vec<u8>, Error> {
+        png_writer::document(self)
     }
 }
 
@@ -85,6 +92,7 @@ struct Draft {
     trial: String,
     stem: String,
     scene: Scene,
+    has_png: bool,
 }
 
 /// Figures of a report, drawn one by one and written in parallel.
@@ -119,8 +127,15 @@ impl FigureSet {
                 (Subject::Steady, figure.dof, &figure.trial, steady::scene(figure, results)?)
             }
         };
+        let recommended = results.plants.get(&dof).map(|plant| plant.method);
+        let has_png = match &subject {
+            Subject::Comparison { plant: None, method, .. } => {
+                recommended.is_none_or(|recommended| recommended == *method)
+            }
+            _ => true,
+        };
         let (dof, trial, stem) = (Some(dof), trial.clone(), stem.to_owned());
-        self.drafts.push(Draft { subject, dof, trial, stem, scene });
+        self.drafts.push(Draft { subject, dof, trial, stem, scene, has_png });
         Ok(())
     }
 
@@ -133,6 +148,7 @@ impl FigureSet {
                 trial: String::new(),
                 stem: "thrust".to_owned(),
                 scene: thrust(bollard_pull)?,
+                has_png: true,
             });
         }
         painted(self.drafts)
@@ -184,7 +200,8 @@ impl Draft {
             trial: self.trial,
             stem: self.stem,
             inline: inline_svg(&self.scene),
-            figure: self.scene.paint()?,
+            svg: self.scene.svg(),
+            png: self.has_png.then(|| self.scene.png()).transpose()?,
             caption: self.scene.description,
         })
     }

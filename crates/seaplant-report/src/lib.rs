@@ -75,7 +75,7 @@ impl Artifact<'_> {
 }
 
 /// Makes every file of a report and gives each to `put`: `results.json`, `report.html`,
-/// `figures/*.svg` and `*.png`, `series/*.csv`, `tables/*.csv`.
+/// `figures/*.svg`, `*.png` of recommended methods, `series/*.csv`, `tables/*.csv`.
 ///
 /// `series` are the series to draw, such as
 /// [`Identification::series`](seaplant::results::Identification::series); at most one of them is
@@ -130,8 +130,10 @@ pub fn render<E: From<Error>>(
     drop(charts);
     for drawn in placed {
         let stem = format!("figures/{}", drawn.stem);
-        put(&Artifact::of_bytes(format!("{stem}.svg"), drawn.figure.svg))?;
-        put(&Artifact::of_bytes(format!("{stem}.png"), drawn.figure.png))?;
+        put(&Artifact::of_bytes(format!("{stem}.svg"), drawn.svg))?;
+        if let Some(png) = drawn.png {
+            put(&Artifact::of_bytes(format!("{stem}.png"), png))?;
+        }
     }
     csv_files::tables(results)?.iter().try_for_each(put)
 }

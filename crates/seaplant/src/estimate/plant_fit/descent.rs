@@ -56,6 +56,10 @@ impl Tolerance {
     /// of missing terms and as a start for a finer fit.
     pub(super) const COARSE: Self = Self { plant: 0.1, noise: 0.5, is_coarse: true };
 
+    /// Sufficient to compare plants of other terms beside the same noise: steps end at about a standard deviation,
+    /// and follow the innovations at fixed filter gains.
+    pub(super) const ROUGH: Self = Self { plant: KEPT_BELOW, ..Self::COARSE };
+
     /// Coarse for the plant and fine for the noise, of which each number matters: for waves.
     pub(super) const OF_NOISE: Self = Self { noise: Self::FINE.noise, ..Self::COARSE };
 
@@ -188,7 +192,7 @@ impl Problem {
         tolerance: Tolerance,
     ) -> f64 {
         let (mut gradient, hessian) = self.in_free_numbers(&point.free, slope);
-        let is_whole = self.is_small();
+        let is_whole = self.is_small() && tolerance.plant < KEPT_BELOW;
         if is_whole {
             if let Some(promised) = self.step_far(point, slope.cost, (&gradient, &hessian)) {
                 return promised;

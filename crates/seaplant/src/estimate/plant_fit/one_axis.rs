@@ -7,7 +7,7 @@ mod report;
 mod sensor;
 mod spikes;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use nalgebra::DVector;
 
@@ -378,15 +378,9 @@ impl OneAxis<'_> {
             },
             noise: from.noise.clone(),
         };
-        // Other terms are compared beside the same noise; other trials have noise of their own.
-        let names: BTreeSet<String> = structure.names().into_iter().collect();
-        let has_all = names.iter().eq(from.coefficients.keys());
-        let optimum = match has_all {
-            true => problem.descent(point, Tolerance::COARSE)?,
-            false => problem.descent_at_noise(point, Tolerance::COARSE)?,
-        };
-        let fitted = Fitted::new(problem, optimum).with_speeds_as_they_are(records)?;
-        if has_all { fitted.refined() } else { Ok(fitted) }
+        // Other terms are compared beside the same noise.
+        let optimum = problem.descent_at_noise(point, Tolerance::ROUGH)?;
+        Fitted::new(problem, optimum).with_speeds_as_they_are(records)
     }
 
     /// What comes of an optimum.
