@@ -83,22 +83,22 @@ fn first_optimum(
     records: &[&TrialRecord],
     others: &[FirstPlant],
 ) -> Result<(Plant, Solved, Optimum), Error> {
-    let mut refused = None;
-    let tries = if problem.has_rival() { 1 } else { usize::MAX };
-    let mut starts = starts(problem, records, others, &mut refused);
-    if problem.is_free {
-        starts = problem.nearer(starts);
-    }
-    let (own, starts): (Vec<_>, Vec<_>) =
-        starts.into_iter().partition(|(_, found)| others.iter().any(|other| other.found == *found));
     // The likelihood may have several optima: of plants that are stated, the likeliest.
-    let optimum = |(point, found): (Point, Solved)| {
+    let optimum = |first: &FirstPlant| {
+        let point = stated_point(problem, records, first);
         let start = problem.plant(&point.free).ok()?;
-        Some((start, found, problem.optimum(point, Tolerance::COARSE).ok()?))
+        let optimum = problem.optimum(point, Tolerance::COARSE).ok()?;
+        Some((start, first.found.clone(), optimum))
     };
-    let stated = own.into_iter().filter_map(optimum);
+    let stated = others.iter().filter_map(optimum);
     if let Some(best) = stated.min_by(|a, b| a.2.cost.total_cmp(&b.2.cost)) {
         return Ok(best);
+    }
+    let mut refused = None;
+    let tries = if problem.has_rival() { 1 } else { usize::MAX };
+    let mut starts = starts(problem, records, &mut refused);
+    if problem.is_free {
+        starts = problem.nearer(starts);
     }
     for (point, found) in starts.into_iter().take(tries) {
         let start = problem.plant(&point.free)?;
@@ -116,7 +116,6 @@ fn first_optimum(
 fn starts(
     problem: &Problem,
     records: &[&TrialRecord],
-    others: &[FirstPlant],
     refused: &mut Option<Error>,
 ) -> Vec<(Point, Solved)> {
     let mut found = Vec::new();
@@ -132,21 +131,24 @@ fn starts(
             Err(error) => drop(refused.get_or_insert(error)),
         }
     }
-    found.extend(others.iter().map(|FirstPlant { found, late_s }| {
-        let mut point = first_point(problem, records, found);
-        // What comes late may lag or be delayed; in doubt, half and half.
-        let mut numbers = point.actuator.numbers();
-        for k in [Actuator::LAG, Actuator::DELAY].into_iter().filter(|k| problem.fits[*k]) {
-            numbers[k] = (0.5 * late_s).max(if k == Actuator::LAG { LEAST_LAG_S } else { 0.0 });
-        }
-        point.actuator = point.actuator.with(numbers);
-        (pieces.as_ref().unwrap_or(problem).cost(&point), point, found.clone())
-    }));
     if found.iter().any(|(cost, ..)| cost.is_finite()) {
         *refused = None;
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
+}
+
+/// The point of a stated plant.
+fn stated_point(problem: &Problem, records: &[&TrialRecord], first: &FirstPlant) -> Point {
+    let FirstPlant { found, late_s } = first;
+    let mut point = first_point(problem, records, found);
+    // What comes late may lag or be delayed; in doubt, half and half.
+    let mut numbers = point.actuator.numbers();
+    for k in [Actuator::LAG, Actuator::DELAY].into_iter().filter(|k| problem.fits[*k]) {
+        numbers[k] = (0.5 * late_s).max(if k == Actuator::LAG { LEAST_LAG_S } else { 0.0 });
+    }
+    point.actuator = point.actuator.with(numbers);
+    point
 }
 
 fn first_point(problem: &Problem, records: &[&TrialRecord], least_squares: &Solved) -> Point {
