@@ -44,14 +44,13 @@ def judge(program, folder):
         return found.get(key, {"value": 0.0})["value"]
 
     drag = (value(linear) + value(quadratic) * speed) * speed
-    true_drag = (truth["linear_drag"] + truth["quadratic_drag"] * speed) * speed
     mass = found[f"mass.{axis}"]
     interval = found.get(quadratic)
     return row | {
         "trust": plant["trust"],
         "reason": plant["reason"],
         "mass": mass["value"] / truth["mass"] - 1,
-        "drag": drag / true_drag - 1,
+        "drag": drag / truth["drag_at_rms"] - 1,
         "holds_mass": mass["low95"] <= truth["mass"] <= mass["high95"],
         "holds_drag": interval is not None
         and interval["low95"] <= truth["quadratic_drag"] <= interval["high95"],

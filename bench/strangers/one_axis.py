@@ -22,11 +22,13 @@ AXES = [*TRANSLATIONS, "yaw"]
 
 # Each fault is a function of the vehicle `s` and the generator `g`, and the axes that can have it.
 FAULTS = {}
+# Faults that no model of Seaplant has: there by name only.
+UNMODELLED = {}
 
 
-def fault(*axes):
+def fault(*axes, among=FAULTS):
     def keep(f):
-        FAULTS[f.__name__] = (f, list(axes) or AXES)
+        among[f.__name__] = (f, list(axes) or AXES)
         return f
 
     return keep
@@ -167,12 +169,43 @@ def speed_control(s, g):
     s["controlled"] = True
 
 
+@fault(among=UNMODELLED)
+def asymmetric_drag(s, g):
+    s["asymmetry"] = g.uniform(0.08, 0.25) * g.choice([-1, 1])
+
+
+@fault(among=UNMODELLED)
+def drag_power(s, g):
+    s["power"] = g.uniform(1.6, 1.9)
+
+
+@fault(among=UNMODELLED)
+def wake(s, g):
+    s["wake"] = g.uniform(0.5, 2.5)
+
+
+@fault(among=UNMODELLED)
+def dead_band(s, g):
+    s["dead_band"] = g.uniform(0.04, 0.12)
+
+
+@fault(among=UNMODELLED)
+def ballast(s, g):
+    s["ballast"] = g.uniform(0.05, 0.15) * g.choice([-1, 1])
+
+
+@fault(among=UNMODELLED)
+def thrust_wanders(s, g):
+    s["wander"] = g.uniform(0.03, 0.08)
+
+
 def draw(seed, wanted=()):
     """Draws a vehicle: mass, drag, thrusters, instruments and faults, at random or as
     requested."""
     g = Random(seed)
     first = wanted or [list(FAULTS)[seed % len(FAULTS)]]
-    common = [axis for axis in AXES if all(axis in FAULTS[name][1] for name in first)]
+    known = FAULTS | UNMODELLED
+    common = [axis for axis in AXES if all(axis in known[name][1] for name in first)]
     axis = g.choice(common)
     names = list(first)
     if not wanted and g.random() < 1 / 3:
@@ -222,10 +255,16 @@ def draw(seed, wanted=()):
         "scale": 1.0,
         "drift": 0.0,
         "controlled": False,
+        "asymmetry": 0.0,
+        "power": 2.0,
+        "wake": 0.0,
+        "dead_band": 0.0,
+        "ballast": 0.0,
+        "wander": 0.003,
         "hz": g.choice([5.0, 8.0, 10.0]),
     }
     for name in names:
-        FAULTS[name][0](s, g)
+        known[name][0](s, g)
     if turns:
         # In yaw one propeller of a pair runs backward, whichever way the vehicle turns.
         s["known_reverse"] = 1.0
@@ -278,7 +317,7 @@ class Propellers:
         part = max(-s["known_reverse"], min(1.0, part))
         worth = part if part > 0 else part / s["known_reverse"]
         fade = STEP / 0.5
-        self.wander += -fade * self.wander + 0.003 * math.sqrt(2 * fade) * self.g.gauss(0, 1)
+        self.wander += -fade * self.wander + s["wander"] * math.sqrt(2 * fade) * self.g.gauss(0, 1)
         turning = math.copysign(math.sqrt(abs(worth)), worth)
         return (turning + self.wander * abs(turning)) * s["max_rate"]
 
@@ -301,6 +340,8 @@ class Propellers:
     def force(self, speed, through_water, done):
         s = self.s
         part = speed / s["max_rate"]
+        if s["dead_band"]:
+            part = math.copysign(max(0.0, abs(part) - s["dead_band"]), part) / (1 - s["dead_band"])
         pushed = math.copysign(abs(part) ** s["exponent"], part)
         if pushed < 0:
             pushed *= s["known_reverse"] * s["reverse"]
@@ -333,12 +374,19 @@ class Outside:
         return force * s["force"], s["current"] + s["current_std"] * self.drift
 
 
+def drag(s, r):
+    """Returns the drag at a velocity through the water."""
+    size = s["quadratic"] * s["top"] ** 2 * abs(r / s["top"]) ** s["power"]
+    way = 1 + math.copysign(s["asymmetry"], r)
+    return math.copysign(size * way, r) + s["linear"] * r
+
+
 def drive(s, g, name, start):
     """Simulates one trial; returns the logged propeller speed, velocity over ground and
     position, at every step."""
     seconds, total = TRIALS[name], sum(TRIALS.values())
     propellers, outside = Propellers(s, g), Outside(s, g)
-    v, x, told = 0.0, 0.0, 0.0
+    v, x, told, flow = 0.0, 0.0, 0.0, 0.0
     rows = []
     for k, asked in enumerate(orders(s, g, name, seconds)):
         if k % 10 == 0:
@@ -352,11 +400,14 @@ def drive(s, g, name, start):
         speed = propellers.follow(told)
         done = (start + k * STEP) / total
 
-        def rate(v, speed=speed, push=push, water=water, done=done):
+        if s["wake"]:
+            flow += STEP / s["wake"] * (v - water - flow)
+        shifted = s["ballast"] * s["force"] if done > 0.25 else 0.0
+
+        def rate(v, speed=speed, push=push, water=water, done=done, flow=flow, shifted=shifted):
             r = v - water
-            drag = (s["quadratic"] * abs(r) + s["linear"]) * r
-            force = propellers.force(speed, r, done) - drag - s["bias"] + push
-            return force / s["mass"]
+            force = propellers.force(speed, r, done) - drag(s, flow if s["wake"] else r)
+            return (force - s["bias"] - shifted + push) / s["mass"]
 
         rows.append((told, v, x))
         middle = v + 0.5 * STEP * rate(v)
@@ -488,6 +539,7 @@ def write(folder, seed, wanted=()):
             folder / f"{name}-motion.csv", HEADERS[s["axis"]].values(), motion_log(s, g, rows)
         )
     claims(s, folder)
+    rms = math.sqrt(squares / count)
     truth = {
         "dof": s["axis"],
         "faults": s["faults"],
@@ -495,7 +547,8 @@ def write(folder, seed, wanted=()):
         "quadratic_drag": s["quadratic"],
         "linear_drag": s["linear"],
         "bias_force": s["bias"],
-        "rms_speed": math.sqrt(squares / count),
+        "rms_speed": rms,
+        "drag_at_rms": 0.5 * (drag(s, rms) - drag(s, -rms)),
         "settings": s,
     }
     (folder / "truth.json").write_text(json.dumps(truth, indent=1))
@@ -509,9 +562,10 @@ def main():
         int(sys.argv[3]),
         sys.argv[4:],
     )
-    if unknown := [name for name in wanted if name not in FAULTS]:
-        sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(FAULTS)}")
-    if wanted and not any(all(axis in FAULTS[name][1] for name in wanted) for axis in AXES):
+    known = FAULTS | UNMODELLED
+    if unknown := [name for name in wanted if name not in known]:
+        sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(known)}")
+    if wanted and not any(all(axis in known[name][1] for name in wanted) for axis in AXES):
         sys.exit(f"no axis can have all of {', '.join(wanted)}")
     for k in range(seed, seed + number):
         s = write(out / f"{k:03}", k, wanted)

@@ -11,8 +11,8 @@ use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::Plant;
 use seaplant::twin::TwinCampaign;
 use seaplant::{
-    Dof, QuadraticThrust, Role, ThrustCurve, Thruster, ThrusterInput, Timed, TrialRecord, TrialSetup,
-    Vehicle,
+    Dof, QuadraticThrust, Role, ThrustCurve, Thruster, ThrusterInput, Timed, TrialRecord,
+    TrialSetup, Vehicle,
 };
 use seaplant_plan::{
     Battery, ControllerGoal, Criterion, Error, Goal, HungWeight, Limits, Mission, Plan, Prior,

@@ -77,6 +77,56 @@ fn lively(t: f64) -> f64 {
     60.0 * (0.2 * t).sin() + 45.0 * (0.63 * t + 1.0).sin()
 }
 
+/// A surge trial of [`PLANT`] whose drag follows motion 2 s late, as where the wake takes its time to form.
+fn late_drag(seed: u64, speed: impl Fn(f64) -> f64) -> Recording {
+    let step_s = 0.01;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (mut u, mut wake) = (0.0_f64, 0.0_f64);
+    let (mut time, mut n, mut measured) = (Vec::new(), Vec::new(), Vec::new());
+    for k in 0..30_000 {
+        let t = step_s * f64::from(k / 10 * 10);
+        if k % 10 == 0 {
+            time.push(t);
+            n.push(speed(t));
+            measured.push(u + 0.003 * rng.sample::<f64, _>(StandardNormal));
+        }
+        wake += step_s / 2.0 * (u - wake);
+        let force = 0.04 * speed(t) * speed(t).abs() - PLANT.d_quadratic * wake * wake.abs();
+        u += step_s * force / PLANT.mass;
+    }
+    let timed = |values| Timed::new("own", time.clone(), values).expect("valid");
+    let thruster = Quantity::Thruster { name: "main".into(), input: ThrusterInput::Speed };
+    Recording::from([(thruster, timed(n)), (Quantity::Velocity(Dof::Surge), timed(measured))])
+}
+
+/// Filter error follows motion within seconds, output error over whole trials: such drag is two drags to them.
+#[test]
+fn drag_that_follows_motion_late_makes_a_plant_doubtful() {
+    let vehicle = simple_vehicle(None);
+    let steps = |t: f64| 90.0 * (0.17 * t).sin() * (0.05 * t + 1.0).cos().signum();
+    let trial = |name: &str, role, recording: &Recording| {
+        let setup = TrialSetup { name: name.into(), role, ..TrialSetup::default() };
+        Trial::new(TrialSetup { dofs: vec![Dof::Surge], ..setup }, recording, &vehicle)
+    };
+    let all = [
+        trial("lively", Role::Fit, &late_drag(1, lively)).expect("complete"),
+        trial("steps", Role::Fit, &late_drag(2, steps)).expect("complete"),
+        trial("held out", Role::HoldOut, &late_drag(3, |t| 70.0 * (0.4 * t).sin()))
+            .expect("complete"),
+    ];
+    let options = IdentifyOptions { subsets: false, ..IdentifyOptions::default() };
+    let found = identify(&vehicle, &all, &options).results;
+    let plant = &found.plants[&Dof::Surge];
+    let mass = plant.parameters.mass.value;
+    assert!(mass < 0.95 * PLANT.mass, "nothing to doubt: {mass} kg");
+    let is_told = plant
+        .caveats
+        .iter()
+        .any(|caveat| caveat.message.contains("something that lasts for seconds"));
+    assert!(is_told, "{:?}, {:?}", plant.method, plant.caveats);
+    assert_eq!(plant.verdict.trust, Trust::Doubtful, "{:?}", plant.verdict);
+}
+
 #[test]
 fn the_clean_twin_raises_no_doubt_but_about_the_papers_method() {
     let found = results(&twin(Dof::Yaw, "none"));

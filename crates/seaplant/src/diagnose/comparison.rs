@@ -59,10 +59,6 @@ pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Cavea
     let units = one.fit.dof.units();
     let (a, b) = (one.fit.estimates().mass, other.fit.estimates().mass);
     let (c, d) = (drag_at(&one.fit, speed), drag_at(&other.fit, speed));
-    let differ = |x: Estimate, y: Estimate, part: f64| {
-        let off = (x.value - y.value).abs();
-        off > part * x.value.abs() && off > 2.0 * x.std.hypot(y.std)
-    };
     let (what, unit, x, y) = if differ(a, b, OTHER_MASS) {
         (if one.fit.dof.is_rotation() { "inertia" } else { "mass" }.to_owned(), units.mass, a, b)
     } else if differ(c, d, OTHER_DRAG) {
@@ -83,6 +79,51 @@ pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Cavea
     let code = if is_open { CaveatCode::NotDetermined } else { CaveatCode::MethodsDisagree };
     Some(Caveat::warning(code, message))
 }
+
+/// Whether two estimates differ by more than a part of the first, and than their intervals allow.
+fn differ(x: Estimate, y: Estimate, part: f64) -> bool {
+    let off = (x.value - y.value).abs();
+    off > part * x.value.abs() && off > 2.0 * x.std.hypot(y.std)
+}
+
+/// Returns a caveat if the filter error method finds clearly another mass or drag than the recommended one: it
+/// follows motion from sample to sample, and others follow whole trials or acceleration. Where these differ, the
+/// model lacks what lasts for seconds. Drags are compared at `speed`, at half of it, and by their quadratic part.
+pub(crate) fn short_against_long(
+    one: &Judged,
+    filter_error: &Judged,
+    speed: f64,
+) -> Option<Caveat> {
+    let Fit { dof, method, .. } = one.fit;
+    let units = dof.units();
+    let fits = [&one.fit, &filter_error.fit];
+    let inertia = if dof.is_rotation() { "inertia" } else { "mass" };
+    let mass =
+        (inertia.to_owned(), units.mass, fits.map(|fit| Some(fit.estimates().mass)), LASTING_MASS);
+    let drag = |speed: f64| {
+        let name = format!("drag at {} {}", spoken(speed), units.velocity);
+        (name, units.force, fits.map(|fit| Some(drag_at(fit, speed))), LASTING_DRAG)
+    };
+    let quadratic = fits.map(|fit| fit.estimates().d_quadratic);
+    let quadratic = ("quadratic drag".to_owned(), units.quadratic_drag, quadratic, LASTING_DRAG);
+    let all = [mass, drag(speed), drag(0.5 * speed), quadratic];
+    let apart = all.into_iter().find_map(|(name, unit, [own, other], part)| {
+        let (own, other) = own.zip(other)?;
+        differ(own, other, part).then_some((name, unit, own, other))
+    });
+    let (name, unit, own, other) = apart.filter(|_| filter_error.impossible.is_none())?;
+    let message = format!(
+        "what {dof} shows within seconds and over whole trials asks for different plants: {name} is {} {unit} by filter error and {} by {method}; the model lacks something that lasts for seconds, such as drag that follows motion late, and mass and drag may be off by as much",
+        estimated(other.value, other.std),
+        estimated(own.value, own.std)
+    );
+    Some(Caveat::warning(CaveatCode::NotDetermined, message))
+}
+
+/// Relative difference of the masses of two horizons above which a plant lacks something …
+const LASTING_MASS: f64 = 0.05;
+/// … and that of their drags.
+const LASTING_DRAG: f64 = 0.2;
 
 /// Ratio of masses or drags of plants that predict equally well, above which the plant is not
 /// determined.

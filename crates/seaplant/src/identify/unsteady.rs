@@ -8,7 +8,8 @@ use super::Work;
 use super::convert::{Scores, plant_result};
 use crate::caveat::spoken;
 use crate::diagnose::{
-    Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, predicts_as_well, scoring,
+    Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, predicts_as_well,
+    scoring, short_against_long,
 };
 use crate::estimate::{Method, Records, simulated_speed};
 use crate::judge::{
@@ -282,6 +283,8 @@ impl Work<'_> {
             );
             doubts.push(Caveat::warning(CaveatCode::RecommendedByPrediction, message));
         }
+        let follows = others().find(|other| other.fit.method == Method::FilterError);
+        doubts.extend(follows.and_then(|other| short_against_long(one, other, bench.speed)));
         let simulates = others().find(|other| other.fit.method == Method::OutputError);
         doubts.extend(simulates.and_then(|other| outdone(one, other)));
         doubts
