@@ -27,8 +27,10 @@ const BETTER_PART: f64 = 0.95;
 const CLEARLY_BETTER_PART: f64 = 0.85;
 
 /// Returns the index of the plant to recommend: the first possible one, unless another predicts
-/// unseen trials better by more than chance, or explains both unseen and fitted trials far better;
-/// then the best of those. `None` if none is possible.
+/// unseen trials better by more than chance and simulates the fitted ones no worse, or explains both far
+/// better; then the best of those. `None` if none is possible.
+///
+/// A plant with less thrust loss, current or battery sag than there is may come close in one trial and be wrong.
 ///
 /// The paper's method is kept for comparison with its known error, and is recommended only if it is
 /// the only one.
@@ -55,7 +57,12 @@ pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
         let explains = |one: &Scored, other: &Scored| leaves_less(&one.score, &other.score);
         let by_both = own_fit.zip(than_fit).is_some_and(|(a, b)| explains(a, b));
         let by_both = by_both && explains(own, than);
-        !loses_position(own, than) && (by_parts || by_both || is_better_throughout(own, than))
+        let simulates_worse =
+            |(own, than): (&Scored, &Scored)| own.score.mean_abs_error > than.score.mean_abs_error;
+        let is_unseen_better = by_parts || is_better_throughout(own, than);
+        let is_better =
+            by_both || is_unseen_better && !own_fit.zip(than_fit).is_some_and(simulates_worse);
+        is_better && !loses_position(own, than)
     };
     let better = open[1..].iter().copied().filter(is_better);
     let mean = |k: usize| parts(k).iter().sum::<f64>() / parts(k).len() as f64;
@@ -247,6 +254,25 @@ mod tests {
         assert_eq!(choice([&poor, &good], [&good, &poor]), Some(0), "only fitted trials say so");
         let offset = of(0.78, 0.06);
         assert_eq!(choice([&poor, &offset], [&poor, &offset]), Some(0), "by a constant force");
+    }
+
+    #[test]
+    fn a_plant_that_simulates_fitted_trials_worse_is_not_recommended_for_unseen_ones() {
+        let (first, other) = (scored(&errors(1.0, 0.5)), scored(&errors(0.7, 0.5)));
+        let fitted = |e: f64| Scored {
+            score: Score { mean_abs_error: Some(e), ..Score::default() },
+            parts: Vec::new(),
+        };
+        let choice = |of_first: f64, of_other: f64| {
+            let (of_first, of_other) = (fitted(of_first), fitted(of_other));
+            let one =
+                Contender { fitted: Some(&of_first), ..contender(Method::FilterError, &first) };
+            let two =
+                Contender { fitted: Some(&of_other), ..contender(Method::OutputError, &other) };
+            choose(&[one, two])
+        };
+        assert_eq!(choice(0.05, 0.04), Some(1));
+        assert_eq!(choice(0.04, 0.05), Some(0));
     }
 
     #[test]
