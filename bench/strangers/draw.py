@@ -6,7 +6,7 @@ and the mass tensor is full. Each vehicle has one to three faults out of `FAULTS
 
     draw.py OUT NUMBER SEED [FAULT ...] [INSTRUMENTS]   # writes OUT/000 ..., each with truth.json
 
-With faults named, each vehicle has these; those of single thrusters, `OF_THRUSTERS`, are there by name
+With faults named, each vehicle has these; a wake and those of single thrusters, `BY_NAME`, are there by name
 only. Without a DVL a vehicle has one of the sets of `INSTRUMENTS`, if that is named: `healthy` in place
 of a fault has none.
 """
@@ -181,62 +181,67 @@ def short_level(s, g):
     s["tilt"] = 0.0
 
 
-# Faults of single thrusters.
-OF_THRUSTERS = {}
+# A fault that no model of Seaplant has, and faults of single thrusters.
+BY_NAME = {}
 
 
-def fault_of_thrusters(f):
-    OF_THRUSTERS[f.__name__] = f
+def fault_by_name(f):
+    BY_NAME[f.__name__] = f
     return f
 
 
-@fault_of_thrusters
+@fault_by_name
+def wake(s, g):
+    s["wake"] = g.uniform(0.5, 2.0) * s["length"] ** 0.5
+
+
+@fault_by_name
 def slew(s, g):
     s["slew"] = g.uniform(0.3, 1.0)
 
 
-@fault_of_thrusters
+@fault_by_name
 def loaded(s, g):
     s["loaded"] = g.uniform(0.1, 0.35)
 
 
-@fault_of_thrusters
+@fault_by_name
 def gains(s, g):
     s["gain"] = s["gain"] * g.uniform(0.88, 1.12, (1, 8, 1))
 
 
-@fault_of_thrusters
+@fault_by_name
 def reverse_gains(s, g):
     s["gain"][:, :, 1] *= g.uniform(0.75, 1.0, 8)
 
 
-@fault_of_thrusters
+@fault_by_name
 def fouled(s, g):
     s["gain"][:, g.integers(8)] *= g.uniform(0.75, 0.85)
 
 
-@fault_of_thrusters
+@fault_by_name
 def dead(s, g):
     s["gain"][:, g.integers(8)] = 0.0
 
 
-@fault_of_thrusters
+@fault_by_name
 def dead_in_one(s, g):
     s["gain"][g.integers(2), g.integers(8)] = 0.0
 
 
-@fault_of_thrusters
+@fault_by_name
 def reversed_thruster(s, g):
     s["gain"][:, g.integers(8)] *= -1.0
 
 
-@fault_of_thrusters
+@fault_by_name
 def exchanged(s, g):
     a, b = g.choice(8, 2, replace=False)
     s["follows"][[a, b]] = s["follows"][[b, a]]
 
 
-@fault_of_thrusters
+@fault_by_name
 def misplaced(s, g):
     s["claimed_places"] = s["places"] + g.normal(0.0, 0.02, (8, 3))
 
@@ -339,6 +344,7 @@ def draw(seed, wanted=()):
         "current": 0.0,
         "current_std": 0.0,
         "waves": 0.0,
+        "wake": 0.0,
         "strips": False,
         "cross_drag": 0.0,
         "noise": 1.0,
@@ -367,7 +373,7 @@ def draw(seed, wanted=()):
     s["instruments"] = next(
         (INSTRUMENTS[name] for name in wanted if name in INSTRUMENTS), ["dvl"]
     )
-    known = FAULTS | OF_THRUSTERS
+    known = FAULTS | BY_NAME
     named = [name for name in wanted if name in known]
     chosen = [] if "healthy" in wanted else named or chosen
     for name in chosen:
@@ -420,13 +426,14 @@ def drag_force(s, nu):
     return force
 
 
-def derivative(s, state, thrust, outside, water):
-    """Computes rates of momentum, attitude and position; three trials at a time."""
+def derivative(s, state, thrust, outside, water, wake=None):
+    """Computes rates of momentum, attitude and position; three trials at a time. Drag is that of a flow
+    that follows motion late, if there is one."""
     p, rot, _ = state
     relative = p @ s["inverse"].T
     a, w = p[:, :3], p[:, 3:]
     v, omega = relative[:, :3], relative[:, 3:]
-    force = thrust + outside - drag_force(s, relative)
+    force = thrust + outside - drag_force(s, relative if wake is None else wake)
     down = rot[:, 2, :]
     weight, lift = s["mass"] * G, s["displaced"] * G
     force[:, :3] += (weight - lift) * down
@@ -511,7 +518,7 @@ def simulate(s, g):
     kick, kick_left = np.zeros((n, 6)), np.zeros(n)
     relative0 = np.zeros((n, 6))
     relative0[:, :3] = -np.einsum("nij,i->nj", rot, water_mean)
-    p = relative0 @ s["M"].T
+    p, wake = relative0 @ s["M"].T, relative0
     seconds = np.array(SECONDS)
     command = np.zeros((n, 8))
     for k in range(count):
@@ -564,14 +571,14 @@ def simulate(s, g):
         c = command / s["max_rate"]
         out["wrench"][k] = (np.sign(c) * c**2 * s["max_force"]) @ s["B"].T
         state = (p, rot, place)
-        k1 = derivative(s, state, thrust, outside, water)
-        k2 = derivative(
-            s, [x + 0.5 * STEP * d for x, d in zip(state, k1)], thrust, outside, water
-        )
-        k3 = derivative(
-            s, [x + 0.5 * STEP * d for x, d in zip(state, k2)], thrust, outside, water
-        )
-        k4 = derivative(s, [x + STEP * d for x, d in zip(state, k3)], thrust, outside, water)
+        if s["wake"]:
+            wake = wake + STEP / s["wake"] * (relative - wake)
+        flow = wake if s["wake"] else None
+        around = (thrust, outside, water, flow)
+        k1 = derivative(s, state, *around)
+        k2 = derivative(s, [x + 0.5 * STEP * d for x, d in zip(state, k1)], *around)
+        k3 = derivative(s, [x + 0.5 * STEP * d for x, d in zip(state, k2)], *around)
+        k4 = derivative(s, [x + STEP * d for x, d in zip(state, k3)], *around)
         p, rot, place = (
             x + STEP / 6 * (a + 2 * b + 2 * c_ + d)
             for x, a, b, c_, d in zip(state, k1, k2, k3, k4)
@@ -844,7 +851,7 @@ def main():
         int(sys.argv[3]),
         sys.argv[4:],
     )
-    known = {**FAULTS, **OF_THRUSTERS, **INSTRUMENTS, "healthy": None}
+    known = {**FAULTS, **BY_NAME, **INSTRUMENTS, "healthy": None}
     if unknown := [name for name in wanted if name not in known]:
         sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(known)}")
     jobs = [(out / f"{k:03}", k, wanted) for k in range(seed, seed + number)]
