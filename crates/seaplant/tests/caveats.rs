@@ -77,7 +77,7 @@ fn lively(t: f64) -> f64 {
     60.0 * (0.2 * t).sin() + 45.0 * (0.63 * t + 1.0).sin()
 }
 
-/// A surge trial of [`PLANT`] whose drag follows motion 2 s late, as where the wake takes its time to form.
+/// A surge trial of [`PLANT`] whose drag follows motion 1 s late, as where the wake takes its time to form.
 fn late_drag(seed: u64, speed: impl Fn(f64) -> f64) -> Recording {
     let step_s = 0.01;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -90,7 +90,7 @@ fn late_drag(seed: u64, speed: impl Fn(f64) -> f64) -> Recording {
             n.push(speed(t));
             measured.push(u + 0.003 * rng.sample::<f64, _>(StandardNormal));
         }
-        wake += step_s / 2.0 * (u - wake);
+        wake += step_s * (u - wake);
         let force = 0.04 * speed(t) * speed(t).abs() - PLANT.d_quadratic * wake * wake.abs();
         u += step_s * force / PLANT.mass;
     }

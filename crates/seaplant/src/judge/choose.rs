@@ -26,9 +26,19 @@ const BETTER_PART: f64 = 0.95;
 /// drag.
 const CLEARLY_BETTER_PART: f64 = 0.85;
 
+/// Product of the ratios of errors, on fitted and on unseen trials, below which a plant may simulate the fitted ones
+/// somewhat worse.
+const FAR_BETTER: f64 = 0.5;
+
+/// Returns the ratio of the errors of two plants, offsets removed.
+fn ratio(own: &Scored, than: &Scored) -> Option<f64> {
+    let (own, than) = own.score.offset_free_error.zip(than.score.offset_free_error)?;
+    Some(own / than)
+}
+
 /// Returns the index of the plant to recommend: the first possible one, unless another predicts
-/// unseen trials better by more than chance and simulates the fitted ones no worse, or explains both far
-/// better; then the best of those. `None` if none is possible.
+/// unseen trials better by more than chance and simulates the fitted ones no worse, or predicts unseen ones so much
+/// better that it does not matter, or explains both far better; then the best of those. `None` if none is possible.
 ///
 /// A plant with less thrust loss, current or battery sag than there is may come close in one trial and be wrong.
 ///
@@ -57,11 +67,13 @@ pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
         let explains = |one: &Scored, other: &Scored| leaves_less(&one.score, &other.score);
         let by_both = own_fit.zip(than_fit).is_some_and(|(a, b)| explains(a, b));
         let by_both = by_both && explains(own, than);
-        let simulates_worse =
-            |(own, than): (&Scored, &Scored)| own.score.mean_abs_error > than.score.mean_abs_error;
         let is_unseen_better = by_parts || is_better_throughout(own, than);
-        let is_better =
-            by_both || is_unseen_better && !own_fit.zip(than_fit).is_some_and(simulates_worse);
+        let keeps_fit = || {
+            let of_fit = own_fit.zip(than_fit).and_then(|(own, than)| ratio(own, than));
+            let of_all = of_fit.zip(ratio(own, than)).map(|(fitted, unseen)| fitted * unseen);
+            of_fit.is_none_or(|part| part <= 1.0) || of_all.is_some_and(|part| part < FAR_BETTER)
+        };
+        let is_better = by_both || is_unseen_better && keeps_fit();
         is_better && !loses_position(own, than)
     };
     let better = open[1..].iter().copied().filter(is_better);
@@ -260,7 +272,7 @@ mod tests {
     fn a_plant_that_simulates_fitted_trials_worse_is_not_recommended_for_unseen_ones() {
         let (first, other) = (scored(&errors(1.0, 0.5)), scored(&errors(0.7, 0.5)));
         let fitted = |e: f64| Scored {
-            score: Score { mean_abs_error: Some(e), ..Score::default() },
+            score: Score { offset_free_error: Some(e), ..Score::default() },
             parts: Vec::new(),
         };
         let choice = |of_first: f64, of_other: f64| {
@@ -273,6 +285,15 @@ mod tests {
         };
         assert_eq!(choice(0.05, 0.04), Some(1));
         assert_eq!(choice(0.04, 0.05), Some(0));
+        let (first, other) = (fitted(1.0), fitted(0.4));
+        let (of_first, of_other) = (fitted(0.04), fitted(0.045));
+        let with = |parts: &[f64], own: &Scored| Scored { parts: parts.to_vec(), ..own.clone() };
+        let (first, other) = (with(&errors(1.0, 0.5), &first), with(&errors(0.4, 0.2), &other));
+        let far = [
+            Contender { fitted: Some(&of_first), ..contender(Method::FilterError, &first) },
+            Contender { fitted: Some(&of_other), ..contender(Method::OutputError, &other) },
+        ];
+        assert_eq!(choose(&far), Some(1), "far better on unseen trials");
     }
 
     #[test]
