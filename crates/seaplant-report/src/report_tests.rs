@@ -205,7 +205,8 @@ fn figures_are_xml_and_png() {
             assert!(colours.len() > 10, "{} is blank", artifact.path);
         }
     }
-    assert_eq!((svgs, pngs), (9, 9));
+    // One figure is of a method that is not recommended.
+    assert_eq!((svgs, pngs), (9, 8));
 }
 
 #[test]
