@@ -317,7 +317,8 @@ class Propellers:
         part = max(-s["known_reverse"], min(1.0, part))
         worth = part if part > 0 else part / s["known_reverse"]
         fade = STEP / 0.5
-        self.wander += -fade * self.wander + s["wander"] * math.sqrt(2 * fade) * self.g.gauss(0, 1)
+        kick = s["wander"] * math.sqrt(2 * fade) * self.g.gauss(0, 1)
+        self.wander += -fade * self.wander + kick
         turning = math.copysign(math.sqrt(abs(worth)), worth)
         return (turning + self.wander * abs(turning)) * s["max_rate"]
 
@@ -340,8 +341,8 @@ class Propellers:
     def force(self, speed, through_water, done):
         s = self.s
         part = speed / s["max_rate"]
-        if s["dead_band"]:
-            part = math.copysign(max(0.0, abs(part) - s["dead_band"]), part) / (1 - s["dead_band"])
+        if dead := s["dead_band"]:
+            part = math.copysign(max(0.0, abs(part) - dead) / (1 - dead), part)
         pushed = math.copysign(abs(part) ** s["exponent"], part)
         if pushed < 0:
             pushed *= s["known_reverse"] * s["reverse"]
