@@ -66,7 +66,7 @@ pub(crate) struct PlacedFigure {
     /// SVG for the page, which provides styles and title itself.
     pub(crate) inline: String,
     pub(crate) svg: Vec<u8>,
-    /// None of a method that is not recommended.
+    /// `None` for a method that is not recommended.
     pub(crate) png: Option<Vec<u8>>,
 }
 

@@ -22,10 +22,8 @@ pub(crate) fn disagreement(recommended: &Fit, other: &Fit) -> Option<Caveat> {
     ];
     let apart = pairs.into_iter().find_map(|(name, a, b)| {
         let (a, b) = a.zip(b)?;
-        let sigma = a.std.hypot(b.std);
-        let off = (a.value - b.value).abs();
         // Differences below 5 % are irrelevant, however precise both estimates are.
-        (off > 2.0 * sigma && off > 0.05 * a.value.abs()).then_some((name, a, b))
+        differ(a, b, 0.05).then_some((name, a, b))
     })?;
     let (name, a, b) = apart;
     let message = format!(
@@ -56,16 +54,9 @@ pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Cavea
     if !predicts_as_well(other, one) {
         return None;
     }
-    let units = one.fit.dof.units();
-    let (a, b) = (one.fit.estimates().mass, other.fit.estimates().mass);
-    let (c, d) = (drag_at(&one.fit, speed), drag_at(&other.fit, speed));
-    let (what, unit, x, y) = if differ(a, b, OTHER_MASS) {
-        (if one.fit.dof.is_rotation() { "inertia" } else { "mass" }.to_owned(), units.mass, a, b)
-    } else if differ(c, d, OTHER_DRAG) {
-        (format!("drag at {} {}", spoken(speed), units.velocity), units.force, c, d)
-    } else {
-        return None;
-    };
+    let pair = [&one.fit, &other.fit];
+    let all = [masses(pair, OTHER_MASS), drags(pair, speed, OTHER_DRAG)];
+    let Apart { what, unit, own: x, other: y } = all.into_iter().flatten().next()?;
     let message = format!(
         "{} predicts trials that it has not seen as well as {}, and finds another {what} in {}: {} against {} {unit}; the trials do not show which is right",
         other.fit.method,
@@ -80,10 +71,40 @@ pub(crate) fn disputed(one: &Judged, other: &Judged, speed: f64) -> Option<Cavea
     Some(Caveat::warning(code, message))
 }
 
-/// Whether two estimates differ by more than a part of the first, and than their intervals allow.
+/// A number of which two fits have different estimates.
+struct Apart {
+    what: String,
+    unit: &'static str,
+    own: Estimate,
+    other: Estimate,
+}
+
+/// Returns true if two estimates differ by more than a part of the first, and than their intervals allow.
 fn differ(x: Estimate, y: Estimate, part: f64) -> bool {
     let off = (x.value - y.value).abs();
     off > part * x.value.abs() && off > 2.0 * x.std.hypot(y.std)
+}
+
+/// Compares the masses of two fits.
+fn masses([one, other]: [&Fit; 2], part: f64) -> Option<Apart> {
+    let (own, other) = (one.estimates().mass, other.estimates().mass);
+    let what = if one.dof.is_rotation() { "inertia" } else { "mass" }.to_owned();
+    differ(own, other, part).then(|| Apart { what, unit: one.dof.units().mass, own, other })
+}
+
+/// Compares the drags of two fits at a speed.
+fn drags([one, other]: [&Fit; 2], speed: f64, part: f64) -> Option<Apart> {
+    let (own, other) = (drag_at(one, speed), drag_at(other, speed));
+    let units = one.dof.units();
+    let what = format!("drag at {} {}", spoken(speed), units.velocity);
+    differ(own, other, part).then_some(Apart { what, unit: units.force, own, other })
+}
+
+/// Compares the quadratic drags of two fits that both have one.
+fn quadratic_drags([one, other]: [&Fit; 2], part: f64) -> Option<Apart> {
+    let (own, other) = one.estimates().d_quadratic.zip(other.estimates().d_quadratic)?;
+    let (what, unit) = ("quadratic drag".to_owned(), one.dof.units().quadratic_drag);
+    differ(own, other, part).then_some(Apart { what, unit, own, other })
 }
 
 /// Returns a caveat if the filter error method finds clearly another mass or drag than the recommended one: it
@@ -94,28 +115,23 @@ pub(crate) fn short_against_long(
     filter_error: &Judged,
     speed: f64,
 ) -> Option<Caveat> {
-    let Fit { dof, method, .. } = one.fit;
-    let units = dof.units();
-    let fits = [&one.fit, &filter_error.fit];
-    let inertia = if dof.is_rotation() { "inertia" } else { "mass" };
-    let mass =
-        (inertia.to_owned(), units.mass, fits.map(|fit| Some(fit.estimates().mass)), LASTING_MASS);
-    let drag = |speed: f64| {
-        let name = format!("drag at {} {}", spoken(speed), units.velocity);
-        (name, units.force, fits.map(|fit| Some(drag_at(fit, speed))), LASTING_DRAG)
-    };
-    let quadratic = fits.map(|fit| fit.estimates().d_quadratic);
-    let quadratic = ("quadratic drag".to_owned(), units.quadratic_drag, quadratic, LASTING_DRAG);
-    let all = [mass, drag(speed), drag(0.5 * speed), quadratic];
-    let apart = all.into_iter().find_map(|(name, unit, [own, other], part)| {
-        let (own, other) = own.zip(other)?;
-        differ(own, other, part).then_some((name, unit, own, other))
-    });
-    let (name, unit, own, other) = apart.filter(|_| filter_error.impossible.is_none())?;
+    if filter_error.impossible.is_some() {
+        return None;
+    }
+    let pair = [&one.fit, &filter_error.fit];
+    let all = [
+        masses(pair, LASTING_MASS),
+        drags(pair, speed, LASTING_DRAG),
+        drags(pair, 0.5 * speed, LASTING_DRAG),
+        quadratic_drags(pair, LASTING_DRAG),
+    ];
+    let Apart { what, unit, own, other } = all.into_iter().flatten().next()?;
     let message = format!(
-        "what {dof} shows within seconds and over whole trials asks for different plants: {name} is {} {unit} by filter error and {} by {method}; the model lacks something that lasts for seconds, such as drag that follows motion late, and mass and drag may be off by as much",
+        "what {} shows within seconds and over whole trials asks for different plants: {what} is {} {unit} by filter error and {} by {}; the model lacks something that lasts for seconds, such as drag that follows motion late, and mass and drag may be off by as much",
+        one.fit.dof,
         estimated(other.value, other.std),
-        estimated(own.value, own.std)
+        estimated(own.value, own.std),
+        one.fit.method
     );
     Some(Caveat::warning(CaveatCode::NotDetermined, message))
 }

@@ -69,7 +69,9 @@ impl FilterError {
         self.fit_with(records.into(), None)
     }
 
-    /// As [`FilterError::fit`], from a fit of the same records by this method with other terms.
+    /// As [`FilterError::fit`], from a fit of the same records by this method with other terms, to compare both.
+    ///
+    /// The noise is that of the other fit, filter gains are fixed in each step, and steps end at about a standard deviation.
     ///
     /// # Errors
     /// As [`FilterError::fit`].
