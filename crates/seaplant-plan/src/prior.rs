@@ -9,7 +9,7 @@ use seaplant::exchange::{Actuation, Draws, Origin, PlantModel};
 use seaplant::plant::{Basis, GRAVITY, Plant, Product, RigidBody, Structure, Symmetry};
 use seaplant::random::normal;
 use seaplant::results::Parameter;
-use seaplant::{Dof, Vehicle};
+use seaplant::{Dof, Vehicle, spoken};
 
 use crate::Error;
 
@@ -335,10 +335,10 @@ impl Hull {
         };
         let density = vehicle.water_density_kg_m3;
         let room = density * size.iter().product::<f64>();
-        if mass > HEAVIEST * room {
+        if mass > HEAVIEST * room || mass < LIGHTEST * room {
             return Err(refuse(
-                &format!("weighs {mass} kg in a box that holds {room:.0} kg of water"),
-                "check dry_mass_kg (kg) and size_m (m)",
+                &format!("weighs {mass} kg in a box that holds {} kg of water", spoken(room)),
+                "check dry_mass_kg (kg, not g) and size_m (m, not mm)",
             ));
         }
         let [l, w, h] = size;
@@ -455,6 +455,8 @@ fn pushed_alone(vehicle: &Vehicle, among: &[Dof]) -> Vec<Dof> {
 
 /// Largest ratio of a vehicle's mass to that of the water in its box.
 const HEAVIEST: f64 = 3.0;
+/// The smallest: a glider in the box of its wings has some 0.05.
+const LIGHTEST: f64 = 0.005;
 
 /// Computes Lamb's α, β, γ of an ellipsoid: `a b c ∫₀^∞ ds / ((a² + s) Δ)`, Δ =
 /// √((a²+s)(b²+s)(c²+s)).
@@ -509,6 +511,9 @@ mod tests {
         assert!(error.contains("size_m"), "{error}");
         let vehicle = Vehicle { size_m: Some([0.1; 3]), ..vehicle };
         let error = Prior::of_vehicle(&vehicle, &[]).expect_err("lead").to_string();
-        assert!(error.contains("holds 1 kg of water"), "{error}");
+        assert!(error.contains("weighs 10 kg in a box that holds 1.03 kg of water"), "{error}");
+        let vehicle = Vehicle { size_m: Some([400.0, 300.0, 200.0]), ..vehicle };
+        let error = Prior::of_vehicle(&vehicle, &[]).expect_err("millimetres").to_string();
+        assert!(error.contains("2.46e10 kg of water") && error.contains("m, not mm"), "{error}");
     }
 }

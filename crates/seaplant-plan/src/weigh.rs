@@ -70,8 +70,10 @@ pub(crate) const MARGIN_S: f64 = 180.0;
 const MARGIN: f64 = 3.09;
 /// Factor by which forces are reduced until the margin is left.
 const REDUCED: f64 = 0.85;
-/// Reductions after which a manoeuvre is given up.
-const MOST_REDUCED: usize = 16;
+/// Part of its forces below which a manoeuvre is given up.
+const WEAKEST: f64 = 0.08;
+/// Factor on the natural frequency with which a place is held, where a limit asks for it.
+const FIRMER: f64 = 1.4;
 
 /// Least fraction of an excitation that limits must leave while the information is computed.
 const KEPT: f64 = 0.97;
@@ -152,29 +154,32 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// Reduces the forces of a candidate, and holds its place more firmly where that is at a limit, until its runs
-    /// leave a margin to every limit; a factor of zero if none do.
+    /// Holds the place of a candidate more firmly where that is at a limit, and reduces its forces where that is not
+    /// enough, until its runs leave a margin to every limit; a factor of zero if none do.
     pub(crate) fn with_margin(
         &self,
         candidate: &Candidate,
         plants: &[Plant],
     ) -> Result<Candidate, Error> {
         let mut reduced = Candidate { is_sure: true, ..candidate.clone() };
-        let tries = if candidate.manoeuvre.waves.is_empty() { 1 } else { MOST_REDUCED };
-        for _ in 0..tries {
+        let weakest = if candidate.manoeuvre.waves.is_empty() { 1.0 } else { WEAKEST };
+        while reduced.factor >= weakest * candidate.factor {
             let Some(limit) = self.without_margin(&reduced.manoeuvre, plants) else {
-                if reduced.factor < candidate.factor {
+                if reduced.manoeuvre != candidate.manoeuvre {
                     (reduced.rates, reduced.velocity, reduced.watts) =
                         self.weighed(&reduced.manoeuvre)?;
                 }
                 return Ok(reduced);
             };
-            // Weight in water and currents take a vehicle from its place, however weakly it is driven.
-            let along = place_of(limit);
-            reduced.manoeuvre =
-                reduced.manoeuvre.scaled(REDUCED).held_firmer(along, REDUCED.recip());
-            reduced.factor *= REDUCED;
             reduced.limit = limit;
+            // Weight in water and currents take a vehicle from its place, however weakly it is driven.
+            let firmer = reduced.manoeuvre.held_firmer(place_of(limit), FIRMER);
+            if firmer == reduced.manoeuvre {
+                reduced.manoeuvre = firmer.scaled(REDUCED);
+                reduced.factor *= REDUCED;
+            } else {
+                reduced.manoeuvre = firmer;
+            }
         }
         Ok(Candidate { factor: 0.0, ..reduced })
     }
