@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
 use seaplant::estimate::PRECISION;
+use seaplant::parallel;
 use seaplant::plant::Plant;
 use seaplant_control::Actuators;
 use serde::{Deserialize, Serialize};
@@ -12,7 +13,8 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::allocate::{Power, Program, Target, inverse};
 use crate::battery::HOUR_S;
-use crate::goal::{Goal, HALF_95};
+use crate::goal::{Goal, HALF_95, Width};
+use crate::manoeuvre::Manoeuvre;
 use crate::prior::Prior;
 use crate::request::Request;
 use crate::scale::{Combination, Scale};
@@ -29,8 +31,13 @@ pub struct Forecast {
     pub value: f64,
     /// Half of its 95 % interval before the trial; none without earlier trials.
     pub before: Option<f64>,
-    /// Half of its 95 % interval after the trial, from this trial and earlier ones.
+    /// Half of its 95 % interval after the trial, from this trial and earlier ones: the root of the mean
+    /// square over vehicles that the prior allows.
     pub after: f64,
+    /// Half intervals between which nine of ten of these vehicles are; none for a prior without a spread. A relative goal
+    /// is one of each vehicle's own value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range90: Option<[f64; 2]>,
     /// Half of the widest interval that meets the goal; none for a coefficient without a goal.
     pub goal: Option<f64>,
 }
@@ -54,8 +61,19 @@ pub struct Chart {
     pub parts: BTreeMap<String, Vec<f64>>,
 }
 
+/// Half of a 90 % interval in standard deviations, of which 16 draws tell the size (Student, 15 degrees of
+/// freedom).
+const OF_90: f64 = 1.753;
+/// Standard deviation of the logarithm of what fits of one plant state: disturbances differ from dive to dive.
+const VARIES: f64 = 0.08;
 /// Search range of the time that goals need, minutes.
 pub(crate) const TIMES_MIN: [f64; 2] = [2.0, 600.0];
+
+/// Plants that the vehicle may have, and the covariance of each after the trial.
+pub(crate) struct Afterwards {
+    pub(crate) plants: Vec<Plant>,
+    pub(crate) covariances: Vec<DMatrix<f64>>,
+}
 
 /// Goals, and the information on them before the trial.
 pub(crate) struct Forecaster<'a> {
@@ -155,6 +173,54 @@ impl<'a> Forecaster<'a> {
         Some(60.0 * high)
     }
 
+    /// Computes the covariance of each of some plants after manoeuvres with their minutes; plants that cannot be
+    /// driven, or of which the manoeuvres do not tell all numbers, are left out.
+    pub(crate) fn afterwards(
+        &self,
+        bench: &Bench,
+        plants: Vec<Plant>,
+        driven: &[(&Manoeuvre, f64)],
+    ) -> Afterwards {
+        let covariance = |k: usize| {
+            let mut matrix = self.before.clone();
+            for (manoeuvre, minutes) in driven {
+                let (_, rate) = bench.rate(manoeuvre, &plants[k], k as u64).ok()?;
+                matrix += rate * (60.0 * minutes);
+            }
+            inverse(&matrix)
+        };
+        let found = parallel::of_each(plants.len(), covariance);
+        let kept = plants.iter().zip(found).filter_map(|(plant, of)| Some((plant.clone(), of?)));
+        let (plants, covariances) = kept.unzip();
+        Afterwards { plants, covariances }
+    }
+
+    /// Returns the half intervals of a number between which nine of ten plants are, relative ones as
+    /// parts of `believed`; none for a single plant.
+    fn range90(
+        &self,
+        afterwards: &Afterwards,
+        name: &str,
+        believed: Option<f64>,
+    ) -> Option<[f64; 2]> {
+        let of = |(plant, covariance): (&Plant, &DMatrix<f64>)| {
+            let own = self.scale.combination(plant, name).ok()?;
+            let variance = own.weights.dot(&(covariance * &own.weights));
+            let half = HALF_95 * (variance + own.irreducible(self.scale.thrust_part)).sqrt();
+            Some(half * believed.map_or(1.0, |value| (value / own.value).abs()))
+        };
+        let all = afterwards.plants.iter().zip(&afterwards.covariances);
+        let logs: Vec<f64> = all.map(|one| Some(of(one)?.ln())).collect::<Option<_>>()?;
+        if logs.len() < 2 {
+            return None;
+        }
+        let n = logs.len() as f64;
+        let mean = logs.iter().sum::<f64>() / n;
+        let variance = logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let off = OF_90 * (variance * (1.0 + n.recip()) + VARIES.powi(2)).sqrt();
+        Some([(mean - off).exp(), (mean + off).exp()])
+    }
+
     /// Predicts the intervals of the goals; `None` if the information is singular.
     pub(crate) fn forecasts(&self, program: &Program, shares: &[f64]) -> Option<Vec<Forecast>> {
         let ratios = program.ratios(shares)?;
@@ -169,10 +235,22 @@ impl<'a> Forecaster<'a> {
                 value: own.value,
                 before: before.map(|variance| HALF_95 * variance.sqrt()),
                 after: with(ratios[k] * target.std * target.std),
+                range90: None,
                 goal: Some(with(target.std * target.std)),
             }
         };
         Some(self.goals.iter().enumerate().map(of).collect())
+    }
+
+    /// Adds the range of each goal over plants that the vehicle may have.
+    pub(crate) fn add_ranges(&self, forecasts: &mut [Forecast], afterwards: &Afterwards) {
+        for (forecast, goal) in forecasts.iter_mut().zip(&self.goals) {
+            let believed = match goal.width {
+                Width::Part(_) => Some(forecast.value),
+                Width::Amount(_) => None,
+            };
+            forecast.range90 = self.range90(afterwards, &goal.name, believed);
+        }
     }
 
     /// Returns the variance of a combination from earlier trials.
@@ -189,7 +267,12 @@ impl<'a> Forecaster<'a> {
 
     /// Predicts the intervals of all coefficients: the root of their mean variance over the plants that
     /// the vehicle may have; `None` if the information is singular.
-    pub(crate) fn coefficients(&self, program: &Program, shares: &[f64]) -> Option<Vec<Forecast>> {
+    pub(crate) fn coefficients(
+        &self,
+        program: &Program,
+        shares: &[f64],
+        afterwards: &Afterwards,
+    ) -> Option<Vec<Forecast>> {
         let believed = &self.plants[0];
         let covariances: Option<Vec<DMatrix<f64>>> = (0..self.plants.len())
             .map(|d| {
@@ -210,6 +293,7 @@ impl<'a> Forecaster<'a> {
                 name: name.clone(),
                 before: self.variance_today(&own.weights).map(|today| HALF_95 * today.sqrt()),
                 after: HALF_95 * (variance + irreducible).sqrt(),
+                range90: self.range90(afterwards, name, None),
                 unit: own.unit,
                 value: own.value,
                 goal: None,

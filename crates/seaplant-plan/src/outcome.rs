@@ -17,7 +17,7 @@ use crate::goal::{HALF_95, Width};
 use crate::plan::{PLAN_SCHEMA, Plan};
 use crate::rig::Rig;
 use crate::scale::{Combination, SCALE, Scale};
-use crate::words::half_width;
+use crate::words::{half_width, range};
 
 /// Tolerance of a goal: minutes are rounded to halves.
 const MET: f64 = 1.02;
@@ -77,6 +77,9 @@ pub fn outcome(
     let minutes_driven = manoeuvres.iter().map(|one| one.minutes_driven).sum();
     let mut doubts = doubts(plan, results, &manoeuvres);
     let goals = goals(plan, results, &mut doubts);
+    if minutes_driven >= DRIVEN * plan.minutes {
+        doubts.extend(goals.iter().filter_map(wider_than_promised));
+    }
     let open = open(plan, &manoeuvres, &goals, minutes_driven, next);
     Ok(PlanOutcome {
         file: file.to_owned(),
@@ -212,6 +215,7 @@ fn goals(plan: &Plan, results: &Results, doubts: &mut Vec<String>) -> Vec<GoalOu
             believed: forecast.value,
             value,
             promised: forecast.after,
+            promised_range90: forecast.range90,
             obtained,
             wanted,
             is_met: obtained.is_some_and(|half| half <= MET * wanted),
@@ -286,6 +290,21 @@ fn open(
     open
 }
 
+/// Says where an interval is wider than the plan promised, though all was driven.
+fn wider_than_promised(goal: &GoalOutcome) -> Option<String> {
+    let ([low, high], value, obtained) = (goal.promised_range90?, goal.value?, goal.obtained?);
+    // The promise is relative to the believed value.
+    let by = if goal.believed == 0.0 { 1.0 } else { (value / goal.believed).abs() };
+    (obtained > by * high).then(|| {
+        format!(
+            "{} is known to {}, and the plan promised ±{}: disturbances or noise are stronger than it expects, or the vehicle differs more from its prior",
+            goal.name,
+            half_width(value, obtained, &goal.unit),
+            range(goal.believed, [low, high], &goal.unit)
+        )
+    })
+}
+
 /// Formats an interval that is wider than its goal, with the minutes that would narrow it:
 /// variances fall as minutes grow.
 fn still_wide(goal: &GoalOutcome, minutes: f64) -> Option<String> {
@@ -319,4 +338,30 @@ fn quoted(plan: &Plan, goal: &GoalOutcome) -> String {
     let text = format!("{}={width}", goal.name);
     let is_plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "=.%-_".contains(c));
     if is_plain { format!(" --goal {text}") } else { format!(" --goal '{text}'") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_beyond_the_promised_range_is_named() {
+        let goal = GoalOutcome {
+            name: "mass.surge".to_owned(),
+            unit: "kg".to_owned(),
+            believed: 100.0,
+            value: Some(200.0),
+            promised: 3.0,
+            promised_range90: Some([2.0, 5.0]),
+            obtained: Some(9.9),
+            wanted: 10.0,
+            is_met: true,
+        };
+        // 9.9 of 200 kg is less than 5 of 100.
+        assert_eq!(wider_than_promised(&goal), None);
+        let wide = GoalOutcome { obtained: Some(12.0), ..goal.clone() };
+        let said = wider_than_promised(&wide).expect("wider");
+        assert!(said.contains("known to ±6.00 %, and the plan promised ±2.00 to 5.00 %"), "{said}");
+        assert_eq!(wider_than_promised(&GoalOutcome { promised_range90: None, ..wide }), None);
+    }
 }

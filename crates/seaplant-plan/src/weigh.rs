@@ -112,8 +112,8 @@ impl Bench<'_> {
         let tries = if manoeuvre.waves.is_empty() { 1 } else { FACTORS.len() };
         for factor in FACTORS.into_iter().take(tries) {
             let scaled = manoeuvre.scaled(factor);
-            match self.within_limits(&scaled)? {
-                None => {
+            match self.within_limits(&scaled) {
+                Ok(()) => {
                     let (rates, velocity, watts) = self.weighed(&scaled)?;
                     let limit = if factor < 1.0 { limit } else { "thrust_part" };
                     return Ok(Candidate {
@@ -126,7 +126,7 @@ impl Bench<'_> {
                         is_sure: false,
                     });
                 }
-                Some(broken) => limit = broken,
+                Err(broken) => limit = broken,
             }
         }
         let rates = Vec::new();
@@ -136,22 +136,27 @@ impl Bench<'_> {
         Ok(Candidate { manoeuvre, rates, velocity, watts, factor: 0.0, limit, is_sure: true })
     }
 
-    /// Returns the limit that a manoeuvre violates, if any, with every plant and in disturbances.
-    fn within_limits(&self, manoeuvre: &Manoeuvre) -> Result<Option<&'static str>, Error> {
+    /// Returns the disturbances of one of the runs of a manoeuvre.
+    fn sea(&self, manoeuvre: &Manoeuvre, run: u64) -> Sea<'_> {
+        let Self { noises, logging, current, .. } = *self;
+        Sea { noises, logging, current, seed: seed_of(self.seed ^ run, &manoeuvre.name) }
+    }
+
+    /// Drives a manoeuvre with every plant in disturbances.
+    ///
+    /// # Errors
+    /// The limit that a run violates.
+    fn within_limits(&self, manoeuvre: &Manoeuvre) -> Result<(), &'static str> {
         let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
         for (k, plant) in self.plants.iter().enumerate() {
-            let seed = seed_of(self.seed ^ k as u64, &manoeuvre.name);
-            let Self { noises, logging, current, .. } = *self;
-            let sea = Sea { noises, logging, current, seed };
             // A diverging motion violates the limit of speed first.
-            let Ok(driven) = drive(plant, &pilot, WEIGHED_S, Some(sea)) else {
-                return Ok(Some("speed_m_s"));
-            };
+            let sea = self.sea(manoeuvre, k as u64);
+            let driven = drive(plant, &pilot, WEIGHED_S, Some(sea)).map_err(|_| "speed_m_s")?;
             if driven.part < KEPT || driven.worst.part > LEFT {
-                return Ok(Some(driven.worst.of));
+                return Err(driven.worst.of);
             }
         }
-        Ok(None)
+        Ok(())
     }
 
     /// Holds the place of a candidate more firmly where that is at a limit, and reduces its forces where that is not
@@ -189,10 +194,8 @@ impl Bench<'_> {
         let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
         let mut uses: BTreeMap<&'static str, Vec<f64>> = BTreeMap::new();
         for (k, plant) in plants.iter().cycle().take(MARGIN_RUNS).enumerate() {
-            let seed = seed_of(self.seed ^ (k as u64) << 32, &manoeuvre.name);
-            let Self { noises, logging, current, .. } = *self;
-            let sea = Sea { noises, logging, current, seed };
             // A diverging motion violates the limit of speed first.
+            let sea = self.sea(manoeuvre, (k as u64) << 32);
             let Ok(driven) = drive(plant, &pilot, MARGIN_S, Some(sea)) else {
                 return Some("speed_m_s");
             };
@@ -207,12 +210,12 @@ impl Bench<'_> {
         close.map(|(of, _)| of)
     }
 
+    /// Computes the information of a manoeuvre for each of the plants.
     fn weighed(&self, manoeuvre: &Manoeuvre) -> Result<Weighed, Error> {
-        let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
         let mut rates = Vec::with_capacity(self.plants.len());
         let (mut velocity, mut watts) = ([[0.0_f64; 2]; 6], None);
         for (k, plant) in self.plants.iter().enumerate() {
-            let driven = drive(plant, &pilot, WEIGHED_S, None)?;
+            let (driven, rate) = self.rate(manoeuvre, plant, k as u64)?;
             if k == 0 {
                 let power = |of: &Battery| of.watts(self.rig, &driven, self.limits.thrust_part);
                 watts = self.battery.as_ref().map(power);
@@ -223,14 +226,32 @@ impl Bench<'_> {
                     }
                 }
             }
-            let record = self.record(manoeuvre, &driven)?;
-            let found = information(plant, self.actuator(), self.noises, &record)?;
-            rates.push(found.matrix / WEIGHED_S);
+            rates.push(rate);
         }
         Ok((rates, velocity, watts))
     }
 
-    /// Returns the record of a run without noise.
+    /// Computes the information per second of a run of a manoeuvre.
+    ///
+    /// It is driven in the disturbances that are expected, because these move a light vehicle, too. A plant with an axis that
+    /// no thruster pushes is driven without: how far a disturbance of an assumed size moves that axis would tell its
+    /// mass, and a fit, which estimates that size, does not know it.
+    pub(crate) fn rate(
+        &self,
+        manoeuvre: &Manoeuvre,
+        plant: &Plant,
+        run: u64,
+    ) -> Result<(Driven, DMatrix<f64>), Error> {
+        let pilot = Pilot::new(&self.plants[0], self.rig, self.limits, manoeuvre);
+        let are_all_pushed = plant.axes().iter().all(|dof| self.rig.most[dof.index()] > 0.0);
+        let sea = are_all_pushed.then(|| self.sea(manoeuvre, run));
+        let driven = drive(plant, &pilot, WEIGHED_S, sea)?;
+        let record = self.record(manoeuvre, &driven)?;
+        let found = information(plant, self.actuator(), self.noises, &record)?;
+        Ok((driven, found.matrix / WEIGHED_S))
+    }
+
+    /// Returns the record of a run.
     fn record(&self, manoeuvre: &Manoeuvre, driven: &Driven) -> Result<TrialRecord, Error> {
         let depth_m = self.limits.start_depth_m;
         let recording = self.logging.recording(self.rig, driven, self.plants[0].axes(), depth_m)?;

@@ -8,15 +8,16 @@ use crate::forecast::Forecast;
 use crate::goal::DEGREES;
 use crate::plan::Plan;
 
-/// Formats a name, a value with half of its interval before and after, and the goal.
-fn of_forecast(forecast: &Forecast) -> [String; 5] {
-    let Forecast { name, unit, value, before, after, goal } = forecast;
+/// Formats a name, a value with half of its interval before and after, its range over vehicles, and the goal.
+fn of_forecast(forecast: &Forecast) -> [String; 6] {
+    let Forecast { name, unit, value, before, after, range90, goal } = forecast;
     let width = |half: f64| half_width(*value, half, unit);
     [
         name.clone(),
         format!("{} {unit}", spoken(*value)),
         before.map_or("not known".to_owned(), width),
         width(*after),
+        range90.map_or(String::new(), |ends| range(*value, ends, unit)),
         goal.map_or(String::new(), width),
     ]
 }
@@ -26,6 +27,17 @@ pub(crate) fn half_width(value: f64, half: f64, unit: &str) -> String {
     match value {
         v if v != 0.0 && unit != DEGREES => format!("±{} %", spoken(100.0 * half / v.abs())),
         _ => format!("±{} {unit}", spoken(half)),
+    }
+}
+
+/// Formats two half intervals as [`half_width`] formats one.
+pub(crate) fn range(value: f64, [low, high]: [f64; 2], unit: &str) -> String {
+    match value {
+        v if v != 0.0 && unit != DEGREES => {
+            let part = |half: f64| spoken(100.0 * half / v.abs());
+            format!("{} to {} %", part(low), part(high))
+        }
+        _ => format!("{} to {} {unit}", spoken(low), spoken(high)),
     }
 }
 
@@ -49,8 +61,8 @@ pub(crate) fn table<const N: usize>(head: [&str; N], rows: &[[String; N]]) -> St
 }
 
 /// Returns the header and the rows of the goals.
-pub(crate) fn goal_rows(plan: &Plan) -> ([&'static str; 5], Vec<[String; 5]>) {
-    let head = ["goal", "believed", "today", "after", "wanted"];
+pub(crate) fn goal_rows(plan: &Plan) -> ([&'static str; 6], Vec<[String; 6]>) {
+    let head = ["goal", "believed", "today", "after", "9 of 10 vehicles", "wanted"];
     (head, plan.goals.iter().map(of_forecast).collect())
 }
 

@@ -104,6 +104,33 @@ fn fits_of_the_priors_vehicle_agree_with_the_predicted_uncertainty() {
     assert!(SCATTER.contains(&scatter), "errors are {scatter} times what fits state");
 }
 
+/// Nine of ten intervals of vehicles that differ from the prior are within the predicted range, which is
+/// narrower than half to double.
+#[test]
+fn fits_of_other_vehicles_are_within_the_predicted_range() {
+    let (prior, vehicle) = boat();
+    let made = plan(&prior, &vehicle, &Request { minutes: Some(6.0), ..quick() }).expect("a plan");
+    let range: BTreeMap<&str, [f64; 2]> = made
+        .coefficients
+        .iter()
+        .map(|one| (one.name.as_str(), one.range90.expect("a spread")))
+        .collect();
+    let (mut within, mut count) = (0, 0_i32);
+    for seed in 0..10 {
+        let rehearsal = Rehearsal { seed, hold_out_s: 0.0, is_believed: false };
+        let campaign = rehearse(&prior, &vehicle, &made, rehearsal).expect("driven");
+        let fit = fit_of(&campaign, &made.axes);
+        for (k, name) in fit.plant.structure().names().iter().enumerate() {
+            let half = 1.959_964 * fit.covariance[(k, k)].sqrt();
+            let [low, high] = range[name.as_str()];
+            assert!(high < 4.0 * low, "{name}: {low} to {high}");
+            within += i32::from((low..high).contains(&half));
+            count += 1;
+        }
+    }
+    assert!(10 * within >= 8 * count, "{within} of {count} are within their range");
+}
+
 /// Fits of ten dives of one plan predict velocity on the mission with an error of the promised size.
 #[test]
 fn velocity_on_a_mission_is_predicted_as_accurately_as_promised() {
@@ -452,7 +479,7 @@ fn the_page_holds_the_plan_and_escapes_names() {
     let made = plan(&prior, &vehicle, &request).expect("a plan");
     let page = deck_page(&made).expect("a page");
     assert!(page.contains("&lt;b&gt;boat") && !page.contains("<b>boat"));
-    assert!(page.contains("<p>5 min of driving."));
+    assert!(page.contains(&format!("<p>{} min of driving.", made.minutes)));
     assert!(page.contains("mass.surge") && page.contains("<polyline") && !page.contains("<script"));
     assert_eq!(chart_svg(&made).matches("<polyline").count(), made.goals.len());
 }

@@ -462,6 +462,7 @@ fn plan_outcome() -> PlanOutcome {
             believed: 12_000.0,
             value: Some(12_970.0),
             promised: 600.0,
+            promised_range90: Some([450.0, 800.0]),
             obtained: Some(900.0),
             wanted: 648.5,
             is_met: false,

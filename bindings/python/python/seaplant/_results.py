@@ -1105,6 +1105,10 @@ class GoalOutcome(Record):
     obtained: float | None
     """Half of the 95 % interval of the fit."""
 
+    promised_range90: Floats | None
+    """Half intervals between which the plan promised nine of ten vehicles that its prior
+    allows."""
+
     value: float | None
     """The estimate; absent if the fit has no such number."""
 

@@ -57,18 +57,29 @@ pub(super) fn block(plan: &PlanOutcome) -> String {
 }
 
 fn row(goal: &GoalOutcome) -> [String; 6] {
-    let GoalOutcome { name, unit, believed, value, promised, obtained, wanted, is_met } = goal;
+    let GoalOutcome { name, unit, believed, value, obtained, wanted, is_met, .. } = goal;
+    let number = |half: f64, of: f64| match of {
+        of if of != 0.0 => significant(100.0 * half / of.abs(), 2),
+        _ => significant(half, 2),
+    };
+    let percent = |of: f64| if of == 0.0 { "" } else { " %" };
     let width = |half: Option<f64>, of: f64| match half {
-        Some(half) if of != 0.0 => format!("±{} %", significant(100.0 * half / of.abs(), 2)),
-        Some(half) => format!("±{}", significant(half, 2)),
+        Some(half) => format!("±{}{}", number(half, of), percent(of)),
         None => "not found".to_owned(),
+    };
+    let promised = match goal.promised_range90 {
+        Some([low, high]) => {
+            let [low, high] = [low, high].map(|half| number(half, *believed));
+            format!("±{low} to {high}{}", percent(*believed))
+        }
+        None => width(Some(goal.promised), *believed),
     };
     let found = value.unwrap_or(*believed);
     [
         format!("  {name}"),
         format!("{} {unit}", or_absent(*value, 4)),
         width(*obtained, found),
-        width(Some(*promised), *believed),
+        promised,
         width(Some(*wanted), found),
         if *is_met { "met".to_owned() } else { format!("{WARNING}not met{WARNING:#}") },
     ]

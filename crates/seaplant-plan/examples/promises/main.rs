@@ -5,7 +5,8 @@
 //! ```
 //!
 //! The prior of each vehicle comes from hull formulas. Its plan is driven twice: by the prior's
-//! plant, and by a plant drawn from the prior. The logs are fitted by the filter error method; the
+//! plant, and by a plant drawn from the prior. A plan for the prior's plant alone, which no spread
+//! makes uncertain, is driven by that plant. The logs are fitted by the filter error method; the
 //! standard deviations of the fits are divided by those that the plan predicted, both in SI units.
 
 mod vehicles;
@@ -40,6 +41,8 @@ struct Tally {
     ratios: Vec<f64>,
     /// Errors over fitted standard deviations.
     errors: Vec<f64>,
+    /// Whether a fitted interval is within the promised range, and the ratio of that range's ends.
+    ranged: Vec<(bool, f64)>,
 }
 
 impl Tally {
@@ -54,11 +57,14 @@ impl Tally {
         let at = |part: f64| sorted[(part * (n - 1.0)).round() as usize];
         format!(
             "{of}: {n} coefficients; stated over promised: median {:.2}, 5 to 95 % from {:.2} to {:.2}, {:.0} % within 20 %; \
+             {:.0} % within the promised range, whose ends have a ratio of {:.2} in the median; \
              errors over stated: rms {rms:.2}, {:.0} % of intervals include the truth",
             at(0.5),
             at(0.05),
             at(0.95),
             part(near),
+            part(self.ranged.iter().filter(|(is_within, _)| *is_within).count()),
+            median(self.ranged.iter().map(|(_, ratio)| *ratio).collect()),
             part(inside)
         )
     }
@@ -66,6 +72,7 @@ impl Tally {
     fn add(&mut self, other: Self) {
         self.ratios.extend(other.ratios);
         self.errors.extend(other.errors);
+        self.ranged.extend(other.ranged);
     }
 }
 
@@ -94,6 +101,10 @@ fn driven(
         let Some(at) = names.iter().position(|name| *name == forecast.name) else { continue };
         let std = fit.covariance[(at, at)].sqrt();
         tally.ratios.push(std * HALF_95 / forecast.after);
+        if let Some([low, high]) = forecast.range90 {
+            let half = std * HALF_95;
+            tally.ranged.push((half >= low && half <= high, high / low));
+        }
         tally.errors.push((fit.plant.coefficients()[at] - truth[&forecast.name]) / std);
     }
     Ok(tally)
@@ -105,7 +116,8 @@ fn main() -> Result<(), Failure> {
         std::env::args().skip(1).map(|text| text.parse()).collect::<Result<_, _>>()?;
     let count = numbers.first().copied().unwrap_or(6);
     let first = numbers.get(1).copied().unwrap_or(0);
-    let [mut believed, mut drawn] = [Tally::default(), Tally::default()];
+    let [mut believed, mut drawn, mut known] =
+        [Tally::default(), Tally::default(), Tally::default()];
     let mut gap = 0.0_f64;
     let mut checked: BTreeMap<usize, [usize; 2]> = BTreeMap::new();
     let mut factors: BTreeMap<Kind, Vec<f64>> = BTreeMap::new();
@@ -139,15 +151,21 @@ fn main() -> Result<(), Failure> {
             needed.unwrap_or_default(),
             made.unplanned
         );
-        for (is_believed, sum) in [(true, &mut believed), (false, &mut drawn)] {
-            let own = driven(
-                &prior,
-                &vehicle,
-                &made,
-                Rehearsal { seed: k, hold_out_s: 0.0, is_believed },
-            )?;
-            println!("   {}", own.line(if is_believed { "believed plant" } else { "drawn plant" }));
-            sum.add(own);
+        let alone = Request { draws: 1, checks: 0, compare: false, ..request };
+        let alone = plan(&prior, &vehicle, &alone)?;
+        for (of, made, is_believed, sum) in [
+            ("believed plant", &made, true, &mut believed),
+            ("drawn plant", &made, false, &mut drawn),
+            ("known plant", &alone, true, &mut known),
+        ] {
+            let rehearsal = Rehearsal { seed: k, hold_out_s: 0.0, is_believed };
+            match driven(&prior, &vehicle, made, rehearsal) {
+                Ok(own) => {
+                    println!("   {}", own.line(of));
+                    sum.add(own);
+                }
+                Err(error) => println!("   {of}: {error}"),
+            }
         }
         for (kind, minutes) in &made.unplanned {
             // Infinite for a plan that never reaches the goals.
@@ -163,6 +181,7 @@ fn main() -> Result<(), Failure> {
     }
     println!("{}", believed.line("believed plants"));
     println!("{}", drawn.line("drawn plants"));
+    println!("{}", known.line("known plants"));
     for (kind, factors) in factors {
         let count = factors.len();
         println!("{}: {:.1} times the minutes (median of {count})", kind.name(), median(factors));

@@ -35,11 +35,20 @@ pub(crate) fn view(plan: &PlanOutcome) -> PlanSection {
 
 fn goals(plan: &PlanOutcome) -> Table {
     let row = |goal: &GoalOutcome| {
-        let GoalOutcome { name, unit, believed, value, promised, obtained, wanted, is_met } = goal;
+        let GoalOutcome { name, unit, believed, value, obtained, wanted, is_met, .. } = goal;
         let found = value.unwrap_or(*believed);
-        let width = |half: f64, of: f64| match of {
-            of if of != 0.0 => format!("± {} %", significant(100.0 * half / of.abs(), 2)),
-            _ => format!("± {} {unit}", significant(half, 2)),
+        let number = |half: f64, of: f64| match of {
+            of if of != 0.0 => significant(100.0 * half / of.abs(), 2),
+            _ => significant(half, 2),
+        };
+        let of_unit = |of: f64| if of == 0.0 { unit.as_str() } else { "%" };
+        let width = |half: f64, of: f64| format!("± {} {}", number(half, of), of_unit(of));
+        let promised = match goal.promised_range90 {
+            Some([low, high]) => {
+                let [low, high] = [low, high].map(|half| number(half, *believed));
+                format!("± {low} … {high} {}", of_unit(*believed))
+            }
+            None => width(goal.promised, *believed),
         };
         let met = if *is_met { "met" } else { "not met" };
         Row::new([
@@ -48,14 +57,14 @@ fn goals(plan: &PlanOutcome) -> Table {
             significant(*believed, 4),
             or_absent(*value, 4),
             unit.clone(),
-            width(*promised, *believed),
+            promised,
             obtained.map_or(ABSENT.to_owned(), |half| width(half, found)),
             width(*wanted, found),
         ])
     };
     let head = ["Goal", "", "believed", "found", "unit", "promised", "obtained", "wanted"];
     Table::new("Goals", head, plan.goals.iter().map(row).collect()).left(2).noted(
-        "Half 95 % intervals. “Promised” is that of the plan, for the vehicle that it believed in; goals in per cent are those of the value that was found.",
+        "Half 95 % intervals. “Promised” is that of the plan, for nine of ten vehicles that its prior allows; goals in per cent are those of the value that was found.",
     )
 }
 

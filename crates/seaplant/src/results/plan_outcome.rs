@@ -89,6 +89,9 @@ pub struct GoalOutcome {
     pub value: Option<f64>,
     /// Half of the 95 % interval that the plan promised, for its own value.
     pub promised: f64,
+    /// Half intervals between which the plan promised nine of ten vehicles that its prior allows.
+    #[serde(default)]
+    pub promised_range90: Option<[f64; 2]>,
     /// Half of the 95 % interval of the fit.
     #[serde(default)]
     pub obtained: Option<f64>,
