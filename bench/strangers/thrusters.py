@@ -47,12 +47,15 @@ def named(plant):
         found |= {(a, b), (b, a)}
     for caveat in plant["caveats"]:
         said = caveat["message"]
+        if caveat["code"] == "likely-mistake" and "look exchanged" in said:
+            _, a, _, b, *_ = said.split("`")
+            found |= {(a, b), (b, a)}
         if (
             caveat["code"] == "thruster-fault"
             and " in trial `" not in said
             and "exchanged" not in said
         ):
-            found.add((caveat["message"].split("`")[1], None))
+            found.add((said.split("`")[1], None))
     return found
 
 

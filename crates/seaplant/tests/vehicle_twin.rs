@@ -273,6 +273,26 @@ fn a_vehicle_without_thrusters_is_refused() {
     assert!(error.contains("`starboard`, whose curve is unlike"), "{error}");
 }
 
+/// Moments of exchanged thrusters look like a disturbance of yaw beside twice the inertia, and gains do not explain them.
+#[test]
+fn exchanged_thrusters_are_found_where_a_disturbance_explains_them() {
+    let mut table = table();
+    let mut stern = table["thruster"][2].clone();
+    stern["name"] = json!("stern");
+    stern["position_m"] = json!([-0.3, 0.0, 0.0]);
+    table["thruster"].as_array_mut().expect("thrusters").push(stern);
+    let exchanged = vec![["bow".to_owned(), "stern".to_owned()]];
+    let spec = short(|spec| spec.thrusters_exchanged.clone_from(&exchanged));
+    let twin = make_vehicle(&spec, &model(table)).expect("can be made");
+    let options = IdentifyOptions { coupled: twin.coupled.clone(), ..IdentifyOptions::default() };
+    let results = identify(&twin.vehicle, &trials(&twin), &options).results;
+    let found = &results.coupled["surge-sway-yaw"];
+    assert_eq!(found.thrusters_exchanged, exchanged);
+    assert!(found.caveats.iter().any(|caveat| caveat.message.contains("are exchanged")));
+    let inertia = found.parameters["mass.yaw"].value;
+    assert!((inertia - 12.0).abs() < 0.1, "{inertia}");
+}
+
 /// Identified by its own campaign, after a change of what is claimed of the vehicle.
 fn found(spec: &VehicleTwinSpec, claim: impl FnOnce(&mut TwinCampaign)) -> FittedPlant {
     let mut twin = make_vehicle(spec, &boat()).expect("can be made");

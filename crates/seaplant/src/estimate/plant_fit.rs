@@ -236,20 +236,35 @@ fn fit_as(
         true => search::with_constants(structure, records)?,
         false => structure.clone(),
     };
-    let problem = Problem::new(&with_constants, records, rigid_body, is_free, Attitude::Known);
-    let (first, least_squares, fitted) = begun(problem, records)?;
-    let fitted = fitted.without_unseen_beside(structure)?;
-    let (fitted, prompt) = fitted.with_report_that_shows(records)?;
+    let first_fit = |records: &[&TrialRecord]| {
+        let problem = Problem::new(&with_constants, records, rigid_body, is_free, Attitude::Known);
+        FirstFit::new(problem, structure, records)
+    };
+    let mut begun = first_fit(records)?;
+    let mut wired: Vec<TrialRecord> = Vec::new();
+    while search && begun.fitted.exchanged.len() < swaps::MOST_PAIRS {
+        let wired_now: Vec<&TrialRecord> = wired.iter().collect();
+        let records_now = if wired.is_empty() { records } else { &wired_now };
+        let (found, suspects) = begun.with_exchange(records_now)?;
+        begun = found;
+        let Some(swaps::Suspects { pair, cost }) = suspects else { break };
+        let exchanged = [begun.fitted.exchanged.clone(), vec![pair]].concat();
+        let again = records.iter().map(|record| record.with_all_exchanged(&exchanged));
+        let again = again.collect::<Result<Vec<_>, Error>>()?;
+        // What was found beside thrusters that act as others is not kept. A plant that does not settle is not
+        // the likelier one.
+        let Ok(next) = first_fit(&again.iter().collect::<Vec<_>>()) else { break };
+        if next.fitted.optimum.cost >= cost {
+            break;
+        }
+        begun = FirstFit { fitted: Fitted { exchanged, ..next.fitted }, ..next };
+        wired = again;
+    }
+    let wired: Vec<&TrialRecord> = wired.iter().collect();
+    let records = if wired.is_empty() { records } else { &wired };
+    let FirstFit { first, least_squares, fitted, prompt } = begun;
     let prompt: Vec<&TrialRecord> = prompt.iter().collect();
     let records = if prompt.is_empty() { records } else { &prompt };
-    let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
-    let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
-    let (fitted, following) = match search {
-        true => fitted.with_thrusters_exchanged(records)?,
-        false => (fitted, Vec::new()),
-    };
-    let following: Vec<&TrialRecord> = following.iter().collect();
-    let records = if following.is_empty() { records } else { &following };
     let (fitted, acting) = match search {
         true => fitted.with_thrusters_that_act(records)?,
         false => (fitted, Vec::new()),
@@ -275,6 +290,42 @@ fn fit_as(
         _ => fitted,
     };
     fitted.refined()?.finished(first, &least_squares, method)
+}
+
+/// The fit of a plant before thrusters are looked at one by one.
+struct FirstFit {
+    /// By equation error.
+    first: Plant,
+    least_squares: Solved,
+    fitted: Fitted,
+    /// Records with velocities as prompt as their report shows; none where they are as logged.
+    prompt: Vec<TrialRecord>,
+}
+
+impl FirstFit {
+    fn new(
+        problem: Problem,
+        structure: &Structure,
+        records: &[&TrialRecord],
+    ) -> Result<Self, Error> {
+        let (first, least_squares, fitted) = begun(problem, records)?;
+        let fitted = fitted.without_unseen_beside(structure)?;
+        let (fitted, prompt) = fitted.with_report_that_shows(records)?;
+        let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
+        let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
+        Ok(Self { first, least_squares, fitted, prompt })
+    }
+
+    /// As [`Fitted::with_exchange`].
+    fn with_exchange(
+        self,
+        records: &[&TrialRecord],
+    ) -> Result<(Self, Option<swaps::Suspects>), Error> {
+        let prompt: Vec<&TrialRecord> = self.prompt.iter().collect();
+        let records = if prompt.is_empty() { records } else { &prompt };
+        let (fitted, suspects) = self.fitted.with_exchange(records)?;
+        Ok((Self { fitted, ..self }, suspects))
+    }
 }
 
 /// An optimum and what it is one of.

@@ -12,15 +12,19 @@
 use nalgebra::DVector;
 
 use super::descent::Tolerance;
-use super::{Fitted, Optimum, gains, search};
+use super::{Fitted, gains, search};
 use crate::plant::{Basis, Effect, EffectForce, Pusher, Structure};
-use crate::{Error, TrialRecord};
+use crate::signal::rms;
+use crate::{Dof, Error, TrialRecord};
 
 /// Between these s has to be, to first order from a plant that was fitted as if they were not exchanged.
 const EXCHANGED: [f64; 2] = [0.5, 1.5];
 
+/// A disturbance that is so large beside the logged forces of its axis may be those of exchanged thrusters.
+const MASKED: f64 = 0.5;
+
 /// So many pairs at most are exchanged.
-const MOST_PAIRS: usize = 2;
+pub(super) const MOST_PAIRS: usize = 2;
 
 /// So many pairs are tried in each round.
 const TRIED: usize = 3;
@@ -32,72 +36,77 @@ struct Pair {
     worth: f64,
 }
 
+/// Two thrusters that may be exchanged.
+pub(super) struct Suspects {
+    pub(super) pair: [String; 2],
+    /// They are, if a fit with their logs exchanged costs less.
+    pub(super) cost: f64,
+}
+
 impl Fitted {
-    /// The same with thrusters that follow each other's log, and the records with these; none where all
-    /// follow their own.
-    pub(super) fn with_thrusters_exchanged(
+    /// Two thrusters that may follow each other's log, if any do; the fit has thrusters as they act.
+    pub(super) fn with_exchange(
         mut self,
         records: &[&TrialRecord],
-    ) -> Result<(Self, Vec<TrialRecord>), Error> {
-        let mut found: Vec<TrialRecord> = Vec::new();
+    ) -> Result<(Self, Option<Suspects>), Error> {
         let group = gains::gains(&self.problem.structure, false);
         if group.len() < 2 {
-            return Ok((self, found));
+            return Ok((self, None));
         }
         self = self.with_speeds_as_they_are(records)?;
-        while self.exchanged.len() < MOST_PAIRS {
-            // Without a sign that gains are off, nothing is exchanged.
-            let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
-            let step = beside.step();
-            let worth = -step.dot(&beside.beyond);
-            if worth < gains::needed(group.len()) * self.colour_of(&group)? {
-                break;
-            }
-            let Some(better) = self.best_exchange(&group, records, &found)? else { break };
-            (self, found) = better;
-        }
-        Ok((self, found))
+        let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
+        let worth = -beside.step().dot(&beside.beyond);
+        let are_gains_off = worth >= gains::needed(group.len()) * self.colour_of(&group)?;
+        let is_suspect = are_gains_off || self.disturbance_over_force(records) >= MASKED;
+        let pair = if is_suspect { self.best_exchange(&group, records)? } else { None };
+        Ok((self, pair))
     }
 
-    /// The likeliest exchange of two thrusters, if that is likelier than gains of all.
+    /// The greatest ratio of the disturbance of an axis to the force that is logged on it.
+    fn disturbance_over_force(&self, records: &[&TrialRecord]) -> f64 {
+        let of = |(dof, disturbance): (&Dof, &f64)| {
+            let logged = records.iter().filter_map(|record| record.force[dof.index()].as_ref());
+            let force = rms(logged.flat_map(|force| force.values()));
+            if force > 0.0 { disturbance / force } else { 0.0 }
+        };
+        let axes = self.problem.structure.axes().iter();
+        axes.zip(&self.optimum.point.noise.disturbance).map(of).fold(0.0, f64::max)
+    }
+
+    /// The likeliest exchange of two thrusters.
     fn best_exchange(
         &self,
         group: &[Basis],
         records: &[&TrialRecord],
-        found: &[TrialRecord],
-    ) -> Result<Option<(Self, Vec<TrialRecord>)>, Error> {
+    ) -> Result<Option<Suspects>, Error> {
+        let clearly = search::ADMITTED * self.colour_of(group)?;
         let pushers = pushers(&self.problem.structure, group);
-        let mut best: Option<(Self, Vec<TrialRecord>)> = None;
+        let mut best: Option<([String; 2], f64)> = None;
         for pair in self.pairs(group, &pushers)? {
-            let [a, b] = pair.places.map(|k| pushers[k].name.as_str());
-            let now: Vec<TrialRecord> = match found.is_empty() {
-                true => records.iter().map(|record| (*record).clone()).collect(),
-                false => found.to_vec(),
-            };
-            let tried = now.iter().map(|record| record.with_exchanged(a, b));
+            let names = pair.places.map(|k| pushers[k].name.clone());
+            let tried = records.iter().map(|record| record.with_exchanged(&names[0], &names[1]));
             let tried = tried.collect::<Result<Vec<_>, Error>>()?;
-            let seen: Vec<&TrialRecord> = tried.iter().collect();
-            let seen = self.speeds_as_they_are(&seen)?;
-            let problem = self.problem.of(&seen.iter().collect::<Vec<_>>());
-            let point = self.optimum.point.clone();
-            // A plant that does not settle is not the likelier one.
-            let Ok(optimum) = problem.descent(point, Tolerance::COARSE) else { continue };
-            let least = best.as_ref().map_or(self.optimum.cost, |(own, _)| own.optimum.cost);
-            if optimum.cost >= least {
-                continue;
+            let tried = self.speeds_as_they_are(&tried.iter().collect::<Vec<_>>())?;
+            // A plant that does not settle, or whose lever arms are far from these, may be likelier all the same.
+            let cost = match self.cost_with(&tried.iter().collect::<Vec<_>>()) {
+                Ok(cost) => cost.min(self.optimum.cost),
+                Err(_) => self.optimum.cost,
+            };
+            let is_first = best.is_none() && pair.worth > clearly;
+            if is_first || best.as_ref().is_some_and(|(_, least)| cost < *least) {
+                best = Some((names, cost));
             }
-            let iterations = self.optimum.iterations + optimum.iterations;
-            let mut better = self.moved_to(problem, Optimum { iterations, ..optimum });
-            better.exchanged.push([a.to_owned(), b.to_owned()]);
-            best = Some((better, tried));
         }
-        let Some((own, records)) = best else { return Ok(None) };
-        let gained = 2.0 * (self.optimum.cost - own.optimum.cost);
-        let is_clear = gained > search::ADMITTED * own.colour_of(group)?;
+        let Some((pair, _)) = best else { return Ok(None) };
         // Gains of all have more numbers, and explain a thruster that stands still better.
-        let of_gains = self.with_group(group, false).map(|fit| fit.optimum.cost);
-        let is_likelier = of_gains.map_or(true, |cost| own.optimum.cost < cost);
-        Ok((is_clear && is_likelier).then_some((own, records)))
+        let of_gains = self.with_group(group, false).map_or(f64::INFINITY, |fit| fit.optimum.cost);
+        Ok(Some(Suspects { pair, cost: of_gains.min(self.optimum.cost - 0.5 * clearly) }))
+    }
+
+    /// What a fit of the same plant to other records comes to.
+    fn cost_with(&self, records: &[&TrialRecord]) -> Result<f64, Error> {
+        let problem = self.problem.of(records);
+        Ok(problem.descent(self.optimum.point.clone(), Tolerance::COARSE)?.cost)
     }
 
     /// Pairs that may be exchanged, those that gain most first.
