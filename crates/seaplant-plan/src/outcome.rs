@@ -297,7 +297,7 @@ fn wider_than_promised(goal: &GoalOutcome) -> Option<String> {
     let by = if goal.believed == 0.0 { 1.0 } else { (value / goal.believed).abs() };
     (obtained > by * high).then(|| {
         format!(
-            "{} is known to {}, and the plan promised ±{}: disturbances or noise are stronger than it expects, or the vehicle differs more from its prior",
+            "{} is known to {}, and the plan promised {}: disturbances or noise are stronger than it expects, or the vehicle differs more from its prior",
             goal.name,
             half_width(value, obtained, &goal.unit),
             range(goal.believed, [low, high], &goal.unit)

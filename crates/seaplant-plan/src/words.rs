@@ -35,9 +35,9 @@ pub(crate) fn range(value: f64, [low, high]: [f64; 2], unit: &str) -> String {
     match value {
         v if v != 0.0 && unit != DEGREES => {
             let part = |half: f64| spoken(100.0 * half / v.abs());
-            format!("{} to {} %", part(low), part(high))
+            format!("±{} to {} %", part(low), part(high))
         }
-        _ => format!("{} to {} {unit}", spoken(low), spoken(high)),
+        _ => format!("±{} to {} {unit}", spoken(low), spoken(high)),
     }
 }
 
