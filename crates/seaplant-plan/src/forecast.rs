@@ -18,6 +18,7 @@ use crate::manoeuvre::Manoeuvre;
 use crate::prior::Prior;
 use crate::request::Request;
 use crate::scale::{Combination, Scale};
+use crate::wave::seed_of;
 use crate::weigh::{Bench, Candidate};
 
 /// The predicted interval of a number.
@@ -34,8 +35,8 @@ pub struct Forecast {
     /// Half of its 95 % interval after the trial, from this trial and earlier ones: the root of the mean
     /// square over vehicles that the prior allows.
     pub after: f64,
-    /// Half intervals between which nine of ten of these vehicles are; none for a prior without a spread. A relative goal
-    /// is one of each vehicle's own value.
+    /// Half intervals between which nine of ten of these vehicles are; none if too few of them can drive the plan. A
+    /// relative goal is one of each vehicle's own value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range90: Option<[f64; 2]>,
     /// Half of the widest interval that meets the goal; none for a coefficient without a goal.
@@ -61,18 +62,22 @@ pub struct Chart {
     pub parts: BTreeMap<String, Vec<f64>>,
 }
 
-/// Half of a 90 % interval in standard deviations, of which 16 draws tell the size (Student, 15 degrees of
-/// freedom).
+/// Number of plants for which intervals are predicted to tell their range …
+const RANGE_PLANTS: usize = 16;
+/// … of which so many have to drive the plan.
+const LEAST_PLANTS: usize = 12;
+/// Half of a 90 % interval in standard deviations that 16 numbers tell: Student, 15 degrees of freedom.
 const OF_90: f64 = 1.753;
-/// Standard deviation of the logarithm of what fits of one plant state: disturbances differ from dive to dive.
-const VARIES: f64 = 0.08;
+/// Standard deviation of the logarithm of an interval of one known vehicle from dive to dive, with some margin: 90 % of
+/// those of `bench/plan/run.sh` are between 0.92 and 1.06 of the promise, which is one of 0.043.
+const VARIES: f64 = 0.05;
 /// Search range of the time that goals need, minutes.
 pub(crate) const TIMES_MIN: [f64; 2] = [2.0, 600.0];
 
 /// Plants that the vehicle may have, and the covariance of each after the trial.
 pub(crate) struct Afterwards {
-    pub(crate) plants: Vec<Plant>,
-    pub(crate) covariances: Vec<DMatrix<f64>>,
+    plants: Vec<Plant>,
+    covariances: Vec<DMatrix<f64>>,
 }
 
 /// Goals, and the information on them before the trial.
@@ -173,14 +178,14 @@ impl<'a> Forecaster<'a> {
         Some(60.0 * high)
     }
 
-    /// Computes the covariance of each of some plants after manoeuvres with their minutes; plants that cannot be
-    /// driven, or of which the manoeuvres do not tell all numbers, are left out.
+    /// Computes the covariance of plants drawn from the prior after manoeuvres with their minutes; plants that cannot
+    /// be driven, or of which the manoeuvres do not tell all numbers, are left out.
     pub(crate) fn afterwards(
         &self,
         bench: &Bench,
-        plants: Vec<Plant>,
         driven: &[(&Manoeuvre, f64)],
-    ) -> Afterwards {
+    ) -> Result<Afterwards, Error> {
+        let plants = self.prior.draws(RANGE_PLANTS, seed_of(self.request.seed, "range"))?;
         let covariance = |k: usize| {
             let mut matrix = self.before.clone();
             for (manoeuvre, minutes) in driven {
@@ -192,11 +197,11 @@ impl<'a> Forecaster<'a> {
         let found = parallel::of_each(plants.len(), covariance);
         let kept = plants.iter().zip(found).filter_map(|(plant, of)| Some((plant.clone(), of?)));
         let (plants, covariances) = kept.unzip();
-        Afterwards { plants, covariances }
+        Ok(Afterwards { plants, covariances })
     }
 
     /// Returns the half intervals of a number between which nine of ten plants are, relative ones as
-    /// parts of `believed`; none for a single plant.
+    /// parts of `believed`; none for too few plants.
     fn range90(
         &self,
         afterwards: &Afterwards,
@@ -211,7 +216,7 @@ impl<'a> Forecaster<'a> {
         };
         let all = afterwards.plants.iter().zip(&afterwards.covariances);
         let logs: Vec<f64> = all.map(|one| Some(of(one)?.ln())).collect::<Option<_>>()?;
-        if logs.len() < 2 {
+        if logs.len() < LEAST_PLANTS {
             return None;
         }
         let n = logs.len() as f64;

@@ -137,7 +137,7 @@ impl Bench<'_> {
     }
 
     /// Returns the disturbances of one of the runs of a manoeuvre.
-    fn sea(&self, manoeuvre: &Manoeuvre, run: u64) -> Sea<'_> {
+    pub(crate) fn sea(&self, manoeuvre: &Manoeuvre, run: u64) -> Sea<'_> {
         let Self { noises, logging, current, .. } = *self;
         Sea { noises, logging, current, seed: seed_of(self.seed ^ run, &manoeuvre.name) }
     }

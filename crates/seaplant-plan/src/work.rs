@@ -28,8 +28,6 @@ const WORTH: f64 = 0.02;
 const REFINED: f64 = 0.08;
 /// Time for which information is first evaluated, minutes.
 const FIRST_MIN: f64 = 30.0;
-/// Plants for which intervals are predicted to tell their range.
-const RANGE_PLANTS: usize = 16;
 /// Ratio of the interval at full time to the goal above which a goal counts as not excited.
 const NOT_EXCITED: f64 = 20.0;
 
@@ -267,11 +265,10 @@ impl Work<'_> {
         let shares: Vec<f64> = minutes.iter().map(|x| x / total).collect();
         let program = self.forecaster.program(used, 60.0 * total);
         let singular = || Error::Allocation { reason: "the information is singular".to_owned() };
-        let plants = self.prior.draws(RANGE_PLANTS, seed_of(self.request.seed, "range"))?;
         let given = used.iter().zip(&minutes).filter(|(_, minutes)| **minutes > 0.0);
         let given: Vec<(&Manoeuvre, f64)> =
             given.map(|(candidate, minutes)| (&candidate.manoeuvre, *minutes)).collect();
-        let afterwards = self.forecaster.afterwards(self.bench, plants, &given);
+        let afterwards = self.forecaster.afterwards(self.bench, &given)?;
         let mut goals = self.forecaster.forecasts(&program, &shares).ok_or_else(singular)?;
         self.forecaster.add_ranges(&mut goals, &afterwards);
         let coefficients =
@@ -394,8 +391,7 @@ impl Work<'_> {
                 self.bench.limits,
                 &planned.manoeuvre,
             );
-            let Bench { noises, logging, current, .. } = *self.bench;
-            let sea = Sea { noises, logging, current, seed: seed ^ k as u64 };
+            let sea = Sea { seed: seed ^ k as u64, ..self.bench.sea(&planned.manoeuvre, 0) };
             let seconds = (60.0 * planned.minutes).min(MARGIN_S);
             drive(&plants[k % plants.len()], &pilot, seconds, Some(sea)).map(|driven| driven.worst)
         };

@@ -145,6 +145,18 @@ fn superscript(c: char) -> char {
     }
 }
 
+/// Formats half intervals with two digits and their unit: in per cent of a value, or in its unit for a value of zero.
+pub fn half_width<const N: usize>(
+    halves: [f64; N],
+    value: f64,
+    unit: &str,
+    between: &str,
+) -> String {
+    let (scale, unit) = if value == 0.0 { (1.0, unit) } else { (100.0 / value.abs(), "%") };
+    let numbers = halves.map(|half| significant(scale * half, 2)).join(between);
+    if unit.is_empty() { numbers } else { format!("{numbers} {unit}") }
+}
+
 /// Formats a percentage with two significant digits and its sign.
 pub fn signed_percent(part: f64) -> String {
     let percent = 100.0 * part;

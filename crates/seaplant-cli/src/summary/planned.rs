@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use seaplant::results::{AxisOutcome, GoalOutcome, PlanOutcome};
 use seaplant::spoken;
-use seaplant_report::number::{or_absent, significant, with_minus};
+use seaplant_report::number::{half_width, or_absent, significant, with_minus};
 
 use super::{align, plain_table};
 use crate::output::{STRONG, WARNING};
@@ -58,29 +58,18 @@ pub(super) fn block(plan: &PlanOutcome) -> String {
 
 fn row(goal: &GoalOutcome) -> [String; 6] {
     let GoalOutcome { name, unit, believed, value, obtained, wanted, is_met, .. } = goal;
-    let number = |half: f64, of: f64| match of {
-        of if of != 0.0 => significant(100.0 * half / of.abs(), 2),
-        _ => significant(half, 2),
-    };
-    let percent = |of: f64| if of == 0.0 { "" } else { " %" };
-    let width = |half: Option<f64>, of: f64| match half {
-        Some(half) => format!("±{}{}", number(half, of), percent(of)),
-        None => "not found".to_owned(),
-    };
+    let width = |half: f64, of: f64| format!("±{}", half_width([half], of, "", ""));
     let promised = match goal.promised_range90 {
-        Some([low, high]) => {
-            let [low, high] = [low, high].map(|half| number(half, *believed));
-            format!("±{low} to {high}{}", percent(*believed))
-        }
-        None => width(Some(goal.promised), *believed),
+        Some(ends) => format!("±{}", half_width(ends, *believed, "", " to ")),
+        None => width(goal.promised, *believed),
     };
     let found = value.unwrap_or(*believed);
     [
         format!("  {name}"),
         format!("{} {unit}", or_absent(*value, 4)),
-        width(*obtained, found),
+        obtained.map_or("not found".to_owned(), |half| width(half, found)),
         promised,
-        width(Some(*wanted), found),
+        width(*wanted, found),
         if *is_met { "met".to_owned() } else { format!("{WARNING}not met{WARNING:#}") },
     ]
 }

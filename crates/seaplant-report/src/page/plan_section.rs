@@ -5,7 +5,7 @@ use seaplant::{Dof, spoken};
 use serde::Serialize;
 
 use super::table::{Row, Table};
-use crate::number::{ABSENT, or_absent, significant};
+use crate::number::{ABSENT, half_width, or_absent, significant};
 use crate::words;
 
 #[derive(Serialize)]
@@ -37,17 +37,9 @@ fn goals(plan: &PlanOutcome) -> Table {
     let row = |goal: &GoalOutcome| {
         let GoalOutcome { name, unit, believed, value, obtained, wanted, is_met, .. } = goal;
         let found = value.unwrap_or(*believed);
-        let number = |half: f64, of: f64| match of {
-            of if of != 0.0 => significant(100.0 * half / of.abs(), 2),
-            _ => significant(half, 2),
-        };
-        let of_unit = |of: f64| if of == 0.0 { unit.as_str() } else { "%" };
-        let width = |half: f64, of: f64| format!("± {} {}", number(half, of), of_unit(of));
+        let width = |half: f64, of: f64| format!("± {}", half_width([half], of, unit, ""));
         let promised = match goal.promised_range90 {
-            Some([low, high]) => {
-                let [low, high] = [low, high].map(|half| number(half, *believed));
-                format!("± {low} … {high} {}", of_unit(*believed))
-            }
+            Some(ends) => format!("± {}", half_width(ends, *believed, unit, " … ")),
             None => width(goal.promised, *believed),
         };
         let met = if *is_met { "met" } else { "not met" };

@@ -240,26 +240,11 @@ fn fit_as(
         let problem = Problem::new(&with_constants, records, rigid_body, is_free, Attitude::Known);
         FirstFit::new(problem, structure, records)
     };
-    let mut begun = first_fit(records)?;
-    let mut wired: Vec<TrialRecord> = Vec::new();
-    while search && begun.fitted.exchanged.len() < swaps::MOST_PAIRS {
-        let wired_now: Vec<&TrialRecord> = wired.iter().collect();
-        let records_now = if wired.is_empty() { records } else { &wired_now };
-        let (found, suspects) = begun.with_exchange(records_now)?;
-        begun = found;
-        let Some(swaps::Suspects { pair, cost }) = suspects else { break };
-        let exchanged = [begun.fitted.exchanged.clone(), vec![pair]].concat();
-        let again = records.iter().map(|record| record.with_all_exchanged(&exchanged));
-        let again = again.collect::<Result<Vec<_>, Error>>()?;
-        // What was found beside thrusters that act as others is not kept. A plant that does not settle is not
-        // the likelier one.
-        let Ok(next) = first_fit(&again.iter().collect::<Vec<_>>()) else { break };
-        if next.fitted.optimum.cost >= cost {
-            break;
-        }
-        begun = FirstFit { fitted: Fitted { exchanged, ..next.fitted }, ..next };
-        wired = again;
-    }
+    let begun = first_fit(records)?;
+    let (begun, wired) = match search {
+        true => begun.with_exchanges(records, first_fit)?,
+        false => (begun, Vec::new()),
+    };
     let wired: Vec<&TrialRecord> = wired.iter().collect();
     let records = if wired.is_empty() { records } else { &wired };
     let FirstFit { first, least_squares, fitted, prompt } = begun;
@@ -314,17 +299,6 @@ impl FirstFit {
         let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
         let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
         Ok(Self { first, least_squares, fitted, prompt })
-    }
-
-    /// As [`Fitted::with_exchange`].
-    fn with_exchange(
-        self,
-        records: &[&TrialRecord],
-    ) -> Result<(Self, Option<swaps::Suspects>), Error> {
-        let prompt: Vec<&TrialRecord> = self.prompt.iter().collect();
-        let records = if prompt.is_empty() { records } else { &prompt };
-        let (fitted, suspects) = self.fitted.with_exchange(records)?;
-        Ok((Self { fitted, ..self }, suspects))
     }
 }
 

@@ -12,7 +12,7 @@
 use nalgebra::DVector;
 
 use super::descent::Tolerance;
-use super::{Fitted, gains, search};
+use super::{FirstFit, Fitted, gains, search};
 use crate::plant::{Basis, Effect, EffectForce, Pusher, Structure};
 use crate::signal::rms;
 use crate::{Dof, Error, TrialRecord};
@@ -24,7 +24,7 @@ const EXCHANGED: [f64; 2] = [0.5, 1.5];
 const MASKED: f64 = 0.5;
 
 /// So many pairs at most are exchanged.
-pub(super) const MOST_PAIRS: usize = 2;
+const MOST_PAIRS: usize = 2;
 
 /// So many pairs are tried in each round.
 const TRIED: usize = 3;
@@ -37,15 +37,49 @@ struct Pair {
 }
 
 /// Two thrusters that may be exchanged.
-pub(super) struct Suspects {
-    pub(super) pair: [String; 2],
+struct Suspects {
+    pair: [String; 2],
     /// They are, if a fit with their logs exchanged costs less.
-    pub(super) cost: f64,
+    cost: f64,
+}
+
+impl FirstFit {
+    /// The same with thrusters that follow each other's log, begun anew by `first_fit`, and the records with these; none
+    /// where all follow their own.
+    pub(super) fn with_exchanges(
+        mut self,
+        records: &[&TrialRecord],
+        first_fit: impl Fn(&[&TrialRecord]) -> Result<Self, Error>,
+    ) -> Result<(Self, Vec<TrialRecord>), Error> {
+        let mut wired: Vec<TrialRecord> = Vec::new();
+        while self.fitted.exchanged.len() < MOST_PAIRS {
+            let now: Vec<&TrialRecord> = match (self.prompt.is_empty(), wired.is_empty()) {
+                (false, _) => self.prompt.iter().collect(),
+                (true, false) => wired.iter().collect(),
+                (true, true) => records.to_vec(),
+            };
+            let (fitted, suspects) = self.fitted.with_suspects(&now)?;
+            self.fitted = fitted;
+            let Some(Suspects { pair, cost }) = suspects else { break };
+            let exchanged = [self.fitted.exchanged.clone(), vec![pair]].concat();
+            let again = records.iter().map(|record| record.with_all_exchanged(&exchanged));
+            let again = again.collect::<Result<Vec<_>, Error>>()?;
+            // Lever arms and lags that made up for the exchange are not kept. A plant that does not settle is not
+            // the likelier one.
+            let Ok(next) = first_fit(&again.iter().collect::<Vec<_>>()) else { break };
+            if next.fitted.optimum.cost >= cost {
+                break;
+            }
+            self = Self { fitted: Fitted { exchanged, ..next.fitted }, ..next };
+            wired = again;
+        }
+        Ok((self, wired))
+    }
 }
 
 impl Fitted {
-    /// Two thrusters that may follow each other's log, if any do; the fit has thrusters as they act.
-    pub(super) fn with_exchange(
+    /// The same with thrusters as they act, and two of them that may follow each other's log, if any do.
+    fn with_suspects(
         mut self,
         records: &[&TrialRecord],
     ) -> Result<(Self, Option<Suspects>), Error> {
@@ -82,18 +116,15 @@ impl Fitted {
         let clearly = search::ADMITTED * self.colour_of(group)?;
         let pushers = pushers(&self.problem.structure, group);
         let mut best: Option<([String; 2], f64)> = None;
-        for pair in self.pairs(group, &pushers)? {
+        for pair in self.pairs(group, &pushers)?.into_iter().filter(|pair| pair.worth > clearly) {
             let names = pair.places.map(|k| pushers[k].name.clone());
             let tried = records.iter().map(|record| record.with_exchanged(&names[0], &names[1]));
             let tried = tried.collect::<Result<Vec<_>, Error>>()?;
             let tried = self.speeds_as_they_are(&tried.iter().collect::<Vec<_>>())?;
-            // A plant that does not settle, or whose lever arms are far from these, may be likelier all the same.
-            let cost = match self.cost_with(&tried.iter().collect::<Vec<_>>()) {
-                Ok(cost) => cost.min(self.optimum.cost),
-                Err(_) => self.optimum.cost,
-            };
-            let is_first = best.is_none() && pair.worth > clearly;
-            if is_first || best.as_ref().is_some_and(|(_, least)| cost < *least) {
+            // One that does not settle, or whose lever arms are far from these, may be likelier all the same.
+            let cost = self.cost_with(&tried.iter().collect::<Vec<_>>());
+            let cost = cost.map_or(self.optimum.cost, |cost| cost.min(self.optimum.cost));
+            if best.as_ref().is_none_or(|(_, least)| cost < *least) {
                 best = Some((names, cost));
             }
         }
