@@ -185,6 +185,11 @@ def wake(s, g):
 
 
 @fault(among=UNMODELLED)
+def quick(s, g):
+    s["tones"] = [(g.uniform(0.2, 1.0), g.uniform(0.2, 2.5), g.uniform(0, 6.28)) for _ in range(4)]
+
+
+@fault(among=UNMODELLED)
 def dead_band(s, g):
     s["dead_band"] = g.uniform(0.04, 0.12)
 
@@ -258,6 +263,7 @@ def draw(seed, wanted=()):
         "asymmetry": 0.0,
         "power": 2.0,
         "wake": 0.0,
+        "tones": [],
         "dead_band": 0.0,
         "ballast": 0.0,
         "wander": 0.003,
@@ -290,11 +296,20 @@ class Joystick:
         return self.level
 
 
+def tones(s, time):
+    """Returns the command of a quick drive, whose propeller speed is a sum of sinusoids."""
+    whole = sum(size for size, _, _ in s["tones"])
+    turning = sum(size * math.sin(omega * time + phase) for size, omega, phase in s["tones"])
+    return s["effort"] * turning * abs(turning) / whole**2
+
+
 def orders(s, g, name, seconds):
     """Returns the pilot's command at every step, as fractions of full force, or of top speed."""
     if name in HELD_OUT:
         stick = Joystick(g, 0.2, 0.7, (15.0, 40.0))
         return [s["effort"] * stick.now() for _ in range(round(seconds / STEP))]
+    if s["tones"]:
+        return [tones(s, k * STEP) for k in range(round(seconds / STEP))]
     stick = Joystick(g, 0.0, 0.5, (4.0, 15.0))
     size, omega = g.uniform(0.3, 0.6), 2 * math.pi / g.uniform(6.0, 16.0)
     phase, behind, asked = g.uniform(0, 2 * math.pi), 0.0, []

@@ -104,8 +104,8 @@ pub struct Nuisances {
     pub exponent: Option<Estimate>,
     /// The greatest propeller speed of the fitted trials: rad/s, or √N where thrust is logged.
     pub full_speed: f64,
-    /// Whether propeller speeds move linearly from one logged sample to the next.
-    pub linear_thrust: bool,
+    /// Whether propeller speeds move smoothly from one logged sample to the next.
+    pub smooth_thrust: bool,
     /// Measured over true velocity, as position tells.
     pub velocity_scale: Option<Estimate>,
     /// First-order lag of the velocity sensor, s.

@@ -401,6 +401,34 @@ fn a_thruster_log_that_is_too_slow_for_its_motion_is_doubted() {
     assert!(!codes(&plant).contains(&CaveatCode::ThrustBetweenSamples));
 }
 
+/// Thrust by propellers that turn smoothly and are logged every half second.
+fn slowly_logged(tempo: f64) -> PlantResult {
+    let mut recording = driven(300.0, |t| lively(tempo * t) + 20.0 * (2.0 * tempo * t).sin());
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let exact = &recording[&Quantity::Velocity(Dof::Surge)];
+    let noisy = exact.values().iter().map(|u| u + 0.003 * random.sample::<f64, _>(StandardNormal));
+    let noisy = exact.with_values("u", noisy.collect()).expect("finite");
+    recording.insert(Quantity::Velocity(Dof::Surge), noisy);
+    let speed = Quantity::Thruster { name: "main".into(), input: ThrusterInput::Speed };
+    let (time, n) = (recording[&speed].time_s(), recording[&speed].values());
+    let fifth = |all: &[f64]| all.iter().step_by(5).copied().collect::<Vec<f64>>();
+    let slow = Timed::new("n", fifth(time), fifth(n)).expect("valid");
+    recording.insert(speed, slow);
+    plant_of(&simple_vehicle(None), &recording, Method::FilterError)
+}
+
+#[test]
+fn propellers_that_move_smoothly_between_slow_samples_leave_mass_right() {
+    let plant = slowly_logged(1.0);
+    let mass = &plant.parameters.mass;
+    assert!((mass.value / PLANT.mass - 1.0).abs() < 0.03, "{mass:?}");
+    assert!(mass.low95 < PLANT.mass && PLANT.mass < mass.high95, "{mass:?}");
+    // Five times as quick, too little of them is known between samples.
+    let plant = slowly_logged(5.0);
+    assert!(caveat_of(&plant, CaveatCode::NotDetermined).contains("changes so much"));
+    assert_eq!(plant.verdict.trust, Trust::Doubtful);
+}
+
 #[test]
 fn depth_in_feet_beside_velocity_in_metres_is_told() {
     let campaign = twin(Dof::Heave, "none");

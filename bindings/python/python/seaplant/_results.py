@@ -142,7 +142,7 @@ Candidate: TypeAlias = Literal[
     "sensor-window",
     "swell",
     "current-drift",
-    "linear-thrust",
+    "smooth-thrust",
 ]
 """Something that may or may not be part of the model."""
 

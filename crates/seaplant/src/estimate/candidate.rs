@@ -47,8 +47,9 @@ pub enum Candidate {
     Swell,
     /// A current that varies in each trial.
     CurrentDrift,
-    /// Propeller speeds that move linearly from one logged sample to the next.
-    LinearThrust,
+    /// Propeller speeds that move smoothly from one logged sample to the next.
+    #[serde(alias = "linear-thrust")]
+    SmoothThrust,
 }
 
 impl Candidate {
@@ -72,7 +73,7 @@ impl Candidate {
         Self::SensorWindow,
         Self::Swell,
         Self::CurrentDrift,
-        Self::LinearThrust,
+        Self::SmoothThrust,
     ];
 
     /// As files write it.
@@ -96,7 +97,7 @@ impl Candidate {
             Self::SensorWindow => "sensor-window",
             Self::Swell => "swell",
             Self::CurrentDrift => "current-drift",
-            Self::LinearThrust => "linear-thrust",
+            Self::SmoothThrust => "smooth-thrust",
         }
     }
 
@@ -116,7 +117,7 @@ impl Candidate {
             }
             // Acceleration alone does not tell what thrust loses with speed from drag.
             Self::Inflow | Self::InflowAhead | Self::Exponent => all(AxisRecord::knows_velocity),
-            Self::LinearThrust => all(AxisRecord::thrust_is_slow),
+            Self::SmoothThrust => all(AxisRecord::thrust_is_slow),
             _ => true,
         }
     }

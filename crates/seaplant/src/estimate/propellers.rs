@@ -49,7 +49,7 @@ pub(crate) fn drive_over<'a>(
         log_reverse_ratio: thrust.reverse_ratio.ln(),
         beyond_square: thrust.exponent - 2.0,
         full_speed: thrust.full_speed,
-        is_linear: thrust.linear,
+        is_smooth: thrust.smooth,
         has_exponent: false,
     };
     let mut drive = Drive::new(tracks, turning, &law, times_s.first().copied().unwrap_or(0.0));

@@ -130,7 +130,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         inflow_ahead,
         exponent,
         full_speed,
-        linear_thrust: _,
+        smooth_thrust: _,
         velocity_scale,
         sensor_lag_s,
         sensor_window_s,

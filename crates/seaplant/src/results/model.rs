@@ -24,10 +24,10 @@ impl Model {
             inflow_ahead: value("inflow_ahead").unwrap_or(0.0),
             exponent: value("thrust_exponent").unwrap_or(2.0),
             full_speed: value("full_speed").unwrap_or(1.0),
-            linear: result
+            smooth: result
                 .structure
                 .iter()
-                .any(|decision| decision.candidate == Candidate::LinearThrust && decision.admitted),
+                .any(|decision| decision.candidate == Candidate::SmoothThrust && decision.admitted),
             turning: value("turning").unwrap_or(0.0),
             current: current.collect(),
         };

@@ -23,8 +23,8 @@ pub struct ThrustModel {
     pub exponent: f64,
     /// The propeller speed at which thrust is independent of the exponent, rad/s.
     pub full_speed: f64,
-    /// True if propeller speeds are linear between logged samples; otherwise each sample is held.
-    pub linear: bool,
+    /// True if propeller speeds move smoothly between logged samples; otherwise each sample is held.
+    pub smooth: bool,
     /// Ratio of the Coriolis effect of rotation on body velocity to that of a rigid body.
     pub turning: f64,
     /// Current along the degree of freedom, m/s, by trial.
@@ -43,7 +43,7 @@ impl Default for ThrustModel {
             inflow_ahead: 0.0,
             exponent: 2.0,
             full_speed: 1.0,
-            linear: false,
+            smooth: false,
             turning: 0.0,
             current: BTreeMap::new(),
         }

@@ -302,6 +302,20 @@ impl AxisRecord {
         self.tracks().iter().any(|track| is_coarse(&track.speed))
     }
 
+    /// Returns how far thrust at a sample is from the mean of its neighbours, relative to thrust and as a root
+    /// mean square, of the slowly logged thruster with most of it: 1 − cos ωT for a sinusoid.
+    pub(crate) fn thrust_beyond_neighbours(&self) -> f64 {
+        let beyond = |track: &ThrusterTrack| {
+            let thrust = track.speed.map(|speed| track.thrust(speed));
+            let squares = thrust.values().windows(3).fold([0.0; 2], |[beyond, all], f| {
+                [beyond + (f[1] - 0.5 * (f[0] + f[2])).powi(2), all + f[1] * f[1]]
+            });
+            (squares[0] / squares[1].max(f64::MIN_POSITIVE)).sqrt()
+        };
+        let slow = self.tracks().into_iter().filter(|track| is_coarse(&track.speed));
+        slow.map(|track| beyond(&track)).fold(0.0, f64::max)
+    }
+
     /// Returns the record with delayed thrust.
     pub(crate) fn delayed(&self, delay_s: f64) -> Self {
         Self { force: self.force.shifted(delay_s), ..self.clone() }

@@ -43,7 +43,7 @@ pub fn fit_online<'a>(
     let mut found = axis_fit(dof, method, terms, &fit);
     if let Some(beside) = beside {
         found.nuisances = input_nuisances(&beside.nuisances);
-        let shapes = |one: &&Decision| one.admitted && one.candidate == Candidate::LinearThrust;
+        let shapes = |one: &&Decision| one.admitted && one.candidate == Candidate::SmoothThrust;
         found.structure = beside.structure.iter().filter(shapes).cloned().collect();
         found.caveats.push(borrowed_nuisances_caveat(dof, method, beside));
     }

@@ -77,8 +77,8 @@ pub struct Actuator {
     pub log_scale: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
     pub full_speed: f64,
-    /// True if propeller speeds move linearly from one logged sample to the next; else they are held.
-    pub is_linear: bool,
+    /// True if propeller speeds move smoothly from one logged sample to the next; else they are held.
+    pub is_smooth: bool,
 }
 
 /// How finely a force that lags is held in a simulation, s.
@@ -417,7 +417,7 @@ impl Actuator {
             log_reverse_ratio: self.log_reverse_ratio,
             beyond_square: self.beyond_square,
             full_speed: self.full_speed,
-            is_linear: self.is_linear,
+            is_smooth: self.is_smooth,
             has_exponent: true,
         };
         // What it was told shortly before is still on its way.

@@ -153,7 +153,7 @@ impl OneAxis<'_> {
             }
         };
         let mut decisions = Vec::new();
-        let fitted = self.with_linear_thrust_that_shows(fitted, &mut decisions);
+        let fitted = self.with_smooth_thrust_that_shows(fitted, &mut decisions);
         let fitted = fitted.with_speeds_as_they_are(&references)?;
         let measured = records;
         let needed = self.lever_bar(&fitted);
@@ -369,7 +369,7 @@ impl OneAxis<'_> {
         let point = Point {
             free: problem.physical.free(&DVector::from(coefficients)),
             actuator: Actuator {
-                is_linear: problem.first_actuator.is_linear,
+                is_smooth: problem.first_actuator.is_smooth,
                 ..from.actuator.with(numbers)
             },
             currents: match problem.has_current {
@@ -635,28 +635,28 @@ impl OneAxis<'_> {
         if problem.requires[Actuator::SLEW] {
             problem.first_actuator.slew_s = FIRST_SLEW_S;
         }
-        problem.first_actuator.is_linear = self.required.contains(&Candidate::LinearThrust);
+        problem.first_actuator.is_smooth = self.required.contains(&Candidate::SmoothThrust);
         problem.has_current &=
             self.may_have(Candidate::Current) || self.may_have(Candidate::CurrentDrift);
         problem
     }
 
-    /// The same with speeds of propellers that move linearly between samples, if that is clearly likelier.
-    fn with_linear_thrust_that_shows(
+    /// The same with speeds of propellers that move smoothly between samples, if that is clearly likelier.
+    fn with_smooth_thrust_that_shows(
         &self,
         fitted: Fitted,
         decisions: &mut Vec<Decision>,
     ) -> Fitted {
-        if !self.candidates.contains(&Candidate::LinearThrust) {
+        if !self.candidates.contains(&Candidate::SmoothThrust) {
             return fitted;
         }
         let mut point = fitted.optimum.point.clone();
-        point.actuator.is_linear = true;
+        point.actuator.is_smooth = true;
         let found = fitted.problem.descent(point, Tolerance::COARSE).ok();
         let gain = |found: &Optimum| 2.0 * (fitted.optimum.cost - found.cost);
         let ratio = found.as_ref().map_or(0.0, gain);
         let admitted = ratio > CLEAR_GAIN;
-        decisions.push(decision(Candidate::LinearThrust, ratio, CLEAR_GAIN, admitted));
+        decisions.push(decision(Candidate::SmoothThrust, ratio, CLEAR_GAIN, admitted));
         match found.filter(|_| admitted) {
             Some(optimum) => Fitted { optimum, ..fitted },
             None => fitted,

@@ -21,8 +21,8 @@ pub(crate) struct DriveLaw {
     pub(crate) beyond_square: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as it is.
     pub(crate) full_speed: f64,
-    /// True if logged speeds move linearly from sample to sample; else they are held.
-    pub(crate) is_linear: bool,
+    /// True if logged speeds move smoothly from sample to sample; else they are held.
+    pub(crate) is_smooth: bool,
     /// True if the derivative by the exponent is asked for.
     pub(crate) has_exponent: bool,
 }
@@ -143,7 +143,7 @@ impl<'a> Drive<'a> {
     ) -> Self {
         let delay_s = law.delay_s;
         let propeller = |track: &'a ThrusterTrack| {
-            let mut asked = SignalIntegral::new(&track.speed, law.is_linear);
+            let mut asked = SignalIntegral::new(&track.speed, law.is_smooth);
             let settled = asked.until(from_s - delay_s - JUST_BEFORE_S).1;
             let before = asked.until(from_s - delay_s);
             Propeller { track, asked, before, speed: Changing::constant(settled) }

@@ -2,11 +2,16 @@
 
 use crate::Timed;
 
-/// ∫ x dt of a signal that is held or moves linearly from sample to sample, for times that rise.
+/// ∫ x dt of a signal that is held or moves smoothly from sample to sample, for times that rise.
+///
+/// Smooth: a cubic between samples, with the slope at each from its neighbours.
+///
+/// # Source
+/// E. Catmull, R. Rom, "A class of local interpolating splines", *Computer Aided Geometric Design*, 1974.
 #[derive(Clone, Debug)]
 pub(crate) struct SignalIntegral<'a> {
     series: &'a Timed,
-    linear: bool,
+    smooth: bool,
     /// The sample in effect.
     at: usize,
     /// The integral up to it.
@@ -14,15 +19,15 @@ pub(crate) struct SignalIntegral<'a> {
 }
 
 impl<'a> SignalIntegral<'a> {
-    pub(crate) fn new(series: &'a Timed, linear: bool) -> Self {
-        Self { series, linear, at: 0, before: 0.0 }
+    pub(crate) fn new(series: &'a Timed, smooth: bool) -> Self {
+        Self { series, smooth, at: 0, before: 0.0 }
     }
 
     /// Where the signal jumps most between where it was last looked at and `to_s`, if by more than
     /// `least`.
     #[inline]
     pub(crate) fn jump_before(&self, to_s: f64, least: f64) -> Option<f64> {
-        if self.linear {
+        if self.smooth {
             return None;
         }
         let (t, x) = (self.series.time_s(), self.series.values());
@@ -44,17 +49,35 @@ impl<'a> SignalIntegral<'a> {
     pub(crate) fn until(&mut self, t_s: f64) -> (f64, f64) {
         let (t, x) = (self.series.time_s(), self.series.values());
         while self.at + 1 < t.len() && t[self.at + 1] <= t_s {
-            let end = if self.linear { x[self.at + 1] } else { x[self.at] };
-            self.before += 0.5 * (x[self.at] + end) * (t[self.at + 1] - t[self.at]);
+            let length = t[self.at + 1] - t[self.at];
+            self.before += if self.smooth { self.cubic(1.0).0 } else { x[self.at] * length };
             self.at += 1;
         }
         let (from, since) = (x[self.at], t_s - t[self.at]);
         // Before the first sample and after the last the signal is held.
-        if !self.linear || since <= 0.0 || self.at + 1 == t.len() {
+        if !self.smooth || since <= 0.0 || self.at + 1 == t.len() {
             return (self.before + from * since, from);
         }
-        let slope = (x[self.at + 1] - from) / (t[self.at + 1] - t[self.at]);
-        (self.before + from * since + 0.5 * slope * since * since, from + slope * since)
+        let (integral, value) = self.cubic(since / (t[self.at + 1] - t[self.at]));
+        (self.before + integral, value)
+    }
+
+    /// The integral from the sample in effect to a part of the way to the next, and the signal there.
+    fn cubic(&self, part: f64) -> (f64, f64) {
+        let (t, x) = (self.series.time_s(), self.series.values());
+        let (k, last) = (self.at, t.len() - 1);
+        let length = t[k + 1] - t[k];
+        // Changes over this interval at the slopes of its ends.
+        let change = |at: usize| {
+            let (from, to) = (at.saturating_sub(1), (at + 1).min(last));
+            length * (x[to] - x[from]) / (t[to] - t[from])
+        };
+        let (x0, x1, d0, d1) = (x[k], x[k + 1], change(k), change(k + 1));
+        let c2 = 3.0 * (x1 - x0) - 2.0 * d0 - d1;
+        let c3 = 2.0 * (x0 - x1) + d0 + d1;
+        let value = x0 + part * (d0 + part * (c2 + part * c3));
+        let mean = x0 + part * (d0 / 2.0 + part * (c2 / 3.0 + part * c3 / 4.0));
+        (mean * part * length, value)
     }
 }
 
@@ -88,12 +111,21 @@ mod tests {
     }
 
     #[test]
-    fn an_integral_of_linear_samples_is_that_of_trapezia() {
-        let moving = series(&[0.0, 1.0, 3.0], &[2.0, -1.0, 4.0]);
+    fn a_parabola_between_even_samples_is_exact() {
+        let time_s: Vec<f64> = (0..6).map(f64::from).collect();
+        let moving = series(&time_s, &time_s.iter().map(|t| t * t).collect::<Vec<_>>());
+        let mut integral = SignalIntegral::new(&moving, true);
+        let [from, to] = [1.2, 3.7].map(|t| integral.until(t));
+        let exact = (3.7_f64.powi(3) - 1.2_f64.powi(3)) / 3.0;
+        assert!((to.0 - from.0 - exact).abs() < 1e-12 && (to.1 - 3.7 * 3.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_smooth_signal_is_held_before_and_after_its_samples() {
+        let moving = series(&[0.0, 1.0], &[2.0, -1.0]);
         let mut integral = SignalIntegral::new(&moving, true);
         assert_eq!(integral.until(-0.5), (-1.0, 2.0));
         assert_eq!(integral.until(0.5), (0.625, 0.5));
-        assert_eq!(integral.until(2.0), (0.75, 1.5));
-        assert_eq!(integral.until(4.0), (7.5, 4.0));
+        assert_eq!(integral.until(2.0), (-0.5, -1.0));
     }
 }

@@ -98,6 +98,9 @@ impl OneAxis<'_> {
                 covariance[(k, k)] += (part * lumped.to_vector()[k]).powi(2);
             }
         }
+        let beyond = self.axes.iter().map(AxisRecord::thrust_beyond_neighbours).fold(0.0, f64::max);
+        let beyond = if found.actuator.is_smooth { beyond } else { 0.0 };
+        covariance[(0, 0)] += (LOST_BETWEEN_SAMPLES * beyond.powi(2) * lumped.alpha).powi(2);
         let axis = axis_of(self.dof);
         let nuisances = self.nuisances(found, problem, lumped.alpha, freedom);
         let of_trial = |(axis, errors): (&AxisRecord, &Vec<f64>)| Innovations {
@@ -128,6 +131,7 @@ impl OneAxis<'_> {
             start: None,
         };
         fit.caveats = caveats(&fit, &innovations);
+        fit.caveats.extend(restless_thrust(self.dof, beyond));
         Ok(fit)
     }
 
@@ -173,7 +177,7 @@ impl OneAxis<'_> {
             inflow_ahead: by_effect(Candidate::InflowAhead.name()),
             exponent: by(Actuator::EXPONENT).map(|off| off.moved(2.0)),
             full_speed: found.actuator.full_speed,
-            linear_thrust: found.actuator.is_linear,
+            smooth_thrust: found.actuator.is_smooth,
             velocity_scale: None,
             lever_m: Default::default(),
             sensor_lag_s: None,
@@ -216,6 +220,25 @@ const PRECISION_OF_DRAG: f64 = 0.02;
 
 /// … and mass by less.
 const PRECISION_OF_MASS: f64 = 0.01;
+
+/// Standard deviation of α, as a part, over the square of [`AxisRecord::thrust_beyond_neighbours`]: cubics
+/// through samples of a sinusoid lose (ωT)⁴/70 of it, 0.06 of (1 − cos ωT)².
+const LOST_BETWEEN_SAMPLES: f64 = 0.06;
+
+/// Thrust that is further from its neighbours is unknown between its samples: 1 − cos ωT of a sinusoid that is
+/// sampled five times a period.
+const RESTLESS: f64 = 0.7;
+
+/// Returns a caveat if thrust that moves between its samples changes too much there.
+fn restless_thrust(dof: Dof, beyond: f64) -> Option<Caveat> {
+    (beyond > RESTLESS).then(|| {
+        let message = format!(
+            "thrust in {dof} changes so much between its samples that mass and drag are not known: a sample is {:.0} % of the thrust away from the mean of those before and after; log the thrusters faster, or move them more slowly",
+            100.0 * beyond
+        );
+        Caveat::warning(CaveatCode::NotDetermined, message)
+    })
+}
 
 fn terms_of(structure: &Structure, axis: Dof) -> Result<Terms, Error> {
     let term = |term: &Basis| match term {
@@ -265,10 +288,14 @@ fn caveats(fit: &Fit, innovations: &[Vec<f64>]) -> Vec<Caveat> {
     let late = [("lag", fit.nuisances.lag_s), ("delay", fit.nuisances.delay_s)];
     for (name, estimate) in late {
         if let Some(estimate) = estimate.filter(|estimate| !estimate.covers(0.0)) {
+            let how = match estimate.value < 0.0 {
+                true => "acts before its log says by".to_owned(),
+                false => format!("follows its log with a {name} of"),
+            };
             let message = format!(
-                "thrust in {} follows its log with a {name} of {} s, which this method estimates; methods that ignore it give a wrong drag",
+                "thrust in {} {how} {} s, which this method estimates; methods that ignore it give a wrong drag",
                 fit.dof,
-                estimated(estimate.value, estimate.std)
+                estimated(estimate.value.abs(), estimate.std)
             );
             caveats.push(Caveat::note(CaveatCode::LagOrDelay, message));
         }
