@@ -1,6 +1,7 @@
 //! Parallel evaluation of independent work, with results in order.
 
 use std::num::NonZero;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
@@ -11,7 +12,7 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
 
 /// Returns the result of `work` for each number below `count`, in order.
 pub fn of_each<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
-    let threads = thread::available_parallelism().map_or(1, NonZero::get).min(count);
+    let threads = processors(count);
     if threads < 2 {
         return (0..count).map(work).collect();
     }
@@ -26,19 +27,31 @@ pub fn of_each<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R
             done.push((k, work(k)));
         }
     };
-    let mut all: Vec<(usize, R)> = thread::scope(|scope| {
+    let mut results: Vec<Option<R>> = Vec::new();
+    results.resize_with(count, || None);
+    let mut place = |done: Vec<(usize, R)>| {
+        for (k, result) in done {
+            results[k] = Some(result);
+        }
+    };
+    thread::scope(|scope| {
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
-        let mut all = take();
+        place(take());
         for other in others {
             match other.join() {
-                Ok(done) => all.extend(done),
+                Ok(done) => place(done),
                 Err(panic) => std::panic::resume_unwind(panic),
             }
         }
-        all
     });
-    all.sort_by_key(|(k, _)| *k);
-    all.into_iter().map(|(_, result)| result).collect()
+    results.into_iter().flatten().collect()
+}
+
+/// Returns the number of processors, at most `count`. It is read once: on Linux this reads files.
+fn processors(count: usize) -> usize {
+    static PROCESSORS: OnceLock<usize> = OnceLock::new();
+    let all = || thread::available_parallelism().map_or(1, NonZero::get);
+    if count < 2 { count } else { count.min(*PROCESSORS.get_or_init(all)) }
 }
 
 #[cfg(test)]
