@@ -182,6 +182,8 @@ fn manoeuvre(manoeuvre: &Manoeuvre, minutes: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::LazyLock;
+
     use mlua::{Lua, Table, Value};
     use seaplant::motion::State;
 
@@ -217,8 +219,8 @@ mod tests {
         SRV_Channels = { set_output_pwm_chan_timeout = function(_, channel, pwm) done.outputs[channel + 1] = pwm end }
     ";
 
-    /// Plans six axes and eight thrusters, for one draw.
-    fn planned() -> (Prior, Plan, Limits) {
+    /// A plan of six axes and eight thrusters, for one draw.
+    static PLANNED: LazyLock<(Prior, Plan, Limits)> = LazyLock::new(|| {
         let path = "published:bluerov2-heavy-von-benzon-2022".as_ref();
         let file = seaplant_campaign::read_plant_file(path).expect("read").expect("a table");
         let model = file.model().expect("a plant");
@@ -230,7 +232,7 @@ mod tests {
         let request = Request { minutes: Some(10.0), draws: 1, checks: 0, ..Request::default() };
         let plan = crate::plan(&prior, &vehicle, &request).expect("a plan");
         (prior, plan, request.limits)
-    }
+    });
 
     struct Script {
         lua: Lua,
@@ -264,17 +266,17 @@ mod tests {
 
     #[test]
     fn the_script_drives_as_the_simulation_and_aborts() {
-        let (prior, plan, limits) = planned();
-        let text = lua_script(&prior, &plan).expect("commands");
+        let (prior, plan, limits) = &*PLANNED;
+        let text = lua_script(prior, plan).expect("commands");
         let rig = Rig::new(&prior.model, limits.thrust_part, None).expect("thrusters");
         for (which, one) in plan.manoeuvres.iter().enumerate() {
             let script = Script::loaded(&text);
-            let pilot = Pilot::new(&prior.model.plant, &rig, &limits, &one.manoeuvre);
+            let pilot = Pilot::new(&prior.model.plant, &rig, limits, &one.manoeuvre);
             let driven =
                 crate::drive::drive(&prior.model.plant, &pilot, 12.0, None).expect("moves");
             script.run(&format!("values['SPLN_RUN'] = {}", which + 1));
             for (tick, state) in driven.states.iter().enumerate() {
-                script.run(&world(state, &limits, tick));
+                script.run(&world(state, limits, tick));
                 script.run("update()");
                 for (k, pulse) in script.outputs().into_iter().enumerate() {
                     let wanted = 1500.0 + 400.0 * driven.inputs[k][tick];
@@ -311,8 +313,8 @@ mod tests {
 
     #[test]
     fn the_script_begins_only_where_the_plan_does() {
-        let (prior, plan, _) = planned();
-        let text = lua_script(&prior, &plan).expect("commands");
+        let (prior, plan, _) = &*PLANNED;
+        let text = lua_script(prior, plan).expect("commands");
         for (what, why) in [
             ("world.armed = false", "arm first"),
             ("world.lost = true", "no position"),
