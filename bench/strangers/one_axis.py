@@ -186,7 +186,9 @@ def wake(s, g):
 
 @fault(among=UNMODELLED)
 def quick(s, g):
-    s["tones"] = [(g.uniform(0.2, 1.0), g.uniform(0.2, 2.5), g.uniform(0, 6.28)) for _ in range(4)]
+    s["tones"] = [
+        (g.uniform(0.2, 1.0), g.uniform(0.2, 2.5), g.uniform(0, 6.28)) for _ in range(4)
+    ]
 
 
 @fault(among=UNMODELLED)
