@@ -14,7 +14,7 @@ use seaplant_log::{Channel, Log, Note, ReadOptions, Thoroughness, read_bytes, su
 use crate::checks::channels_are_sound;
 
 /// Number of damaged copies of each seed file.
-const ROUNDS: u64 = 500;
+const ROUNDS: u64 = 2000;
 
 /// Number of damaged files per survey.
 const SURVEY_EVERY: u64 = 3;

@@ -5,6 +5,7 @@ mod drive;
 mod integral;
 
 pub(crate) use drive::{Drive, DriveLaw, DriveNumber, Push};
+pub(crate) use integral::LOST_BETWEEN_SAMPLES;
 
 use crate::{ThrustModel, ThrusterTrack, Timed};
 

@@ -92,7 +92,7 @@ pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat
     let (quantity, series) =
         recording.iter().find(|(quantity, series)| quantity.is_of_thrust() && is_coarse(series))?;
     let message = format!(
-        "trial `{trial}`: {quantity} is logged every {:.2} s and mostly differs from one sample to the next; each is held until the next, which is right for commands and wrong for a signal that moved smoothly, and that alone can double or halve mass and drag: give its channel between = \"linear\" if it did, and log it faster next time",
+        "trial `{trial}`: {quantity} is logged every {:.2} s and mostly differs from one sample to the next; filter error of one axis also tries smooth motion in between, all else holds each sample until the next, which is right for commands and can double or halve mass and drag if it moved: give its channel between = \"linear\" if it did, and log it faster next time",
         series.period_s()
     );
     Some(Caveat::warning(CaveatCode::ThrustBetweenSamples, message))

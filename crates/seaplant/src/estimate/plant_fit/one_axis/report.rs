@@ -13,6 +13,7 @@ use crate::estimate::plant_fit::filter::Innovation;
 use crate::estimate::plant_fit::problem::Problem;
 use crate::estimate::plant_fit::search::ADMITTED;
 use crate::estimate::plant_fit::{Fitted, PlantFit};
+use crate::estimate::propellers::LOST_BETWEEN_SAMPLES;
 use crate::estimate::{Estimate, Fit, Innovations, Method, Nuisances, Waves};
 use crate::plant::{Basis, Product, Structure};
 use crate::signal::autocorrelation;
@@ -100,6 +101,7 @@ impl OneAxis<'_> {
         }
         let beyond = self.axes.iter().map(AxisRecord::thrust_beyond_neighbours).fold(0.0, f64::max);
         let beyond = if found.actuator.is_smooth { beyond } else { 0.0 };
+        // What is lost of thrust makes mass and drag too small by the same part.
         covariance[(0, 0)] += (LOST_BETWEEN_SAMPLES * beyond.powi(2) * lumped.alpha).powi(2);
         let axis = axis_of(self.dof);
         let nuisances = self.nuisances(found, problem, lumped.alpha, freedom);
@@ -220,10 +222,6 @@ const PRECISION_OF_DRAG: f64 = 0.02;
 
 /// … and mass by less.
 const PRECISION_OF_MASS: f64 = 0.01;
-
-/// Standard deviation of α, as a part, over the square of [`AxisRecord::thrust_beyond_neighbours`]: cubics
-/// through samples of a sinusoid lose (ωT)⁴/70 of it, 0.06 of (1 − cos ωT)².
-const LOST_BETWEEN_SAMPLES: f64 = 0.06;
 
 /// Thrust that is further from its neighbours is unknown between its samples: 1 − cos ωT of a sinusoid that is
 /// sampled five times a period.
