@@ -87,9 +87,9 @@ pub(crate) fn may_be_off<'a>(numbers: impl IntoIterator<Item = &'a Number>) -> V
 
 impl MayBeOff {
     /// Returns true if the error is to be reported: for a doubtful plant always, else if it exceeds
-    /// the limit.
+    /// the limit. A narrow interval says nothing of a plant that is not to be used.
     pub(crate) fn matters(&self, trust: Trust) -> bool {
-        trust <= Trust::Doubtful || self.part.is_none_or(|part| part > self.limit)
+        trust == Trust::Doubtful || self.part.is_none_or(|part| part > self.limit)
     }
 
     /// Returns true if the cause is other than the number's interval.
@@ -133,6 +133,7 @@ mod tests {
     fn a_doubtful_plant_reports_all_possible_errors() {
         assert_eq!(said(number(0.5), Trust::Doubtful), ["mass by 5 % (its 95 % interval)"]);
         assert_eq!(said(number(0.5), Trust::UsableWithCare), [""; 0]);
+        assert_eq!(said(number(0.5), Trust::DoNotUse), [""; 0]);
         assert_eq!(said(number(2.0), Trust::UsableWithCare), ["mass by 20 % (its 95 % interval)"]);
         assert_eq!(said(number(30.0), Trust::Doubtful), ["mass by any factor (its 95 % interval)"]);
     }
