@@ -201,6 +201,14 @@ def slew(s, g):
 
 
 @fault_by_name
+def quick(s, g):
+    shape = (len(TRIALS), 6, 4)
+    s["tones"] = np.stack(
+        [g.uniform(0.2, 1.0, shape), g.uniform(0.2, 2.5, shape), g.uniform(0, 6.28, shape)]
+    )
+
+
+@fault_by_name
 def loaded(s, g):
     s["loaded"] = g.uniform(0.1, 0.35)
 
@@ -331,6 +339,7 @@ def draw(seed, wanted=()):
         "lag_down": 0.0,
         "slew": 0.0,
         "loaded": 0.0,
+        "tones": None,
         "delay": 0.0,
         "reverse": 1.0,
         "exponent": 2.0,
@@ -491,6 +500,17 @@ def propelled(s, speed, relative, done):
     return pushed
 
 
+def desired(s, holds, levels, t):
+    """Returns the force that the pilot wants on each axis in each trial, as fractions: levels that are
+    held, or tones."""
+    if s["tones"] is not None:
+        size, omega, phase = s["tones"]
+        return (size * np.sin(omega * t + phase)).sum(2) / size.sum(2)
+    trials = range(len(TRIALS))
+    at = [[np.searchsorted(holds[k * 6 + axis], t) for axis in range(6)] for k in trials]
+    return np.take_along_axis(levels, np.array(at)[:, :, None], 2)[:, :, 0]
+
+
 def simulate(s, g):
     """Drives all trials at once; returns the history of every step."""
     n, count = len(TRIALS), int(max(SECONDS) / STEP)
@@ -538,11 +558,7 @@ def simulate(s, g):
         pitch = -np.arcsin(np.clip(rot[:, 2, 0], -1, 1))
         yaw = np.arctan2(rot[:, 1, 0], rot[:, 0, 0])
         if k % every == 0:
-            want = np.zeros((n, 6))
-            for trial in range(n):
-                for axis in range(6):
-                    at = np.searchsorted(holds[trial * 6 + axis], t)
-                    want[trial, axis] = levels[trial, axis, at]
+            want = desired(s, holds, levels, t)
             seen = nu + g.standard_normal((n, 6)) * 0.003
             angle = np.stack([roll, pitch], 1) + g.standard_normal((n, 2)) * 0.003
             command = piloted(s, drag, pinv, want, seen, angle, place)

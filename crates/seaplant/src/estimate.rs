@@ -45,7 +45,7 @@ pub use plant_fit::{
     information, information_before,
 };
 pub(crate) use plant_fit::{
-    INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power, fit_alone,
+    INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power, fit_alone, restless_thrust,
 };
 pub use records::Records;
 pub use weighted_least_squares::WeightedLeastSquares;
@@ -53,7 +53,7 @@ pub use weighted_least_squares::WeightedLeastSquares;
 use crate::signal::LowPass;
 use crate::terms::Term;
 use crate::trial::{ReadyAxis, ReadyStretch};
-use crate::{AxisRecord, Caveat, CaveatCode, Error, LumpedParameters, Terms};
+use crate::{AxisRecord, BetweenSamples, Caveat, CaveatCode, Error, LumpedParameters, Terms};
 
 /// The least standard deviation of mass and drag that a fit states, as a part: propeller speeds are
 /// rounded, and not logged between samples.
@@ -104,8 +104,8 @@ pub struct Nuisances {
     pub exponent: Option<Estimate>,
     /// The greatest propeller speed of the fitted trials: rad/s, or √N where thrust is logged.
     pub full_speed: f64,
-    /// Whether propeller speeds move smoothly from one logged sample to the next.
-    pub smooth_thrust: bool,
+    /// What thrust does between its logged samples.
+    pub between: BetweenSamples,
     /// Measured over true velocity, as position tells.
     pub velocity_scale: Option<Estimate>,
     /// First-order lag of the velocity sensor, s.

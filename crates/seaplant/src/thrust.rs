@@ -2,7 +2,7 @@
 
 mod model;
 
-pub use model::ThrustModel;
+pub use model::{BetweenSamples, ThrustModel};
 
 use crate::{Error, ThrusterInput};
 

@@ -316,7 +316,12 @@ fn structure(plant: &FittedPlant) -> Option<Table> {
     };
     (!plant.structure.is_empty()).then(|| {
         let head = ["Terms", "", "likelihood ratio", "by chance"];
-        Table::new("Couplings tried", head, plant.structure.iter().map(row).collect()).left(2)
+        Table::new(
+            "Couplings and laws of thrust tried",
+            head,
+            plant.structure.iter().map(row).collect(),
+        )
+        .left(2)
     })
 }
 

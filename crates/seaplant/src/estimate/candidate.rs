@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::AxisRecord;
+use crate::{AxisRecord, BetweenSamples};
 
 /// Something that may or may not be part of the model.
 #[derive(
@@ -49,12 +49,14 @@ pub enum Candidate {
     CurrentDrift,
     /// Propeller speeds that move smoothly from one logged sample to the next.
     #[serde(alias = "linear-thrust")]
+    SmoothSpeed,
+    /// Thrust that moves smoothly from one logged sample to the next.
     SmoothThrust,
 }
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Lag,
         Self::Delay,
         Self::ReverseRatio,
@@ -73,6 +75,7 @@ impl Candidate {
         Self::SensorWindow,
         Self::Swell,
         Self::CurrentDrift,
+        Self::SmoothSpeed,
         Self::SmoothThrust,
     ];
 
@@ -97,6 +100,7 @@ impl Candidate {
             Self::SensorWindow => "sensor-window",
             Self::Swell => "swell",
             Self::CurrentDrift => "current-drift",
+            Self::SmoothSpeed => "smooth-speed",
             Self::SmoothThrust => "smooth-thrust",
         }
     }
@@ -117,9 +121,24 @@ impl Candidate {
             }
             // Acceleration alone does not tell what thrust loses with speed from drag.
             Self::Inflow | Self::InflowAhead | Self::Exponent => all(AxisRecord::knows_velocity),
-            Self::SmoothThrust => all(AxisRecord::thrust_is_slow),
+            Self::SmoothSpeed | Self::SmoothThrust => all(AxisRecord::thrust_is_slow),
             _ => true,
         }
+    }
+
+    /// Returns what thrust does between its samples by these candidates.
+    pub(crate) fn between_samples(candidates: impl IntoIterator<Item = Self>) -> BetweenSamples {
+        let law = |candidate: Self| match candidate {
+            Self::SmoothSpeed => Some(BetweenSamples::SmoothSpeed),
+            Self::SmoothThrust => Some(BetweenSamples::SmoothThrust),
+            _ => None,
+        };
+        candidates.into_iter().find_map(law).unwrap_or_default()
+    }
+
+    /// Returns whether a logged force can do it, of which no propeller is known.
+    pub(super) fn is_of_force(self) -> bool {
+        self != Self::SmoothSpeed
     }
 
     /// Returns whether it is a term of the equation of motion, which a user may ask for.

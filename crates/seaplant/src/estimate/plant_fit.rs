@@ -29,6 +29,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::Candidate;
 use crate::plant::{Basis, Plant, RigidBody, Signal, Structure, Symmetry};
 use crate::{Dof, Error, Method, ThrusterFault, TrialRecord, VelocityReport};
 pub use actuator::Actuator;
@@ -50,6 +51,7 @@ pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use start::begun;
 pub(crate) use step::LikelihoodStep;
+pub(crate) use thrust::restless_thrust;
 use uncertainty::{
     Asked, attitude_noise, current_drift, disturbances, inflation, instruments, inverse,
     of_coefficients, swell_force, whiteness,
@@ -115,8 +117,11 @@ pub struct PlantFit {
     pub rank: usize,
     /// What each coefficient's variance is multiplied with because others look like it.
     pub inflation: Vec<f64>,
-    /// Couplings in damping that were tried.
+    /// Couplings in damping that were tried, and smooth thrust.
     pub tried: Vec<Tried>,
+    /// How far slowly logged thrust on each axis is at a sample from the mean of its neighbours, relative to all
+    /// thrust on it, where it moves smoothly from sample to sample: 1 − cos ωT for a sinusoid.
+    pub beyond_neighbours: BTreeMap<Dof, f64>,
     /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
     pub faults: Vec<ThrusterFault>,
     /// Thrusters that follow each other's log; the plant is that of what they do.
@@ -295,12 +300,16 @@ impl FirstFit {
     ) -> Result<Self, Error> {
         let (first, least_squares, fitted) = begun(problem, records)?;
         let fitted = fitted.without_unseen_beside(structure)?;
+        let fitted = fitted.with_smooth_thrust_that_shows(&SMOOTH)?;
         let (fitted, prompt) = fitted.with_report_that_shows(records)?;
         let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
         let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
         Ok(Self { first, least_squares, fitted, prompt })
     }
 }
+
+/// What thrust may do between its samples.
+const SMOOTH: [Candidate; 2] = [Candidate::SmoothSpeed, Candidate::SmoothThrust];
 
 /// An optimum and what it is one of.
 #[derive(Clone)]
@@ -314,12 +323,14 @@ struct Fitted {
     faults: Vec<ThrusterFault>,
     /// Thrusters that follow each other's log, likewise.
     exchanged: Vec<[String; 2]>,
+    /// What thrust was tried to do between its samples, other than to be held.
+    smooth: Vec<Tried>,
 }
 
 impl Fitted {
     fn new(problem: Problem, optimum: Optimum) -> Self {
         let (tried, reported, faults, exchanged) = Default::default();
-        Self { problem, optimum, tried, reported, faults, exchanged }
+        Self { problem, optimum, tried, reported, faults, exchanged, smooth: Vec::new() }
     }
 
     /// The problem, and its optimum.
@@ -330,8 +341,8 @@ impl Fitted {
     /// Another optimum of the same trials, with what was found of sensors and thrusters before.
     fn moved_to(&self, problem: Problem, optimum: Optimum) -> Self {
         let (reported, faults) = (self.reported, self.faults.clone());
-        let exchanged = self.exchanged.clone();
-        Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged }
+        let (exchanged, smooth) = (self.exchanged.clone(), self.smooth.clone());
+        Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged, smooth }
     }
 
     /// The same where what reads the speed of propellers reads that which they have, behind the one
@@ -414,6 +425,41 @@ impl Fitted {
             now = now.with_terms(structure, &left)?;
         }
         Ok(now)
+    }
+
+    /// The same with thrust that moves smoothly between its slow samples by one of these laws, if that is clearly
+    /// likelier than to be held.
+    ///
+    /// The ratio of the likelihoods of two laws with as many numbers exceeds x by chance at most once in x times.
+    fn with_smooth_thrust_that_shows(self, laws: &[Candidate]) -> Result<Self, Error> {
+        let Self { problem, optimum, .. } = &self;
+        if !problem.has_slow_thrust || optimum.point.actuator.is_smooth() {
+            return Ok(self);
+        }
+        let colour = if problem.is_free { self.colour_of_all()? } else { 1.0 };
+        let mut smooth = Vec::new();
+        let mut best: Option<(Optimum, usize)> = None;
+        for &law in laws.iter().filter(|law| problem.has_thrusters || law.is_of_force()) {
+            let mut point = optimum.point.clone();
+            point.actuator.between = Candidate::between_samples([law]);
+            // A descent that does not settle finds no such thrust.
+            let found = problem.descent(point, Tolerance::COARSE).ok();
+            let ratio = found.as_ref().map_or(0.0, |x| 2.0 * (optimum.cost - x.cost) / colour);
+            let least = best.as_ref().map_or(f64::INFINITY, |(best, _)| best.cost);
+            if let Some(found) = found.filter(|x| ratio > search::CLEAR_GAIN && x.cost < least) {
+                best = Some((found, smooth.len()));
+            }
+            smooth.push(Tried {
+                name: law.name().to_owned(),
+                admitted: false,
+                likelihood_ratio: ratio,
+                p_value: (-0.5 * ratio).exp().min(1.0),
+            });
+        }
+        let Some((found, which)) = best else { return Ok(Self { smooth, ..self }) };
+        smooth[which].admitted = true;
+        let iterations = optimum.iterations + found.iterations;
+        Self { optimum: Optimum { iterations, ..found }, smooth, ..self }.with_actuator_that_shows()
     }
 
     /// The same without what the trials do not show of the actuator.
@@ -672,6 +718,12 @@ impl Fitted {
         Ok(move |dof: Dof| white.get(&dof).copied().unwrap_or(1.0).max(1.0))
     }
 
+    /// The greatest of it.
+    fn colour_of_all(&self) -> Result<f64, Error> {
+        let white = self.whiteness()?;
+        Ok(self.problem.structure.axes().iter().map(|dof| white(*dof)).fold(1.0, f64::max))
+    }
+
     /// The greatest of it on surge, sway and heave.
     fn colour_of_translations(&self) -> Result<f64, Error> {
         let white = self.whiteness()?;
@@ -719,7 +771,9 @@ impl Fitted {
     ) -> Result<PlantFit, Error> {
         let thrust_covariance = self.thrust_covariance()?;
         let alike = self.gains_to_first_order()?;
-        let Self { problem, optimum, tried, reported, faults, exchanged } = self;
+        let lost = self.lost_between_samples()?;
+        let Self { problem, optimum, mut tried, reported, faults, exchanged, smooth } = self;
+        tried.extend(smooth);
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
         let whiteness = whiteness(&problem, &optimum.point, reported.keep)?;
@@ -745,7 +799,7 @@ impl Fitted {
             (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
         };
         let currents = problem.trials.iter().enumerate().map(current);
-        let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance;
+        let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance + lost;
         let mut inflation = inflation(&optimum.information, p);
         // Known forces tell the scale of thrust, whatever the mean of the gains.
         let scaled = match problem.fits[Actuator::SCALE] {
@@ -770,6 +824,7 @@ impl Fitted {
                 alike.into_iter().map(|(name, own)| (name, own.scaled(of_scale.as_ref()))).collect()
             }
         };
+        let axes = problem.structure.axes().iter().copied();
         Ok(PlantFit {
             plant: plant.pruned()?,
             method,
@@ -798,6 +853,10 @@ impl Fitted {
             independence: independence.unwrap_or_default(),
             rank: (least_squares.rank + p).saturating_sub(least_squares.terms),
             tried,
+            beyond_neighbours: match optimum.point.actuator.is_smooth() {
+                true => axes.zip(problem.beyond_neighbours).collect(),
+                false => BTreeMap::new(),
+            },
             faults,
             exchanged,
             gains,
@@ -821,8 +880,7 @@ impl Fitted {
         let optimum = problem.descent(start, Tolerance::COARSE)?;
         let iterations = self.optimum.iterations + optimum.iterations;
         let optimum = Optimum { iterations, ..optimum };
-        let Self { tried, reported, faults, exchanged, .. } = self;
-        Ok(Self { problem, optimum, tried, reported, faults, exchanged })
+        Ok(Self { problem, optimum, ..self })
     }
 }
 

@@ -5,7 +5,7 @@ mod drive;
 mod integral;
 
 pub(crate) use drive::{Drive, DriveLaw, DriveNumber, Push};
-pub(crate) use integral::LOST_BETWEEN_SAMPLES;
+pub(crate) use integral::{LOST_BETWEEN_SAMPLES, SignalIntegral};
 
 use crate::{ThrustModel, ThrusterTrack, Timed};
 
@@ -50,7 +50,7 @@ pub(crate) fn drive_over<'a>(
         log_reverse_ratio: thrust.reverse_ratio.ln(),
         beyond_square: thrust.exponent - 2.0,
         full_speed: thrust.full_speed,
-        is_smooth: thrust.smooth,
+        between: thrust.between,
         has_exponent: false,
     };
     let mut drive = Drive::new(tracks, turning, &law, times_s.first().copied().unwrap_or(0.0));

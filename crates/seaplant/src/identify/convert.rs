@@ -130,7 +130,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         inflow_ahead,
         exponent,
         full_speed,
-        smooth_thrust: _,
+        between: _,
         velocity_scale,
         sensor_lag_s,
         sensor_window_s,

@@ -24,7 +24,7 @@ use nalgebra::{DMatrix, Matrix6};
 use super::IdentifyOptions;
 use crate::axes::listed;
 use crate::estimate::{
-    Actuator, INSTRUMENTS, PlantFit, Tried, fit_alone, fit_plant, fit_plant_freely,
+    Actuator, INSTRUMENTS, PlantFit, Tried, fit_alone, fit_plant, fit_plant_freely, restless_thrust,
 };
 use crate::judge::STILL;
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure};
@@ -159,7 +159,9 @@ fn plant(
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
     plant.single_axes = scores_alone(&fit, &records, vehicle);
-    let of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
+    let mut of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
+    let beyond = fit.beyond_neighbours.iter();
+    of_axes.extend(beyond.filter_map(|(&dof, x)| Some((dof, restless_thrust(dof, *x)?))));
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
     let by_mass = known::scale(&fit, &records.fit, vehicle);

@@ -6,9 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Driven, Parameter, Part, Verdict};
+use crate::estimate::Candidate;
 use crate::judge::{NOT_WHITE, beyond, confirms};
 use crate::plant::{Basis, Effect, EffectForce, Plant, Structure, Symmetry};
-use crate::{Caveat, Dof, Error, Method, ThrusterFault};
+use crate::{BetweenSamples, Caveat, Dof, Error, Method, ThrusterFault};
 
 /// A plant of several axes:
 /// `M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ` with ν_r relative to the water.
@@ -47,7 +48,8 @@ pub struct FittedPlant {
     pub nondimensional: Option<PrimeSystem>,
     /// Determination of the coefficients by the trials.
     pub identifiability: Identifiability,
-    /// The candidate terms that were tested.
+    /// The candidate terms that were tested, and what thrust may do between its logged samples, `smooth-speed` and
+    /// `smooth-thrust`.
     #[serde(default)]
     pub structure: Vec<TermDecision>,
     /// Thrusters that were at rest or reversed in a trial, for which the fit allows.
@@ -84,6 +86,17 @@ pub struct FittedPlant {
     pub driven: BTreeMap<Dof, Driven>,
     /// Caveats.
     pub caveats: Vec<Caveat>,
+}
+
+impl FittedPlant {
+    /// Returns what thrust was taken to do between its logged samples.
+    pub fn between_samples(&self) -> BetweenSamples {
+        let is_admitted = |candidate: &Candidate| {
+            let is_of_it = |tried: &TermDecision| tried.terms == [candidate.name()];
+            self.structure.iter().any(|tried| tried.admitted && is_of_it(tried))
+        };
+        Candidate::between_samples(Candidate::ALL.into_iter().filter(is_admitted))
+    }
 }
 
 /// A coefficient with its uncertainty.

@@ -14,6 +14,8 @@ impl Model {
         let current = result.nuisances.iter().filter_map(|(name, nuisance)| {
             Some((name.strip_prefix(CURRENT_OF)?.to_owned(), nuisance.value))
         });
+        let admitted = result.structure.iter().filter(|decision| decision.admitted);
+        let admitted = admitted.map(|decision| decision.candidate);
         let thrust = ThrustModel {
             lag_s: value("lag").unwrap_or(0.0),
             delay_s: value("delay").unwrap_or(0.0),
@@ -24,10 +26,7 @@ impl Model {
             inflow_ahead: value("inflow_ahead").unwrap_or(0.0),
             exponent: value("thrust_exponent").unwrap_or(2.0),
             full_speed: value("full_speed").unwrap_or(1.0),
-            smooth: result
-                .structure
-                .iter()
-                .any(|decision| decision.candidate == Candidate::SmoothThrust && decision.admitted),
+            between: Candidate::between_samples(admitted),
             turning: value("turning").unwrap_or(0.0),
             current: current.collect(),
         };

@@ -2,6 +2,18 @@
 
 use std::collections::BTreeMap;
 
+/// What logged thrust does from one sample to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BetweenSamples {
+    /// It is held.
+    #[default]
+    Held,
+    /// The speed of propellers moves smoothly.
+    SmoothSpeed,
+    /// Their thrust, or the logged force, moves smoothly.
+    SmoothThrust,
+}
+
 /// The actuator model between logged thrust and water; identity by default.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThrustModel {
@@ -23,8 +35,8 @@ pub struct ThrustModel {
     pub exponent: f64,
     /// The propeller speed at which thrust is independent of the exponent, rad/s.
     pub full_speed: f64,
-    /// True if propeller speeds move smoothly between logged samples; otherwise each sample is held.
-    pub smooth: bool,
+    /// What thrust does between its logged samples.
+    pub between: BetweenSamples,
     /// Ratio of the Coriolis effect of rotation on body velocity to that of a rigid body.
     pub turning: f64,
     /// Current along the degree of freedom, m/s, by trial.
@@ -43,7 +55,7 @@ impl Default for ThrustModel {
             inflow_ahead: 0.0,
             exponent: 2.0,
             full_speed: 1.0,
-            smooth: false,
+            between: BetweenSamples::Held,
             turning: 0.0,
             current: BTreeMap::new(),
         }

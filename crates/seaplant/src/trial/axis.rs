@@ -1,4 +1,3 @@
-use super::plausible::is_coarse;
 use super::{LEAST_SAMPLES, ThrusterTrack, count};
 use crate::navigation::{MeanAcceleration, Motion};
 use crate::signal::{Stretches, differentiate, slope_around, uniform_stretches};
@@ -299,21 +298,7 @@ impl AxisRecord {
 
     /// Returns whether thrust was logged so slowly that its values between samples matter.
     pub(crate) fn thrust_is_slow(&self) -> bool {
-        self.tracks().iter().any(|track| is_coarse(&track.speed))
-    }
-
-    /// Returns how far thrust at a sample is from the mean of its neighbours, relative to thrust and as a root
-    /// mean square, of the slowly logged thruster with most of it: 1 − cos ωT for a sinusoid.
-    pub(crate) fn thrust_beyond_neighbours(&self) -> f64 {
-        let beyond = |track: &ThrusterTrack| {
-            let thrust = track.speed.map(|speed| track.thrust(speed));
-            let squares = thrust.values().windows(3).fold([0.0; 2], |[beyond, all], f| {
-                [beyond + (f[1] - 0.5 * (f[0] + f[2])).powi(2), all + f[1] * f[1]]
-            });
-            (squares[0] / squares[1].max(f64::MIN_POSITIVE)).sqrt()
-        };
-        let slow = self.tracks().into_iter().filter(|track| is_coarse(&track.speed));
-        slow.map(|track| beyond(&track)).fold(0.0, f64::max)
+        self.tracks().iter().any(ThrusterTrack::is_slow)
     }
 
     /// Returns the record with delayed thrust.

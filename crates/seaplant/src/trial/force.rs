@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
 
+use super::plausible::is_slower_than;
 use super::{PlacedThruster, TrialSetup};
 use crate::navigation::Recording;
 use crate::series::{Cutter, Reader};
@@ -75,6 +76,9 @@ impl AxisRecord {
     }
 }
 
+/// Longest logging interval of thrust within which it hardly moves, s.
+const SLOW_S: f64 = 0.15;
+
 impl ThrusterTrack {
     /// Creates a thruster from its force: n = √|F| with the sign of F.
     pub fn of_force(lever: f64, force: &Timed) -> Self {
@@ -89,6 +93,19 @@ impl ThrusterTrack {
 
     pub(super) fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
         Some(Self { speed: self.speed.window_held(from_s, to_s)?, ..*self })
+    }
+
+    /// Returns whether it was logged so slowly that its values between samples matter.
+    pub(crate) fn is_slow(&self) -> bool {
+        is_slower_than(&self.speed, SLOW_S)
+    }
+
+    /// Returns the sums over its samples of thrust² and of (thrust − mean of the samples before and after)², N².
+    pub(super) fn beyond_neighbours(&self) -> [f64; 2] {
+        let thrust = self.speed.map(|speed| self.thrust(speed));
+        thrust.values().windows(3).fold([0.0; 2], |[all, beyond], f| {
+            [all + f[1] * f[1], beyond + (f[1] - 0.5 * (f[0] + f[2])).powi(2)]
+        })
     }
 
     /// Returns the thrust at a propeller speed, N.

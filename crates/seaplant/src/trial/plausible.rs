@@ -81,18 +81,20 @@ const COARSE_S: f64 = 0.25;
 /// Fraction of samples that change, above which a signal is not one of rare commands.
 const RESTLESS_PART: f64 = 0.5;
 
-/// Returns whether a signal was logged slowly and mostly differs from one sample to the next.
-pub(super) fn is_coarse(series: &Timed) -> bool {
+/// Returns whether a signal is logged less often than every so many seconds, and mostly differs from one sample to
+/// the next.
+pub(super) fn is_slower_than(series: &Timed, least_s: f64) -> bool {
     let changes = series.values().windows(2).filter(|pair| pair[0] != pair[1]).count();
-    series.period_s() > COARSE_S && changes as f64 > RESTLESS_PART * (series.len() - 1) as f64
+    series.period_s() > least_s && changes as f64 > RESTLESS_PART * (series.len() - 1) as f64
 }
 
 /// Returns a caveat on thrust that was logged slowly and changed in between.
 pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat> {
-    let (quantity, series) =
-        recording.iter().find(|(quantity, series)| quantity.is_of_thrust() && is_coarse(series))?;
+    let (quantity, series) = recording
+        .iter()
+        .find(|(quantity, series)| quantity.is_of_thrust() && is_slower_than(series, COARSE_S))?;
     let message = format!(
-        "trial `{trial}`: {quantity} is logged every {:.2} s and mostly differs from one sample to the next; filter error of one axis also tries smooth motion in between, all else holds each sample until the next, which is right for commands and can double or halve mass and drag if it moved: give its channel between = \"linear\" if it did, and log it faster next time",
+        "trial `{trial}`: {quantity} is logged every {:.2} s and mostly differs from one sample to the next; filter error also tries smooth motion in between, all else holds each sample until the next, which is right for commands and can double or halve mass and drag if it moved: give its channel between = \"linear\" if it did, and log it faster next time",
         series.period_s()
     );
     Some(Caveat::warning(CaveatCode::ThrustBetweenSamples, message))

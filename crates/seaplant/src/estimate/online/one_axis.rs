@@ -8,7 +8,7 @@ use crate::estimate::{Candidate, Decision, Estimate, Fit, Method, Nuisances, Rec
 use crate::plant::Basis;
 use crate::regression::LeastSquares;
 use crate::terms::Term;
-use crate::{Caveat, CaveatCode, Dof, Error, Terms};
+use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Error, Terms};
 
 /// Identifies one degree of freedom as a plant of one axis.
 ///
@@ -43,7 +43,9 @@ pub fn fit_online<'a>(
     let mut found = axis_fit(dof, method, terms, &fit);
     if let Some(beside) = beside {
         found.nuisances = input_nuisances(&beside.nuisances);
-        let shapes = |one: &&Decision| one.admitted && one.candidate == Candidate::SmoothThrust;
+        let is_law =
+            |one: &Decision| Candidate::between_samples([one.candidate]) != BetweenSamples::Held;
+        let shapes = |one: &&Decision| one.admitted && is_law(one);
         found.structure = beside.structure.iter().filter(shapes).cloned().collect();
         found.caveats.push(borrowed_nuisances_caveat(dof, method, beside));
     }

@@ -32,8 +32,8 @@
 //! they are given m times as often, is −h/2 (1 − 1/m) on average: what is held until the next sample has
 //! long become something else. A pilot who works against the motion then looks like mass.
 //!
-//! Both are held between samples. A step of the filter takes the mean of what acts over each slice
-//! in closed form; of a wrench `∫τ dt = ∫u(t − D) dt − T [τ]`.
+//! Both are held between samples, or follow cubics through them if they move smoothly. A step of the filter
+//! takes the mean of what acts over each slice in closed form; of a wrench `∫τ dt = ∫u(t − D) dt − T [τ]`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -41,12 +41,12 @@ use std::sync::Arc;
 use nalgebra::Vector6;
 
 use super::super::inputs::Inputs;
-use super::super::propellers::{Drive, DriveLaw, DriveNumber, Push};
+use super::super::propellers::{Drive, DriveLaw, DriveNumber, Push, SignalIntegral};
 use super::search::ADMITTED;
 use crate::motion::{HeldForces, PUSHED_BY, Slice};
 use crate::plant::Signal;
 use crate::series::union;
-use crate::{Dof, Error, PlacedThruster, ThrusterTrack, Timed, TrialRecord};
+use crate::{BetweenSamples, Dof, Error, PlacedThruster, ThrusterTrack, Timed, TrialRecord};
 
 /// What stands between logged thrust and the thrust that acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,8 +77,8 @@ pub struct Actuator {
     pub log_scale: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
     pub full_speed: f64,
-    /// True if propeller speeds move smoothly from one logged sample to the next; else they are held.
-    pub is_smooth: bool,
+    /// What propellers, or logged forces, do between their samples.
+    pub between: BetweenSamples,
 }
 
 /// How finely a force that lags is held in a simulation, s.
@@ -288,7 +288,7 @@ impl Actuator {
     /// # Errors
     /// [`Error::NotFinite`] or another of [`Timed::new`] if a number is not finite.
     pub fn acting(&self, record: &TrialRecord) -> Result<[Option<Timed>; 6], Error> {
-        if self.numbers() == [0.0; Self::COUNT] {
+        if self.numbers() == [0.0; Self::COUNT] && !self.is_smooth() {
             return Ok(record.force.clone());
         }
         let slices = self.slices(&record.force);
@@ -300,6 +300,11 @@ impl Actuator {
             acting[axis] = Some(Timed::new("force", times, values)?);
         }
         Ok(acting)
+    }
+
+    /// Whether thrust moves smoothly from sample to sample.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.between != BetweenSamples::Held
     }
 
     /// How long after its last change thrust still changes, s.
@@ -317,8 +322,8 @@ impl Actuator {
         let mut slices = Vec::new();
         for pair in edges.windows(2) {
             let length_s = pair[1] - pair[0];
-            let count =
-                if self.settles_s() < NO_LAG_S { 1.0 } else { (length_s / FINEST_S).ceil() };
+            let is_held = self.settles_s() < NO_LAG_S && !self.is_smooth();
+            let count = if is_held { 1.0 } else { (length_s / FINEST_S).ceil() };
             let length_s = length_s / count;
             slices.extend((0..count as usize).map(|k| {
                 let from_s = pair[0] + k as f64 * length_s;
@@ -342,7 +347,8 @@ impl Actuator {
         }
         for (place, dof) in axes.iter().enumerate() {
             let Some(series) = &logged.wrench[dof.index()] else { continue };
-            let lagging = Lagging::new(series, *self);
+            let fine = self.is_smooth().then(|| finely_held(series)).flatten();
+            let lagging = Lagging::new(fine.as_ref().unwrap_or(series), *self);
             let mut reader = lagging.reader();
             for ((force, all_by), slice) in pushes.each_mut().zip(slices) {
                 let before = reader.at(slice.from_s);
@@ -417,7 +423,7 @@ impl Actuator {
             log_reverse_ratio: self.log_reverse_ratio,
             beyond_square: self.beyond_square,
             full_speed: self.full_speed,
-            is_smooth: self.is_smooth,
+            between: self.between,
             has_exponent: true,
         };
         // What it was told shortly before is still on its way.
@@ -443,7 +449,7 @@ impl Actuator {
     /// As [`Self::acting`].
     pub(crate) fn signals(&self, record: &TrialRecord) -> Result<BTreeMap<Signal, Timed>, Error> {
         let mut signals = record.signals.clone();
-        if self.numbers()[..SHAPED_BY.len()] == [0.0; SHAPED_BY.len()] {
+        if self.numbers()[..SHAPED_BY.len()] == [0.0; SHAPED_BY.len()] && !self.is_smooth() {
             return Ok(signals);
         }
         let none: [Option<Timed>; 6] = [const { None }; 6];
@@ -521,6 +527,27 @@ fn total_load(thrusters: &[PlacedThruster]) -> Option<(Timed, f64)> {
     let each = thrusters.iter().map(|own| own.track.forward.abs().powf(1.5)).sum::<f64>();
     let load = Timed::new("load", times, values).ok()?;
     (each > 0.0).then_some((load, each))
+}
+
+/// A force that moves smoothly from sample to sample, as its means over steps of at most 0.05 s; `None` for a
+/// single sample.
+fn finely_held(series: &Timed) -> Option<Timed> {
+    let mut between = SignalIntegral::new(series, BetweenSamples::SmoothSpeed);
+    let (mut times, mut values) = (Vec::new(), Vec::new());
+    for pair in series.time_s().windows(2) {
+        let steps = ((pair[1] - pair[0]) / FINEST_S).ceil();
+        let length_s = (pair[1] - pair[0]) / steps;
+        let mut before = between.until(pair[0]).0;
+        for k in 0..steps as usize {
+            let after = between.until(pair[0] + (k as f64 + 1.0) * length_s).0;
+            times.push(pair[0] + k as f64 * length_s);
+            values.push((after - before) / length_s);
+            before = after;
+        }
+    }
+    times.push(series.last_s());
+    values.push(*series.values().last()?);
+    Timed::new("force", times, values).ok()
 }
 
 /// A logged force and what lags behind it at each of its samples.
@@ -695,6 +722,22 @@ mod tests {
     }
 
     #[test]
+    fn a_smooth_wrench_acts_as_its_cubics_do() {
+        let actuator = Actuator { between: BetweenSamples::SmoothThrust, ..Actuator::default() };
+        let mut pushes = actuator.pushes(&of_wrench(0), &slices(0.1, 10), &[Dof::Surge]);
+        let u = steps();
+        let (mut cubics, mut sum) = (SignalIntegral::new(&u, BetweenSamples::SmoothSpeed), 0.0);
+        for (k, (force, _)) in pushes.each_mut().enumerate() {
+            let t = 0.1 * (k + 1) as f64;
+            sum += 0.1 * force[0];
+            // Exact from sample to sample, and nearly so within.
+            let most =
+                if u.time_s().iter().any(|own| (own - t).abs() < 1e-9) { 1e-9 } else { 0.02 };
+            assert!((sum - cubics.until(t).0).abs() < most, "{t}: {sum}");
+        }
+    }
+
+    #[test]
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
         let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -730,26 +773,34 @@ mod tests {
             let some = [
                 ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
                 ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0], 1e-3),
-                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.2, -0.1, 0.0, 0.0], 0.1),
+                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.2, -0.1, 0.0, 0.0], 0.15),
+                ([0.0, 0.013, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
                 ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
                 ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0], 1e-3),
                 ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
             ];
-            for (base, near) in some {
+            let laws =
+                [BetweenSamples::Held, BetweenSamples::SmoothSpeed, BetweenSamples::SmoothThrust];
+            for (between, (base, near)) in laws.into_iter().flat_map(|law| some.map(|x| (law, x))) {
+                let actuator = |numbers| Actuator { between, ..of(numbers) };
                 let pushes = |k: usize, step: f64| {
                     let mut moved = base;
                     moved[k] += step;
-                    of(moved).pushes(&logged, &slices, &Dof::ALL)
+                    actuator(moved).pushes(&logged, &slices, &Dof::ALL)
                 };
-                let here = of(base).pushes(&logged, &slices, &Dof::ALL);
-                let has_slope = |k: &usize| *k != Actuator::SLEW || base[*k] > 0.0;
+                let here = actuator(base).pushes(&logged, &slices, &Dof::ALL);
+                let has_slope = |k: &usize| match *k {
+                    Actuator::SLEW | Actuator::LAG => base[*k] > 0.0,
+                    _ => true,
+                };
                 for k in (0..Actuator::COUNT).filter(has_slope) {
                     let (up, down) = (pushes(k, 1e-6), pushes(k, -1e-6));
                     for ((here, up), down) in here.each().zip(up.each()).zip(down.each()) {
                         let slope = (up.force[0] - down.force[0]) / 2e-6;
                         let by = here.by(k)[0];
                         let off = (slope - by).abs();
-                        assert!(off < near * slope.abs().max(1.0), "{k}: {slope}, {here:?}");
+                        let is_near = off < near * slope.abs().max(1.0);
+                        assert!(is_near, "{between:?}, {k}: {slope}, {here:?}");
                     }
                 }
             }

@@ -17,9 +17,9 @@ use super::equation_error::Solved;
 use super::filter::Noise;
 use super::problem::{Point, Problem, is_measured_over_ground};
 use super::schedule::Attitude;
-use super::search::{ADMITTED, widened, with_all};
+use super::search::{ADMITTED, CLEAR_GAIN, widened, with_all};
 use super::start::{FirstPlant, LEAST_LAG_S, begun_beside};
-use super::{Fitted, Optimum};
+use super::{Fitted, SMOOTH, Tried};
 use crate::estimate::axis_plant::axis_structure;
 use crate::estimate::candidate::{Candidate, Decision};
 use crate::estimate::inputs::Inputs;
@@ -75,10 +75,6 @@ pub(in crate::estimate) struct FittedAxis {
     /// A lever arm of the sensor that is taken out of its velocities.
     pub(in crate::estimate) lever: Option<Lever>,
 }
-
-/// Another law with as many numbers must gain this much, twice the log-likelihood, to replace the usual one:
-/// odds of seven to one.
-const CLEAR_GAIN: f64 = 4.0;
 
 /// A disturbance below this part of the thrust is none that a current could stand behind.
 const SLIGHT_DISTURBANCE: f64 = 0.005;
@@ -153,7 +149,7 @@ impl OneAxis<'_> {
             }
         };
         let mut decisions = Vec::new();
-        let fitted = self.with_smooth_thrust_that_shows(fitted, &mut decisions);
+        let fitted = self.with_smooth_thrust_that_shows(fitted, &mut decisions)?;
         let fitted = fitted.with_speeds_as_they_are(&references)?;
         let measured = records;
         let needed = self.lever_bar(&fitted);
@@ -369,7 +365,7 @@ impl OneAxis<'_> {
         let point = Point {
             free: problem.physical.free(&DVector::from(coefficients)),
             actuator: Actuator {
-                is_smooth: problem.first_actuator.is_smooth,
+                between: problem.first_actuator.between,
                 ..from.actuator.with(numbers)
             },
             currents: match problem.has_current {
@@ -635,32 +631,26 @@ impl OneAxis<'_> {
         if problem.requires[Actuator::SLEW] {
             problem.first_actuator.slew_s = FIRST_SLEW_S;
         }
-        problem.first_actuator.is_smooth = self.required.contains(&Candidate::SmoothThrust);
+        problem.first_actuator.between = Candidate::between_samples(self.required.iter().copied());
         problem.has_current &=
             self.may_have(Candidate::Current) || self.may_have(Candidate::CurrentDrift);
         problem
     }
 
-    /// The same with speeds of propellers that move smoothly between samples, if that is clearly likelier.
+    /// The same with thrust that moves smoothly between its samples, if that is clearly likelier.
     fn with_smooth_thrust_that_shows(
         &self,
         fitted: Fitted,
         decisions: &mut Vec<Decision>,
-    ) -> Fitted {
-        if !self.candidates.contains(&Candidate::SmoothThrust) {
-            return fitted;
-        }
-        let mut point = fitted.optimum.point.clone();
-        point.actuator.is_smooth = true;
-        let found = fitted.problem.descent(point, Tolerance::COARSE).ok();
-        let gain = |found: &Optimum| 2.0 * (fitted.optimum.cost - found.cost);
-        let ratio = found.as_ref().map_or(0.0, gain);
-        let admitted = ratio > CLEAR_GAIN;
-        decisions.push(decision(Candidate::SmoothThrust, ratio, CLEAR_GAIN, admitted));
-        match found.filter(|_| admitted) {
-            Some(optimum) => Fitted { optimum, ..fitted },
-            None => fitted,
-        }
+    ) -> Result<Fitted, Error> {
+        let laws: Vec<Candidate> =
+            SMOOTH.into_iter().filter(|law| self.candidates.contains(law)).collect();
+        let fitted = fitted.with_smooth_thrust_that_shows(&laws)?;
+        let named = |tried: &Tried| laws.iter().find(|law| law.name() == tried.name);
+        decisions.extend(fitted.smooth.iter().filter_map(|tried| {
+            Some(decision(*named(tried)?, tried.likelihood_ratio, CLEAR_GAIN, tried.admitted))
+        }));
+        Ok(fitted)
     }
 }
 

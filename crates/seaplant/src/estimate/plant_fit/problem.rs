@@ -55,6 +55,11 @@ pub(super) struct Problem {
     pub(super) has_thrusters: bool,
     /// Uncertainty of the thrusters' strength: the greatest of any thruster.
     pub(super) thrust_uncertainty: ThrustUncertainty,
+    /// True if the thrust of any trial is logged so slowly that its values between samples matter.
+    pub(super) has_slow_thrust: bool,
+    /// How far slowly logged thrust on each axis is from its neighbours, of the trial with most of it; see
+    /// [`TrialRecord::thrust_beyond_neighbours`].
+    pub(super) beyond_neighbours: Vec<f64>,
     /// Known forces that act together, by the index that slices refer to.
     pub(super) known: Arc<[Vec<KnownForce>]>,
     /// Their sums, by the same index.
@@ -205,6 +210,10 @@ impl Problem {
             let measured = records.iter().filter_map(|record| record.velocity[axis].as_ref());
             sample_noise(measured).unwrap_or(0.0).max(LEAST_NOISE)
         };
+        let beyond = |dof: &Dof| {
+            let of_trials = records.iter().map(|record| record.thrust_beyond_neighbours(*dof));
+            of_trials.fold(0.0, f64::max)
+        };
         let schedules = Schedule::complete(records, structure, attitude, SensorLag::default());
         let inclinations = records.iter().flat_map(|record| record.inclination.iter().flatten());
         let pieces = Schedule::pieces(records, structure, attitude, SensorLag::default());
@@ -227,6 +236,8 @@ impl Problem {
             first_actuator: Actuator::first(records),
             has_thrusters,
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
+            has_slow_thrust: records.iter().any(|record| record.thrust_is_slow()),
+            beyond_neighbours: axes.iter().map(beyond).collect(),
             loads: known.iter().map(|acting| Load::of(acting)).collect(),
             known,
             sample_noise: axes.iter().map(|dof| noise(dof.index())).collect(),

@@ -28,6 +28,10 @@ pub struct Tried {
 /// proportion.
 pub(super) const ADMITTED: f64 = 20.0;
 
+/// Another law with as many numbers must gain this much, twice the log-likelihood, to replace the usual one:
+/// odds of seven to one.
+pub(super) const CLEAR_GAIN: f64 = 4.0;
+
 /// The same of motion left to itself, by how many samples say as much as one: chance makes as much
 /// once in 400.
 pub(super) const ADMITTED_OF_FREE: f64 = 9.0;

@@ -1,5 +1,6 @@
 mod blocks;
 mod known;
+mod slow_logs;
 mod thrusters;
 
 use nalgebra::{Vector3, Vector6};

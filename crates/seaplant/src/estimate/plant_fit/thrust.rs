@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::uncertainty::inverse;
 use super::{Actuator, Fitted};
-use crate::{Error, ThrustUncertainty};
+use crate::estimate::propellers::LOST_BETWEEN_SAMPLES;
+use crate::{Caveat, CaveatCode, Dof, Error, ThrustUncertainty};
 
 /// A way in which thrust may be off, by a standard deviation: parts of it, forward and in reverse.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +72,48 @@ impl Fitted {
         }
         Ok(sum)
     }
+}
+
+impl Fitted {
+    /// The covariance of the coefficients that comes of what cubics lose of thrust between its samples: it makes mass
+    /// and drag of an axis too small by the same part.
+    pub(super) fn lost_between_samples(&self) -> Result<DMatrix<f64>, Error> {
+        let (problem, point) = (&self.problem, &self.optimum.point);
+        let (structure, plant) = (&problem.structure, problem.plant(&point.free)?);
+        let p = structure.terms().len();
+        let mut sum = DMatrix::zeros(p, p);
+        if !point.actuator.is_smooth() {
+            return Ok(sum);
+        }
+        for (dof, beyond) in structure.axes().iter().zip(&problem.beyond_neighbours) {
+            let lost = LOST_BETWEEN_SAMPLES * beyond.powi(2);
+            let terms = structure.terms().iter().zip(plant.coefficients());
+            let by = terms.map(|(term, coefficient)| {
+                let is_gain = structure.prior_std(term).is_some();
+                let is_held = structure.held(term).is_some();
+                let is_of_axis = structure.axes_of(term).contains(dof);
+                if is_of_axis && !is_gain && !is_held { lost * coefficient } else { 0.0 }
+            });
+            let by = DVector::from_iterator(p, by);
+            sum += &by * by.transpose();
+        }
+        Ok(sum)
+    }
+}
+
+/// Thrust that is further from its neighbours is unknown between its samples: 1 − cos ωT of a sinusoid that is
+/// sampled five times a period.
+const RESTLESS: f64 = 0.7;
+
+/// Returns a caveat if thrust that moves between its samples changes too much there.
+pub(crate) fn restless_thrust(dof: Dof, beyond: f64) -> Option<Caveat> {
+    (beyond > RESTLESS).then(|| {
+        let message = format!(
+            "thrust in {dof} changes so much between its samples that mass and drag are not known: a sample is {:.0} % of the thrust away from the mean of those before and after; log the thrusters faster, or move them more slowly",
+            100.0 * beyond
+        );
+        Caveat::warning(CaveatCode::NotDetermined, message)
+    })
 }
 
 /// How thrust is off: both ways, or where known forces tell the scale of all, in reverse beside forward.

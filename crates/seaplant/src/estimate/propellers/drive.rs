@@ -2,7 +2,7 @@
 
 use super::approach::{Changing, Propulsion, Segment};
 use super::integral::SignalIntegral;
-use crate::{ThrusterTrack, Timed};
+use crate::{BetweenSamples, ThrusterTrack, Timed};
 
 /// What stands between the logged speed of propellers and their thrust.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,8 +21,8 @@ pub(crate) struct DriveLaw {
     pub(crate) beyond_square: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as it is.
     pub(crate) full_speed: f64,
-    /// True if logged speeds move smoothly from sample to sample; else they are held.
-    pub(crate) is_smooth: bool,
+    /// What propellers do between their logged samples.
+    pub(crate) between: BetweenSamples,
     /// True if the derivative by the exponent is asked for.
     pub(crate) has_exponent: bool,
 }
@@ -143,14 +143,20 @@ impl<'a> Drive<'a> {
     ) -> Self {
         let delay_s = law.delay_s;
         let propeller = |track: &'a ThrusterTrack| {
-            let mut asked = SignalIntegral::new(&track.speed, law.is_smooth);
+            let mut asked = SignalIntegral::new(&track.speed, law.between);
             let settled = asked.until(from_s - delay_s - JUST_BEFORE_S).1;
             let before = asked.until(from_s - delay_s);
-            Propeller { track, asked, before, speed: Changing::constant(settled) }
+            let mut speed = Changing::constant(asked.speed(settled));
+            if law.between != BetweenSamples::Held {
+                let slope = (settled - before.1) / JUST_BEFORE_S;
+                speed.by[DriveNumber::Delay as usize] =
+                    asked.speed_slope(speed.x, slope, law.full_speed);
+            }
+            Propeller { track, asked, before, speed }
         };
         Self {
             propellers: tracks.iter().map(propeller).collect(),
-            turning: turning.map(|turning| SignalIntegral::new(turning, false)),
+            turning: turning.map(|turning| SignalIntegral::new(turning, BetweenSamples::Held)),
             propulsion: Propulsion::of(law),
             delay_s,
             law: ThrustLaw::of(law),
@@ -177,8 +183,11 @@ impl<'a> Drive<'a> {
             let after = propeller.asked.until(to_s);
             propeller.before = after;
             let Some((middle, first_s)) = first else {
-                let mut asked = Changing::constant((after.0 - before.0) / h);
-                asked.by[DriveNumber::Delay as usize] = (before.1 - after.1) / h;
+                let (mean, slope) = ((after.0 - before.0) / h, (before.1 - after.1) / h);
+                let speed = propeller.asked.speed(mean);
+                let mut asked = Changing::constant(speed);
+                asked.by[DriveNumber::Delay as usize] =
+                    propeller.asked.speed_slope(speed, slope, law.full_speed);
                 propeller.go(&self.propulsion, &law, asked, [h, h], &mut push);
                 continue;
             };

@@ -1,21 +1,25 @@
 //! Integrals of logged signals between any two instants.
 
-use crate::Timed;
+use crate::{BetweenSamples, Timed};
 
 /// Part of a sinusoid that cubics through its samples lose, over (1 − cos ωT)²: (ωT)⁴/80 for many samples a
 /// period, and this at five.
 pub(crate) const LOST_BETWEEN_SAMPLES: f64 = 0.06;
 
+/// A propeller below this part of full speed is still.
+const STILL_PART: f64 = 0.01;
+
 /// ∫ x dt of a signal that is held or moves smoothly from sample to sample, for times that rise.
 ///
-/// Smooth: a cubic between samples, with the slope at each from its neighbours.
+/// Smooth: a cubic between samples, with the slope at each from its neighbours. Where thrust moves smoothly, x is
+/// n|n| of a propeller speed n.
 ///
 /// # Source
 /// E. Catmull, R. Rom, "A class of local interpolating splines", *Computer Aided Geometric Design*, 1974.
 #[derive(Clone, Debug)]
 pub(crate) struct SignalIntegral<'a> {
     series: &'a Timed,
-    smooth: bool,
+    between: BetweenSamples,
     /// The sample in effect.
     at: usize,
     /// The integral up to it.
@@ -23,15 +27,37 @@ pub(crate) struct SignalIntegral<'a> {
 }
 
 impl<'a> SignalIntegral<'a> {
-    pub(crate) fn new(series: &'a Timed, smooth: bool) -> Self {
-        Self { series, smooth, at: 0, before: 0.0 }
+    pub(crate) fn new(series: &'a Timed, between: BetweenSamples) -> Self {
+        Self { series, between, at: 0, before: 0.0 }
+    }
+
+    /// x at a sample.
+    #[inline]
+    fn sample(&self, k: usize) -> f64 {
+        let n = self.series.values()[k];
+        if self.between == BetweenSamples::SmoothThrust { n * n.abs() } else { n }
+    }
+
+    /// The speed that a mean of x is that of.
+    #[inline]
+    pub(crate) fn speed(&self, x: f64) -> f64 {
+        if self.between == BetweenSamples::SmoothThrust { x.abs().sqrt().copysign(x) } else { x }
+    }
+
+    /// The derivative of such a speed by what x has this derivative by, of propellers that turn up to `full_speed`.
+    #[inline]
+    pub(crate) fn speed_slope(&self, speed: f64, by: f64, full_speed: f64) -> f64 {
+        let is_of_thrust = self.between == BetweenSamples::SmoothThrust;
+        // The root has no slope at rest.
+        let least = (STILL_PART * full_speed).max(f64::MIN_POSITIVE);
+        if is_of_thrust { 0.5 * by / speed.abs().max(least) } else { by }
     }
 
     /// Where the signal jumps most between where it was last looked at and `to_s`, if by more than
     /// `least`.
     #[inline]
     pub(crate) fn jump_before(&self, to_s: f64, least: f64) -> Option<f64> {
-        if self.smooth {
+        if self.between != BetweenSamples::Held {
             return None;
         }
         let (t, x) = (self.series.time_s(), self.series.values());
@@ -51,15 +77,16 @@ impl<'a> SignalIntegral<'a> {
     /// The integral up to `t_s`, from the first sample on, and the signal there.
     #[inline]
     pub(crate) fn until(&mut self, t_s: f64) -> (f64, f64) {
-        let (t, x) = (self.series.time_s(), self.series.values());
+        let t = self.series.time_s();
+        let is_held = self.between == BetweenSamples::Held;
         while self.at + 1 < t.len() && t[self.at + 1] <= t_s {
             let length = t[self.at + 1] - t[self.at];
-            self.before += if self.smooth { self.cubic(1.0).0 } else { x[self.at] * length };
+            self.before += if is_held { self.sample(self.at) * length } else { self.cubic(1.0).0 };
             self.at += 1;
         }
-        let (from, since) = (x[self.at], t_s - t[self.at]);
+        let (from, since) = (self.sample(self.at), t_s - t[self.at]);
         // Before the first sample and after the last the signal is held.
-        if !self.smooth || since <= 0.0 || self.at + 1 == t.len() {
+        if is_held || since <= 0.0 || self.at + 1 == t.len() {
             return (self.before + from * since, from);
         }
         let (integral, value) = self.cubic(since / (t[self.at + 1] - t[self.at]));
@@ -68,15 +95,15 @@ impl<'a> SignalIntegral<'a> {
 
     /// The integral from the sample in effect to a part of the way to the next, and the signal there.
     fn cubic(&self, part: f64) -> (f64, f64) {
-        let (t, x) = (self.series.time_s(), self.series.values());
+        let (t, x) = (self.series.time_s(), |k| self.sample(k));
         let (k, last) = (self.at, t.len() - 1);
         let length = t[k + 1] - t[k];
         // Changes over this interval at the slopes of its ends.
         let change = |at: usize| {
             let (from, to) = (at.saturating_sub(1), (at + 1).min(last));
-            length * (x[to] - x[from]) / (t[to] - t[from])
+            length * (x(to) - x(from)) / (t[to] - t[from])
         };
-        let (x0, x1, d0, d1) = (x[k], x[k + 1], change(k), change(k + 1));
+        let (x0, x1, d0, d1) = (x(k), x(k + 1), change(k), change(k + 1));
         let c2 = 3.0 * (x1 - x0) - 2.0 * d0 - d1;
         let c3 = 2.0 * (x0 - x1) + d0 + d1;
         let value = x0 + part * (d0 + part * (c2 + part * c3));
@@ -96,7 +123,7 @@ mod tests {
     #[test]
     fn an_integral_of_held_samples_goes_on_before_and_after_them() {
         let held = series(&[0.0, 1.0, 3.0], &[2.0, -1.0, 4.0]);
-        let mut integral = SignalIntegral::new(&held, false);
+        let mut integral = SignalIntegral::new(&held, BetweenSamples::Held);
         assert_eq!(integral.until(-0.5), (-1.0, 2.0));
         assert_eq!(integral.until(0.5), (1.0, 2.0));
         assert_eq!(integral.until(2.0), (1.0, -1.0));
@@ -106,22 +133,41 @@ mod tests {
     #[test]
     fn the_greatest_jump_ahead_is_found_if_it_is_large_enough() {
         let held = series(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, -4.0, -5.0]);
-        let mut integral = SignalIntegral::new(&held, false);
+        let mut integral = SignalIntegral::new(&held, BetweenSamples::Held);
         integral.until(0.5);
         assert_eq!(integral.jump_before(2.5, 0.5), Some(2.0));
         assert_eq!(integral.jump_before(2.0, 0.5), Some(1.0));
         assert_eq!(integral.jump_before(2.0, 1.5), None);
-        assert_eq!(SignalIntegral::new(&held, true).jump_before(2.5, 0.5), None);
+        assert_eq!(
+            SignalIntegral::new(&held, BetweenSamples::SmoothSpeed).jump_before(2.5, 0.5),
+            None
+        );
     }
 
     #[test]
     fn a_parabola_between_even_samples_is_exact() {
         let time_s: Vec<f64> = (0..6).map(f64::from).collect();
         let moving = series(&time_s, &time_s.iter().map(|t| t * t).collect::<Vec<_>>());
-        let mut integral = SignalIntegral::new(&moving, true);
+        let mut integral = SignalIntegral::new(&moving, BetweenSamples::SmoothSpeed);
         let [from, to] = [1.2, 3.7].map(|t| integral.until(t));
         let exact = (3.7_f64.powi(3) - 1.2_f64.powi(3)) / 3.0;
         assert!((to.0 - from.0 - exact).abs() < 1e-12 && (to.1 - 3.7 * 3.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn smooth_thrust_has_the_speed_of_its_mean() {
+        // Thrust grows evenly from −4 to 4 while speed goes from −2 to 2.
+        let time_s: Vec<f64> = (0..9).map(f64::from).collect();
+        let speeds = time_s.iter().map(|t| (t - 4.0).abs().sqrt().copysign(t - 4.0));
+        let moving = series(&time_s, &speeds.collect::<Vec<_>>());
+        let mut integral = SignalIntegral::new(&moving, BetweenSamples::SmoothThrust);
+        let [from, to] = [4.25, 6.25].map(|t| integral.until(t));
+        let speed = integral.speed((to.0 - from.0) / 2.0);
+        assert!((speed - 1.25_f64.sqrt()).abs() < 1e-12 && (to.1 - 2.25).abs() < 1e-12);
+        // By the start, of which thrust falls short by one each second.
+        let (step, full_speed) = (1e-6, 2.0);
+        let slope = (integral.speed(1.25 + step) - speed) / step;
+        assert!((integral.speed_slope(speed, 1.0, full_speed) - slope).abs() < 1e-6);
     }
 
     #[test]
@@ -130,7 +176,7 @@ mod tests {
         for step in [0.25, 0.51, 1.25_f64] {
             let time_s: Vec<f64> = (0..400).map(|k| step * f64::from(k)).collect();
             let sine = series(&time_s, &time_s.iter().map(|t| t.sin()).collect::<Vec<_>>());
-            let mut cubics = SignalIntegral::new(&sine, true);
+            let mut cubics = SignalIntegral::new(&sine, BetweenSamples::SmoothSpeed);
             let (mut lost, mut all) = (0.0, 0.0);
             for k in 1000..39_000 {
                 let t = 0.01 * step * f64::from(k);
@@ -145,7 +191,7 @@ mod tests {
     #[test]
     fn a_smooth_signal_is_held_before_and_after_its_samples() {
         let moving = series(&[0.0, 1.0], &[2.0, -1.0]);
-        let mut integral = SignalIntegral::new(&moving, true);
+        let mut integral = SignalIntegral::new(&moving, BetweenSamples::SmoothSpeed);
         assert_eq!(integral.until(-0.5), (-1.0, 2.0));
         assert_eq!(integral.until(0.5), (0.625, 0.5));
         assert_eq!(integral.until(2.0), (-0.5, -1.0));

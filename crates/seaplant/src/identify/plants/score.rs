@@ -449,7 +449,7 @@ impl<'a> Standing<'a> {
             log_change_loaded: number("thrust_change_loaded").ln_1p(),
             log_scale: ratio("thrust_scale").ln(),
             full_speed: ratio("full_speed"),
-            is_smooth: false,
+            between: result.between_samples(),
         };
         let report = VelocityReport {
             delay_s: number("translation_delay"),

@@ -12,8 +12,7 @@ use crate::estimate::plant_fit::actuator::Actuator;
 use crate::estimate::plant_fit::filter::Innovation;
 use crate::estimate::plant_fit::problem::Problem;
 use crate::estimate::plant_fit::search::ADMITTED;
-use crate::estimate::plant_fit::{Fitted, PlantFit};
-use crate::estimate::propellers::LOST_BETWEEN_SAMPLES;
+use crate::estimate::plant_fit::{Fitted, PlantFit, restless_thrust};
 use crate::estimate::{Estimate, Fit, Innovations, Method, Nuisances, Waves};
 use crate::plant::{Basis, Product, Structure};
 use crate::signal::autocorrelation;
@@ -99,10 +98,6 @@ impl OneAxis<'_> {
                 covariance[(k, k)] += (part * lumped.to_vector()[k]).powi(2);
             }
         }
-        let beyond = self.axes.iter().map(AxisRecord::thrust_beyond_neighbours).fold(0.0, f64::max);
-        let beyond = if found.actuator.is_smooth { beyond } else { 0.0 };
-        // What is lost of thrust makes mass and drag too small by the same part.
-        covariance[(0, 0)] += (LOST_BETWEEN_SAMPLES * beyond.powi(2) * lumped.alpha).powi(2);
         let axis = axis_of(self.dof);
         let nuisances = self.nuisances(found, problem, lumped.alpha, freedom);
         let of_trial = |(axis, errors): (&AxisRecord, &Vec<f64>)| Innovations {
@@ -133,6 +128,7 @@ impl OneAxis<'_> {
             start: None,
         };
         fit.caveats = caveats(&fit, &innovations);
+        let beyond = found.beyond_neighbours.values().copied().fold(0.0, f64::max);
         fit.caveats.extend(restless_thrust(self.dof, beyond));
         Ok(fit)
     }
@@ -179,7 +175,7 @@ impl OneAxis<'_> {
             inflow_ahead: by_effect(Candidate::InflowAhead.name()),
             exponent: by(Actuator::EXPONENT).map(|off| off.moved(2.0)),
             full_speed: found.actuator.full_speed,
-            smooth_thrust: found.actuator.is_smooth,
+            between: found.actuator.between,
             velocity_scale: None,
             lever_m: Default::default(),
             sensor_lag_s: None,
@@ -222,21 +218,6 @@ const PRECISION_OF_DRAG: f64 = 0.02;
 
 /// … and mass by less.
 const PRECISION_OF_MASS: f64 = 0.01;
-
-/// Thrust that is further from its neighbours is unknown between its samples: 1 − cos ωT of a sinusoid that is
-/// sampled five times a period.
-const RESTLESS: f64 = 0.7;
-
-/// Returns a caveat if thrust that moves between its samples changes too much there.
-fn restless_thrust(dof: Dof, beyond: f64) -> Option<Caveat> {
-    (beyond > RESTLESS).then(|| {
-        let message = format!(
-            "thrust in {dof} changes so much between its samples that mass and drag are not known: a sample is {:.0} % of the thrust away from the mean of those before and after; log the thrusters faster, or move them more slowly",
-            100.0 * beyond
-        );
-        Caveat::warning(CaveatCode::NotDetermined, message)
-    })
-}
 
 fn terms_of(structure: &Structure, axis: Dof) -> Result<Terms, Error> {
     let term = |term: &Basis| match term {
