@@ -192,6 +192,12 @@ def quick(s, g):
 
 
 @fault(among=UNMODELLED)
+def quick_force(s, g):
+    quick(s, g)
+    s["tones_of"] = "force"
+
+
+@fault(among=UNMODELLED)
 def dead_band(s, g):
     s["dead_band"] = g.uniform(0.04, 0.12)
 
@@ -266,6 +272,7 @@ def draw(seed, wanted=()):
         "power": 2.0,
         "wake": 0.0,
         "tones": [],
+        "tones_of": "speed",
         "dead_band": 0.0,
         "ballast": 0.0,
         "wander": 0.003,
@@ -299,10 +306,11 @@ class Joystick:
 
 
 def tones(s, time):
-    """Returns the command of a quick drive, whose propeller speed is a sum of sinusoids."""
+    """Returns the command of a quick drive, whose propeller speed or force is a sum of sinusoids."""
     whole = sum(size for size, _, _ in s["tones"])
     turning = sum(size * math.sin(omega * time + phase) for size, omega, phase in s["tones"])
-    return s["effort"] * turning * abs(turning) / whole**2
+    part = turning / whole
+    return s["effort"] * (part if s["tones_of"] == "force" else part * abs(part))
 
 
 def orders(s, g, name, seconds):

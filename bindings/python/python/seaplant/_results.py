@@ -142,6 +142,7 @@ Candidate: TypeAlias = Literal[
     "sensor-window",
     "swell",
     "current-drift",
+    "smooth-speed",
     "smooth-thrust",
 ]
 """Something that may or may not be part of the model."""
@@ -1039,7 +1040,8 @@ class FittedPlant(Record):
     the difference is due to coupling."""
 
     structure: tuple[TermDecision, ...]
-    """The candidate terms that were tested."""
+    """The candidate terms that were tested, and what thrust may do between its logged
+    samples, ``smooth-speed`` and ``smooth-thrust``."""
 
     thruster_estimates: dict[str, ThrusterEstimate]
     """What each thruster gives over what its curve says, where most others give what theirs
