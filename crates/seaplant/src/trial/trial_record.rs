@@ -323,36 +323,34 @@ impl TrialRecord {
         }
     }
 
-    /// Returns the thrusters with their wrenches per unit of [`ThrusterTrack::lever`], and one equivalent to the
-    /// force of each axis on which no thruster acts.
-    fn tracks(&self) -> Vec<(ThrusterTrack, Vector6<f64>)> {
-        let own = self.thrusters.iter().map(|own| (own.track.clone(), own.wrench));
+    /// Returns the forces that no thruster makes, by their axes.
+    fn forces_without_thrusters(&self) -> impl Iterator<Item = (usize, ThrusterTrack)> {
         let is_of_thrusters =
             |axis: usize| self.thrusters.iter().any(|own| own.wrench[axis] != 0.0);
-        let forces = self.force.iter().enumerate().filter(|(axis, _)| !is_of_thrusters(*axis));
-        let equivalent = forces.filter_map(|(axis, force)| {
-            let mut wrench = Vector6::zeros();
-            wrench[axis] = 1.0;
-            Some((ThrusterTrack::of_force(1.0, force.as_ref()?), wrench))
-        });
-        own.chain(equivalent).collect()
+        let forces = self.force.iter().enumerate();
+        forces
+            .filter(move |(axis, _)| !is_of_thrusters(*axis))
+            .filter_map(|(axis, force)| Some((axis, ThrusterTrack::of_force(1.0, force.as_ref()?))))
     }
 
     /// Returns whether thrust was logged so slowly that its values between samples matter.
     pub(crate) fn thrust_is_slow(&self) -> bool {
-        self.tracks().iter().any(|(track, _)| track.is_slow())
+        self.thrusters.iter().any(|own| own.track.is_slow())
+            || self.forces_without_thrusters().any(|(_, track)| track.is_slow())
     }
 
     /// Returns how far slowly logged thrust on an axis is at a sample from the mean of its neighbours, relative to
     /// all thrust on it and as a root mean square: 1 − cos ωT for a sinusoid.
     pub(crate) fn thrust_beyond_neighbours(&self, dof: Dof) -> f64 {
         let [mut all, mut beyond] = [0.0, 0.0];
-        for (track, wrench) in self.tracks() {
-            let part = wrench[dof.index()].powi(2);
+        let mut add = |track: &ThrusterTrack, lever: f64| {
             let [of_all, of_beyond] = track.beyond_neighbours();
-            all += part * of_all;
-            beyond += if track.is_slow() { part * of_beyond } else { 0.0 };
-        }
+            all += lever * lever * of_all;
+            beyond += if track.is_slow() { lever * lever * of_beyond } else { 0.0 };
+        };
+        self.thrusters.iter().for_each(|own| add(&own.track, own.wrench[dof.index()]));
+        let forces = self.forces_without_thrusters().filter(|(axis, _)| *axis == dof.index());
+        forces.for_each(|(_, track)| add(&track, 1.0));
         (beyond / all.max(f64::MIN_POSITIVE)).sqrt()
     }
 

@@ -532,6 +532,7 @@ fn total_load(thrusters: &[PlacedThruster]) -> Option<(Timed, f64)> {
 /// A force that moves smoothly from sample to sample, as its means over steps of at most 0.05 s; `None` for a
 /// single sample.
 fn finely_held(series: &Timed) -> Option<Timed> {
+    // A force is no square of anything: its own samples are followed.
     let mut between = SignalIntegral::new(series, BetweenSamples::SmoothSpeed);
     let (mut times, mut values) = (Vec::new(), Vec::new());
     for pair in series.time_s().windows(2) {

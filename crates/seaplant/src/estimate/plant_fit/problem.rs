@@ -210,9 +210,10 @@ impl Problem {
             let measured = records.iter().filter_map(|record| record.velocity[axis].as_ref());
             sample_noise(measured).unwrap_or(0.0).max(LEAST_NOISE)
         };
+        let has_slow_thrust = records.iter().any(|record| record.thrust_is_slow());
         let beyond = |dof: &Dof| {
-            let of_trials = records.iter().map(|record| record.thrust_beyond_neighbours(*dof));
-            of_trials.fold(0.0, f64::max)
+            let slow = records.iter().filter(|_| has_slow_thrust);
+            slow.map(|record| record.thrust_beyond_neighbours(*dof)).fold(0.0, f64::max)
         };
         let schedules = Schedule::complete(records, structure, attitude, SensorLag::default());
         let inclinations = records.iter().flat_map(|record| record.inclination.iter().flatten());
@@ -236,7 +237,7 @@ impl Problem {
             first_actuator: Actuator::first(records),
             has_thrusters,
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
-            has_slow_thrust: records.iter().any(|record| record.thrust_is_slow()),
+            has_slow_thrust,
             beyond_neighbours: axes.iter().map(beyond).collect(),
             loads: known.iter().map(|acting| Load::of(acting)).collect(),
             known,

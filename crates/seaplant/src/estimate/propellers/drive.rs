@@ -143,7 +143,7 @@ impl<'a> Drive<'a> {
     ) -> Self {
         let delay_s = law.delay_s;
         let propeller = |track: &'a ThrusterTrack| {
-            let mut asked = SignalIntegral::new(&track.speed, law.between);
+            let mut asked = SignalIntegral::of(track, law.between);
             let settled = asked.until(from_s - delay_s - JUST_BEFORE_S).1;
             let before = asked.until(from_s - delay_s);
             let mut speed = Changing::constant(asked.speed(settled));

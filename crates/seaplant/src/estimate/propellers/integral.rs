@@ -1,6 +1,6 @@
 //! Integrals of logged signals between any two instants.
 
-use crate::{BetweenSamples, Timed};
+use crate::{BetweenSamples, ThrusterTrack, Timed};
 
 /// Part of a sinusoid that cubics through its samples lose, over (1 − cos ωT)²: (ωT)⁴/80 for many samples a
 /// period, and this at five.
@@ -12,7 +12,7 @@ const STILL_PART: f64 = 0.01;
 /// ∫ x dt of a signal that is held or moves smoothly from sample to sample, for times that rise.
 ///
 /// Smooth: a cubic between samples, with the slope at each from its neighbours. Where thrust moves smoothly, x is
-/// n|n| of a propeller speed n.
+/// n|n| of a propeller speed n, in reverse times what its curve has there over what it has ahead.
 ///
 /// # Source
 /// E. Catmull, R. Rom, "A class of local interpolating splines", *Computer Aided Geometric Design*, 1974.
@@ -20,6 +20,8 @@ const STILL_PART: f64 = 0.01;
 pub(crate) struct SignalIntegral<'a> {
     series: &'a Timed,
     between: BetweenSamples,
+    /// Thrust in reverse over that ahead at the same speed.
+    reverse: f64,
     /// The sample in effect.
     at: usize,
     /// The integral up to it.
@@ -28,29 +30,45 @@ pub(crate) struct SignalIntegral<'a> {
 
 impl<'a> SignalIntegral<'a> {
     pub(crate) fn new(series: &'a Timed, between: BetweenSamples) -> Self {
-        Self { series, between, at: 0, before: 0.0 }
+        Self { series, between, reverse: 1.0, at: 0, before: 0.0 }
+    }
+
+    /// The integral of what a propeller is told.
+    pub(crate) fn of(track: &'a ThrusterTrack, between: BetweenSamples) -> Self {
+        let reverse = track.reverse / track.forward;
+        let reverse = if reverse.is_finite() && reverse > 0.0 { reverse } else { 1.0 };
+        Self { reverse, ..Self::new(&track.speed, between) }
     }
 
     /// x at a sample.
     #[inline]
     fn sample(&self, k: usize) -> f64 {
         let n = self.series.values()[k];
-        if self.between == BetweenSamples::SmoothThrust { n * n.abs() } else { n }
+        if self.between != BetweenSamples::SmoothThrust {
+            return n;
+        }
+        if n < 0.0 { -self.reverse * n * n } else { n * n }
     }
 
     /// The speed that a mean of x is that of.
     #[inline]
     pub(crate) fn speed(&self, x: f64) -> f64 {
-        if self.between == BetweenSamples::SmoothThrust { x.abs().sqrt().copysign(x) } else { x }
+        if self.between != BetweenSamples::SmoothThrust {
+            return x;
+        }
+        if x < 0.0 { -(-x / self.reverse).sqrt() } else { x.sqrt() }
     }
 
     /// The derivative of such a speed by what x has this derivative by, of propellers that turn up to `full_speed`.
     #[inline]
     pub(crate) fn speed_slope(&self, speed: f64, by: f64, full_speed: f64) -> f64 {
-        let is_of_thrust = self.between == BetweenSamples::SmoothThrust;
+        if self.between != BetweenSamples::SmoothThrust {
+            return by;
+        }
         // The root has no slope at rest.
         let least = (STILL_PART * full_speed).max(f64::MIN_POSITIVE);
-        if is_of_thrust { 0.5 * by / speed.abs().max(least) } else { by }
+        let strength = if speed < 0.0 { self.reverse } else { 1.0 };
+        0.5 * by / strength / speed.abs().max(least)
     }
 
     /// Where the signal jumps most between where it was last looked at and `to_s`, if by more than
@@ -156,18 +174,29 @@ mod tests {
 
     #[test]
     fn smooth_thrust_has_the_speed_of_its_mean() {
-        // Thrust grows evenly from −4 to 4 while speed goes from −2 to 2.
+        // Thrust grows evenly from −8 to 8, with half the strength in reverse.
         let time_s: Vec<f64> = (0..9).map(f64::from).collect();
-        let speeds = time_s.iter().map(|t| (t - 4.0).abs().sqrt().copysign(t - 4.0));
-        let moving = series(&time_s, &speeds.collect::<Vec<_>>());
-        let mut integral = SignalIntegral::new(&moving, BetweenSamples::SmoothThrust);
-        let [from, to] = [4.25, 6.25].map(|t| integral.until(t));
-        let speed = integral.speed((to.0 - from.0) / 2.0);
-        assert!((speed - 1.25_f64.sqrt()).abs() < 1e-12 && (to.1 - 2.25).abs() < 1e-12);
-        // By the start, of which thrust falls short by one each second.
+        let speeds = time_s.iter().map(|t| match t - 4.0 {
+            ahead if ahead > 0.0 => ahead.sqrt(),
+            astern => -(-2.0 * astern).sqrt(),
+        });
+        let track = ThrusterTrack {
+            speed: series(&time_s, &speeds.collect::<Vec<_>>()),
+            forward: 2.0,
+            reverse: 1.0,
+            ..ThrusterTrack::of_force(1.0, &series(&[0.0, 1.0], &[0.0; 2]))
+        };
+        let mut integral = SignalIntegral::of(&track, BetweenSamples::SmoothThrust);
         let (step, full_speed) = (1e-6, 2.0);
-        let slope = (integral.speed(1.25 + step) - speed) / step;
-        assert!((integral.speed_slope(speed, 1.0, full_speed) - slope).abs() < 1e-6);
+        for [from_s, to_s] in [[1.25, 3.25], [4.25, 6.25]] {
+            let [from, to] = [from_s, to_s].map(|t| integral.until(t));
+            let mean = 0.5 * (to.0 - from.0);
+            let speed = integral.speed(mean);
+            let exact = 0.5 * (from_s + to_s) - 4.0;
+            assert!((track.thrust(speed) / 2.0 - exact).abs() < 1e-12, "{speed}");
+            let slope = (integral.speed(mean + step) - speed) / step;
+            assert!((integral.speed_slope(speed, 1.0, full_speed) - slope).abs() < 1e-5, "{slope}");
+        }
     }
 
     #[test]

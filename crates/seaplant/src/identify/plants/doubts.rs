@@ -6,7 +6,7 @@ use crate::estimate::{Actuator, NEGLIGIBLE_POWER, PlantFit, damping_power};
 use crate::judge::{LEAST_R2, NOT_WHITE, PREDICTS};
 use crate::plant::{Basis, EffectForce};
 use crate::results::{AxisChange, AxisScore, FittedPlant, PlantScore, ToldBy};
-use crate::{Caveat, CaveatCode, Dof, Method, TrialRecord, Vehicle};
+use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Method, TrialRecord, Vehicle};
 use std::cmp::Ordering;
 
 /// Two coefficients that are correlated by more cannot be told apart.
@@ -29,7 +29,12 @@ pub(super) fn doubts(
     of_axes: &[(Dof, Caveat)],
 ) -> Vec<Caveat> {
     let of_vehicle = under_way::doubts(plant, records, vehicle);
-    let mut all = records.of_logs.clone();
+    let smooth = smooth_thrust(fit.actuator.between);
+    let is_settled =
+        |caveat: &Caveat| smooth.is_some() && caveat.code == CaveatCode::ThrustBetweenSamples;
+    let of_logs = records.of_logs.iter().filter(|caveat| !is_settled(caveat));
+    let mut all: Vec<Caveat> = of_logs.cloned().collect();
+    all.extend(smooth);
     let records = records.fit.as_slice();
     all.extend(records.iter().flat_map(|record| record.caveats.clone()));
     all.extend(untold(plant));
@@ -167,6 +172,19 @@ fn early_thrust(fit: &PlantFit) -> Option<Caveat> {
         );
         Caveat::warning(CaveatCode::ThrustBetweenSamples, message)
     })
+}
+
+/// That slowly logged thrust was taken to move smoothly, in place of what may be wrong with held samples.
+fn smooth_thrust(between: BetweenSamples) -> Option<Caveat> {
+    let what = match between {
+        BetweenSamples::Held => return None,
+        BetweenSamples::SmoothSpeed => "the speed of propellers",
+        BetweenSamples::SmoothThrust => "thrust",
+    };
+    let message = format!(
+        "thrust is logged slowly, and {what} moves smoothly from sample to sample: that is clearly likelier than samples which are held, and was allowed for; what thrust did in between is not measured, so log it faster next time"
+    );
+    Some(Caveat::warning(CaveatCode::ThrustBetweenSamples, message))
 }
 
 /// Whether thrust acts so long before its log says that too little is known of it.
