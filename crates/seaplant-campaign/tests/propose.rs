@@ -276,6 +276,25 @@ fn names_and_units_of_many_loggers_are_known() {
 }
 
 #[test]
+fn a_force_without_an_axis_is_that_of_the_axis_that_is_measured() {
+    let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
+    for (motion, force, quantity) in [
+        (["u [m/s]", "r [rad/s]"], "tau (N)", "wrench.surge"),
+        (["w [m/s]", "r [rad/s]"], "force [kN]", "wrench.heave"),
+        (["heading_deg", "u [m/s]"], "tau [N m]", "wrench.yaw"),
+        (["p [rad/s]", "depth [m]"], "total torque [N m]", ""),
+    ] {
+        let folder = Folder::new();
+        let text = csv(5.0, 60.0, &[(motion[0], &wave), (motion[1], &wave), (force, &wave)]);
+        let (proposal, campaign) = propose_in(&folder, &[folder.write("a.csv", &text)]);
+        let found = columns(&campaign).into_iter().find(|(_, column)| *column == force);
+        assert_eq!(found.map_or("", |(quantity, _)| quantity), quantity, "{force}");
+        let asked = proposal.open_questions.iter().any(|q| q.contains("its name has no axis"));
+        assert_eq!(asked, !quantity.is_empty(), "{:?}", proposal.open_questions);
+    }
+}
+
+#[test]
 fn columns_that_only_resemble_a_quantity_are_left_out() {
     let wave = |t: f64| 0.3 * (0.5 * t).sin() + 0.001 * noise((t * 10.0) as usize);
     for column in [

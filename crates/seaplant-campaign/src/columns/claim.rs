@@ -18,6 +18,9 @@ pub(crate) struct Claim {
     pub doubt: Option<String>,
 }
 
+/// Question about a force whose name has no axis.
+pub(super) const NO_AXIS: &str =
+    "its name has no axis: is it along or about this one? if not, write wrench.DOF";
 /// Why the description of a list of numbers is not mapped.
 pub(super) const LAYOUT: &str = "of the shape of a list, not a measurement";
 /// Why the numbers of a quaternion are not mapped.

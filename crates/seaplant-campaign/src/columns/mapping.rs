@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use seaplant::{Quantity, ThrusterInput};
+use seaplant::quantity::{Attitude, Axis};
+use seaplant::{Dof, Quantity, ThrusterInput};
 use seaplant_log::{Channel, Log};
 
-use super::claim::{Claim, NOT_NEEDED, VELOCITY_SAYS_MORE};
+use super::claim::{Claim, NO_AXIS, NOT_NEEDED, VELOCITY_SAYS_MORE};
 use super::names::claim;
 use super::session::Session;
 use super::{angles, autopilot, pd0, px4, ros};
@@ -58,6 +59,7 @@ pub(crate) fn map(log: &Log, sessions: &[Session]) -> Mapping {
     for session in sessions {
         let mut claims = mapping.claims(log, session, &moving);
         angles::state_units(log, &mut claims);
+        name_axes_of_forces(&mut claims);
         let mut of_session = choose(log, session, claims);
         mapping.leave_out_acceleration(&mut of_session);
         for mapped in &of_session {
@@ -171,6 +173,29 @@ fn claim_moving(log: &Log, channel: &Channel, moving: &BTreeSet<&str>) -> Result
         return Err(Remark::Clock.to_string());
     }
     Ok(claim)
+}
+
+/// Takes a force whose name has no axis for that of the only translation that is measured, and a moment likewise.
+fn name_axes_of_forces(claims: &mut [(usize, Claim)]) {
+    let moves = |claim: &Claim| match claim.quantity {
+        Quantity::Velocity(dof) => Some(dof),
+        Quantity::DvlVelocity(Axis::X) => Some(Dof::Surge),
+        Quantity::DvlVelocity(Axis::Y) => Some(Dof::Sway),
+        Quantity::DvlVelocity(Axis::Z) | Quantity::Depth => Some(Dof::Heave),
+        Quantity::Rate(Axis::X) | Quantity::Attitude(Attitude::Roll) => Some(Dof::Roll),
+        Quantity::Rate(Axis::Y) | Quantity::Attitude(Attitude::Pitch) => Some(Dof::Pitch),
+        Quantity::Rate(Axis::Z) | Quantity::Attitude(Attitude::Heading) => Some(Dof::Yaw),
+        _ => None,
+    };
+    let measured: BTreeSet<Dof> = claims.iter().filter_map(|(_, claim)| moves(claim)).collect();
+    for (_, claim) in claims {
+        let Quantity::Wrench(dof) = &mut claim.quantity else { continue };
+        let alike: Vec<Dof> =
+            measured.iter().copied().filter(|own| own.is_rotation() == dof.is_rotation()).collect();
+        if let (Some(NO_AXIS), [only]) = (claim.doubt.as_deref(), alike.as_slice()) {
+            *dof = *only;
+        }
+    }
 }
 
 /// Returns the strongest claim to each quantity, and one input for each thruster.

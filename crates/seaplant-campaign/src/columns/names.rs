@@ -5,7 +5,7 @@ use seaplant::{Dof, Quantity, ThrusterInput};
 use seaplant_log::{Channel, Dimension, Unit};
 
 use super::afloat;
-use super::claim::{ACCELERATION, COMMANDED, Claim, LAYOUT, NO_UNIT, WORLD_VELOCITY};
+use super::claim::{ACCELERATION, COMMANDED, Claim, LAYOUT, NO_AXIS, NO_UNIT, WORLD_VELOCITY};
 use crate::remarks::looks_like_degrees;
 use crate::units::dimension_of;
 use crate::words::{
@@ -191,6 +191,9 @@ pub(super) fn claim(channel: &Channel, context: &str) -> Result<Claim, String> {
     if moves && own.iter().any(|word| WORLD.contains(&word.as_str())) {
         return Err(WORLD_VELOCITY.to_owned());
     }
+    if let Some(claim) = bare_force(channel, &all, (stated.as_ref(), named)) {
+        return Ok(claim);
+    }
     let rule = best_rule(&all, stated.as_ref());
     let rule = rule.ok_or_else(|| unknown(stated.as_ref()))?;
     let is_force = matches!(rule.quantity, Quantity::Wrench(_) | Quantity::SupplyVoltage);
@@ -221,6 +224,30 @@ fn felt(channel: &Channel, own: &[String]) -> Option<Claim> {
         negate: false,
         why: why(channel, unit).to_owned(),
         doubt: missing.then(|| "no unit is stated; add unit = \"m/s2\" or \"g\"".to_owned()),
+    })
+}
+
+/// Returns the force of a column that is called nothing but that, as `tau` in N: surge's, or a moment yaw's, until it is
+/// known what else is logged.
+fn bare_force(
+    channel: &Channel,
+    words: &[String],
+    (stated, named): (Option<&Unit>, Option<&'static str>),
+) -> Option<Claim> {
+    let is_bare = words.iter().all(|word| FORCE.contains(&word.as_str()));
+    let dof = match stated?.dimension() {
+        Dimension::Force => Dof::Surge,
+        Dimension::Moment => Dof::Yaw,
+        _ => return None,
+    };
+    let unit = named.filter(|_| channel.unit.is_none());
+    (is_bare && !words.is_empty()).then(|| Claim {
+        quantity: Quantity::Wrench(dof),
+        strength: 0,
+        unit,
+        negate: false,
+        why: why(channel, unit).to_owned(),
+        doubt: Some(NO_AXIS.to_owned()),
     })
 }
 
