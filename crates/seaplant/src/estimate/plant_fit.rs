@@ -433,7 +433,7 @@ impl Fitted {
     /// The ratio of the likelihoods of two laws with as many numbers exceeds x by chance at most once in x times.
     fn with_smooth_thrust_that_shows(self, laws: &[Candidate]) -> Result<Self, Error> {
         let Self { problem, optimum, .. } = &self;
-        if !problem.has_slow_thrust || optimum.point.actuator.is_smooth() {
+        if problem.slow_period_s == 0.0 || optimum.point.actuator.is_smooth() {
             return Ok(self);
         }
         let colour = if problem.is_free { self.colour_of_all()? } else { 1.0 };

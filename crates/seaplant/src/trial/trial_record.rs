@@ -333,10 +333,14 @@ impl TrialRecord {
             .filter_map(|(axis, force)| Some((axis, ThrusterTrack::of_force(1.0, force.as_ref()?))))
     }
 
-    /// Returns whether thrust was logged so slowly that its values between samples matter.
-    pub(crate) fn thrust_is_slow(&self) -> bool {
-        self.thrusters.iter().any(|own| own.track.is_slow())
-            || self.forces_without_thrusters().any(|(_, track)| track.is_slow())
+    /// Returns the longest time between samples of thrust that was logged so slowly that its values between samples
+    /// matter, s; 0 if none was.
+    pub(crate) fn slow_thrust_period_s(&self) -> f64 {
+        let period_s =
+            |track: &ThrusterTrack| if track.is_slow() { track.speed.period_s() } else { 0.0 };
+        let of_thrusters = self.thrusters.iter().map(|own| period_s(&own.track));
+        let of_forces = self.forces_without_thrusters().map(|(_, track)| period_s(&track));
+        of_thrusters.chain(of_forces).fold(0.0, f64::max)
     }
 
     /// Returns how far slowly logged thrust on an axis is at a sample from the mean of its neighbours, relative to

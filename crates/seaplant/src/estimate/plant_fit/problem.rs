@@ -55,8 +55,9 @@ pub(super) struct Problem {
     pub(super) has_thrusters: bool,
     /// Uncertainty of the thrusters' strength: the greatest of any thruster.
     pub(super) thrust_uncertainty: ThrustUncertainty,
-    /// True if the thrust of any trial is logged so slowly that its values between samples matter.
-    pub(super) has_slow_thrust: bool,
+    /// Time between samples of thrust that is logged so slowly that its values between them matter, the longest of all
+    /// trials, s; 0 if none is.
+    pub(super) slow_period_s: f64,
     /// How far slowly logged thrust on each axis is from its neighbours, of the trial with most of it; see
     /// [`TrialRecord::thrust_beyond_neighbours`].
     pub(super) beyond_neighbours: Vec<f64>,
@@ -210,9 +211,10 @@ impl Problem {
             let measured = records.iter().filter_map(|record| record.velocity[axis].as_ref());
             sample_noise(measured).unwrap_or(0.0).max(LEAST_NOISE)
         };
-        let has_slow_thrust = records.iter().any(|record| record.thrust_is_slow());
+        let slow_period_s =
+            records.iter().map(|record| record.slow_thrust_period_s()).fold(0.0, f64::max);
         let beyond = |dof: &Dof| {
-            let slow = records.iter().filter(|_| has_slow_thrust);
+            let slow = records.iter().filter(|_| slow_period_s > 0.0);
             slow.map(|record| record.thrust_beyond_neighbours(*dof)).fold(0.0, f64::max)
         };
         let schedules = Schedule::complete(records, structure, attitude, SensorLag::default());
@@ -237,7 +239,7 @@ impl Problem {
             first_actuator: Actuator::first(records),
             has_thrusters,
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
-            has_slow_thrust,
+            slow_period_s,
             beyond_neighbours: axes.iter().map(beyond).collect(),
             loads: known.iter().map(|acting| Load::of(acting)).collect(),
             known,

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::uncertainty::inverse;
 use super::{Actuator, Fitted};
 use crate::estimate::propellers::LOST_BETWEEN_SAMPLES;
+use crate::plant::Basis;
 use crate::{Caveat, CaveatCode, Dof, Error, ThrustUncertainty};
 
 /// A way in which thrust may be off, by a standard deviation: parts of it, forward and in reverse.
@@ -75,8 +76,8 @@ impl Fitted {
 }
 
 impl Fitted {
-    /// The covariance of the coefficients that comes of what cubics lose of thrust between its samples: it makes mass
-    /// and drag of an axis too small by the same part.
+    /// The covariance of the coefficients that comes of what cubics lose of thrust between its samples: mass and drag of
+    /// an axis are too small by the same part, and a short lag may stand for it.
     pub(super) fn lost_between_samples(&self) -> Result<DMatrix<f64>, Error> {
         let (problem, point) = (&self.problem, &self.optimum.point);
         let (structure, plant) = (&problem.structure, problem.plant(&point.free)?);
@@ -97,9 +98,24 @@ impl Fitted {
             let by = DVector::from_iterator(p, by);
             sum += &by * by.transpose();
         }
+        // A lag takes from quick thrust, so from mass. Without it mass would be another by C[m, T] T / C[T, T].
+        let (lag, lag_s) = (p + Actuator::LAG, point.actuator.lag_s);
+        let is_short = lag_s < SHORT_LAG_PERIODS * problem.slow_period_s;
+        if problem.fits[Actuator::LAG] && is_short {
+            let covariance = inverse(&self.optimum.information);
+            let by = DVector::from_fn(p, |k, _| {
+                let term = &structure.terms()[k];
+                let is_moved = matches!(term, Basis::Mass(..)) && structure.held(term).is_none();
+                if is_moved { lag_s * covariance[(k, lag)] / covariance[(lag, lag)] } else { 0.0 }
+            });
+            sum += &by * by.transpose();
+        }
         Ok(sum)
     }
 }
+
+/// A lag shorter than this part of the time between samples is as short as what cubics lose.
+const SHORT_LAG_PERIODS: f64 = 0.25;
 
 /// Thrust that is further from its neighbours is unknown between its samples: 1 − cos ωT of a sinusoid that is
 /// sampled five times a period.
