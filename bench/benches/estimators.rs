@@ -113,8 +113,8 @@ fn filter_error_of_several_axes(c: &mut Criterion) {
     for (axes, gyro_hz) in all {
         let trial = |log: &TwinTrial| {
             let recording = if gyro_hz == 10 { &at_10_hz(&log.recording) } else { &log.recording };
-            let coupled = vec![axes.to_vec()];
-            let setup = TrialSetup { name: log.name.clone(), coupled, ..TrialSetup::default() };
+            let together = vec![axes.to_vec()];
+            let setup = TrialSetup { name: log.name.clone(), together, ..TrialSetup::default() };
             Trial::new(setup, recording, &twin.vehicle).expect("complete")
         };
         let fitted = twin.trials.iter().filter(|log| log.role == Role::Fit);

@@ -55,10 +55,10 @@ def judge(program, folder):
         "cpu": after.ru_utime - before.ru_utime,
         "elapsed": time.monotonic() - start,
     }
-    if not (results and results["coupled"]):
+    if not (results and results["plants"]):
         refused = [failure["message"] for failure in results["failures"]] if results else error
         return row | {"trust": "refused", "reason": str(refused)[:200]}
-    (plant,) = results["coupled"].values()
+    (plant,) = results["plants"].values()
     found = plant["parameters"]
     expected = true_values(truth)
     held = [

@@ -75,9 +75,9 @@ def gain_errors(plant, gain):
 def judge(program, folder):
     truth = json.loads((folder / "truth.json").read_text())
     results, _ = identify(program, folder)
-    if not (results and results["coupled"]):
+    if not (results and results["plants"]):
         return None
-    (plant,) = results["coupled"].values()
+    (plant,) = results["plants"].values()
     masses, held = [], []
     for k, axis in enumerate(AXES):
         true, found = truth["M"][k][k], plant["parameters"][f"mass.{axis}"]

@@ -398,21 +398,20 @@ def judge_one(program, folder):
         row["named"] = sorted(set(re.findall(r"[^.\n]*(?: looks? )[^\n]*", error)))
         row["reason"] = error[-300:]
     else:
-        plants = [*results["plants"].items(), *results["coupled"].items()]
-        caveats = [c for _, plant in plants for c in plant["caveats"]] + results["caveats"]
+        plants = results["plants"].values()
+        caveats = [c for plant in plants for c in plant["caveats"]] + results["caveats"]
         row["named"] = sorted({c["message"] for c in caveats if c["code"] == "likely-mistake"})
         row["named"] += [x["message"] for x in results["failures"] if " look" in x["message"]]
         row["doubts"] = sorted({c["message"] for c in caveats if c["code"] in INSTRUMENTS})
-        trusts = [plant["verdict"]["trust"] for _, plant in plants]
+        trusts = [plant["verdict"]["trust"] for plant in plants]
         row["trust"] = max(trusts, key=TRUST.index, default="refused")
         row["codes"] = sorted({c["code"] for c in caveats if c["severity"] != "note"})
         off = []
-        for axes, plant in plants:
+        for plant in plants:
             for axis, mass in truth["mass"].items():
-                if axis == axes:
-                    off.append(plant["parameters"]["mass"]["value"] / mass - 1)
-                elif "-" in axes and f"mass.{axis}" in plant["parameters"] and axis in AXES[:3]:
-                    off.append(plant["parameters"][f"mass.{axis}"]["value"] / mass - 1)
+                found = plant["parameters"].get(f"mass.{axis}")
+                if found and (len(plant["axes"]) == 1 or axis in AXES[:3]):
+                    off.append(found["value"] / mass - 1)
         row["off"] = max(off, key=abs, default=None)
     is_right = lambda message: all(word in message for word in truth["said"])
     row["right"] = any(map(is_right, [*row["named"], *row.get("doubts", [])]))

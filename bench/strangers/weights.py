@@ -124,7 +124,7 @@ def identified(program, folder):
     if results is None:
         print(folder.name, error[-600:])
         return None
-    (plant,) = results["coupled"].values()
+    (plant,) = results["plants"].values()
     return plant
 
 

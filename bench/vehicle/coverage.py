@@ -74,7 +74,7 @@ def judged(program, folder):
         ],
         check=True,
     )
-    (plant,) = json.loads((folder / "out/results.json").read_text())["coupled"].values()
+    (plant,) = json.loads((folder / "out/results.json").read_text())["plants"].values()
     rows = []
     for name, found in plant["parameters"].items():
         if found.get("low95") is None or (name not in truth and not name.startswith("mass.")):

@@ -89,15 +89,14 @@ print(surge.nuisances)
 # %%
 truth = twin.truth.plants["surge"]
 for method, plant in fit.methods["surge"].items():
-    error = 100.0 * (plant.parameters.mass.value / truth.mass - 1.0)
-    print(f"{method:15} mass {plant.parameters.mass}, off by {error:+.1f} %")
+    mass = plant.parameters["mass.surge"]
+    print(f"{method:15} mass {mass}, off by {100.0 * (mass.value / truth.mass - 1.0):+.1f} %")
 
-mass, drag = surge.parameters.mass, surge.parameters.quadratic_drag
-assert drag is not None
+mass, drag = surge.parameters["mass.surge"], surge.parameters["surge: |u|u"]
 assert abs(mass.value / truth.mass - 1.0) < 0.02
 assert abs(drag.value / truth.quadratic_drag - 1.0) < 0.05
 assert abs(surge.nuisances["lag"].value - twin.truth.nuisances.lag_s) < 0.1
-assert fit.methods["surge"]["paper"].parameters.mass.value > 1.5 * truth.mass
+assert fit.methods["surge"]["paper"].parameters["mass.surge"].value > 1.5 * truth.mass
 
 # %% [markdown]
 # ## Doubt
@@ -131,7 +130,7 @@ for decision in surge.structure:
 # %%
 other = sp.twin(dofs=["surge"], disturbances=["lag"], seed=8)
 (validation,) = fit.validate(other.trials)
-print(validation.score)
+print(validation.score.by_axis["surge"])
 simulation = fit.simulate(other.trials[1])
 print(simulation)
 assert simulation.r_squared is not None and simulation.r_squared > 0.9

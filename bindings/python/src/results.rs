@@ -6,9 +6,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use seaplant::estimate::steady::SteadyOptions;
-use seaplant::results::{FittedModel, Identification, Parameter};
-use seaplant::{Agreement, Comparison, Dof, Method, Model, compare_fitted_plant};
-use seaplant_campaign::{Simulation, SourcedTrial, validate};
+use seaplant::results::{FittedModel, Identification, Parameter, PlantResult};
+use seaplant::{Agreement, Comparison, Dof, Method, Model, compare_fitted_plant, evaluate};
+use seaplant_campaign::{SourcedTrial, validate};
 use seaplant_report::number::Rounded;
 use seaplant_report::{parse_results, render};
 
@@ -19,8 +19,8 @@ use crate::trial::Trial;
 #[pyclass(frozen, module = "seaplant._native")]
 pub struct Results(pub Arc<Identification>);
 
-/// e, that of a model that never moves, R², and the series: time, force, measured, simulated.
-type Simulated<'py> = (f64, f64, Option<f64>, [Bound<'py, PyArray1<f64>>; 4]);
+/// Axis, e, that of a model that never moves, R²; the series: time, force, measured, simulated.
+type Simulated<'py> = (&'static str, f64, f64, Option<f64>, [Bound<'py, PyArray1<f64>>; 4]);
 
 #[pymethods]
 impl Results {
@@ -43,44 +43,37 @@ impl Results {
         Ok(self.0.results.check().map_err(Failure::from)?)
     }
 
-    /// Simulates a fitted plant with the thrust of a trial.
+    /// Simulates a plant with the thrust of a trial: each axis whose velocity was measured, of
+    /// several without those that diverge.
     fn simulate<'py>(
         &self,
         py: Python<'py>,
         trial: PyRef<'_, Trial>,
-        dof: &str,
-        method: Option<&str>,
-    ) -> PyResult<Simulated<'py>> {
-        let dof: Dof = dof.parse().map_err(Failure::from)?;
-        let plant =
-            self.0.results.plant_of(dof, parse_method(method)?).map_err(Failure::from)?.clone();
-        let trial = Arc::clone(&trial.0);
-        let found = apart(py, move || Ok(Simulation::new(dof, &plant, &trial.trial)?))?;
-        let Simulation { time_s, force, measured, simulated, .. } = &found;
-        let series = [time_s, force, measured, simulated];
-        let series = series.map(|series| PyArray1::from_slice(py, series));
-        Ok((found.mean_abs_error, found.null_error, found.r_squared, series))
-    }
-
-    /// Simulates the axes of a plant of several with the thrust of a trial: for each axis the same
-    /// as [`Self::simulate`], unless the simulation diverges.
-    fn simulate_several_axes<'py>(
-        &self,
-        py: Python<'py>,
-        trial: PyRef<'_, Trial>,
         name: &str,
-    ) -> PyResult<Vec<(&'static str, Simulated<'py>)>> {
-        let plant = self.0.results.coupled.get(name);
+        method: Option<&str>,
+    ) -> PyResult<Vec<Simulated<'py>>> {
+        let results = &self.0.results;
+        let plant = match parse_method(method)? {
+            Some(method) => results.methods.get(name).and_then(|plants| plants.get(&method)),
+            None => results.plants.get(name),
+        };
         let plant = plant.cloned().ok_or_else(|| {
-            Failure::Input(format!("the fit has no plant of several axes `{name}`"))
+            let by = method.map_or(String::new(), |method| format!(" by {method}"));
+            Failure::Input(format!("the fit has no plant of {name}{by}"))
         })?;
         let trial = Arc::clone(&trial.0);
-        let found = apart(py, move || Ok(compare_fitted_plant(&plant, &trial.trial)?))?;
+        let found = apart(py, move || {
+            let trial = &trial.trial;
+            Ok(match Model::of_result(&plant) {
+                Some(model) => vec![evaluate(plant.first_axis(), &model, trial)?],
+                None => compare_fitted_plant(&plant, trial)?,
+            })
+        })?;
         let of = |one: &Comparison| {
             let series = [&one.time_s, &one.force, &one.measured, &one.simulated];
             let series = series.map(|series| PyArray1::from_slice(py, series));
             let Agreement { mean_abs_error, null_error, r_squared, .. } = one.velocity;
-            (one.dof.name(), (mean_abs_error, null_error, r_squared, series))
+            (one.dof.name(), mean_abs_error, null_error, r_squared, series)
         };
         Ok(found.iter().map(of).collect())
     }
@@ -97,8 +90,8 @@ impl Results {
         let trials: Vec<_> = trials.iter().map(|own| SourcedTrial::clone(&own.0)).collect();
         apart(py, move || {
             let results = &found.results;
-            let of = |&dof: &Dof| Ok((dof, results.plant_of(dof, method)?));
-            let plants: Vec<_> = results.plants.keys().map(of).collect::<Result<_, Failure>>()?;
+            let alone = results.alone().map(|(dof, ..)| results.plant_of(dof, method));
+            let plants: Vec<&PlantResult> = alone.collect::<Result<_, _>>()?;
             json(&validate(results, plants, &trials)?)
         })
     }
@@ -120,13 +113,14 @@ pub fn parse_method(method: Option<&str>) -> Result<Option<Method>, Failure> {
     Ok(method.map(str::parse).transpose()?)
 }
 
-/// Converts results of a file, with their models in the order of methods.
+/// Converts results of a file, with their models in the order of axes and methods.
 fn of_results(results: seaplant::results::Results) -> Identification {
-    let mut models = Vec::new();
-    for (&dof, plants) in &results.methods {
-        let model = |(&method, plant)| FittedModel { dof, method, model: Model::of_result(plant) };
-        models.extend(plants.iter().map(model));
-    }
+    let plants = Dof::ALL.into_iter().flat_map(|dof| results.methods_of(dof));
+    let models = plants
+        .filter_map(|(method, plant, _)| {
+            Some(FittedModel { dof: plant.first_axis(), method, model: Model::of_result(plant)? })
+        })
+        .collect();
     Identification { results, models }
 }
 

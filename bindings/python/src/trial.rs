@@ -82,7 +82,7 @@ impl Trial {
     #[getter]
     fn axes(&self) -> Vec<Vec<&'static str>> {
         let names = |axes: &Vec<Dof>| axes.iter().map(|dof| dof.name()).collect();
-        self.0.trial.setup().coupled.iter().map(names).collect()
+        self.0.trial.setup().together.iter().map(names).collect()
     }
 
     /// Returns the time in its logs' clock at which its own starts, s.

@@ -37,7 +37,7 @@ def columns() -> dict[str, np.ndarray]:
 def plant(table, **of):
     trial = sp.Trial(table, VEHICLE, "surge", channels=CHANNELS, units=UNITS, **of)
     fit = sp.identify(trial, VEHICLE, "output-error", terms="force,quadratic")
-    return fit["surge"].parameters
+    return fit["surge"].by_axis["surge"]
 
 
 def test_a_plant_of_arrays_is_the_one_they_were_made_with(columns):
@@ -75,16 +75,17 @@ def test_every_kind_of_table_gives_the_same_plant(columns):
         trial = sp.Trial(table, VEHICLE, "surge", channels=CHANNELS, units=units)
         fit = sp.identify(trial, VEHICLE, "output-error", terms="force,quadratic")
         # Instants of 2026 hold a tenth of a second to 2e-7 s.
-        assert fit["surge"].parameters.mass.value == pytest.approx(expected, rel=1e-6), name
+        mass = fit["surge"].parameters["mass.surge"].value
+        assert mass == pytest.approx(expected, rel=1e-6), name
 
 
 def test_units_are_converted_and_without_one_refused(columns):
     knots = {**columns, "speed": columns["speed"] * 3600.0 / 1852.0}
     trial = sp.Trial(knots, VEHICLE, "surge", channels=CHANNELS, units={**UNITS, "speed": "kn"})
-    in_knots = sp.identify(trial, VEHICLE, "equation-error")["surge"].parameters.mass.value
+    in_knots = sp.identify(trial, VEHICLE, "equation-error")["surge"].parameters["mass.surge"]
     trial = sp.Trial(columns, VEHICLE, "surge", channels=CHANNELS, units=UNITS)
-    in_metres = sp.identify(trial, VEHICLE, "equation-error")["surge"].parameters.mass.value
-    assert in_knots == pytest.approx(in_metres, rel=1e-12)
+    in_metres = sp.identify(trial, VEHICLE, "equation-error")["surge"].parameters["mass.surge"]
+    assert in_knots.value == pytest.approx(in_metres.value, rel=1e-12)
     with pytest.raises(sp.InputError, match="`speed` states no unit"):
         sp.Trial(columns, VEHICLE, "surge", channels=CHANNELS, units={"wrench": "N"})
     with pytest.raises(sp.InputError, match="did you mean|unknown|no unit"):
@@ -96,7 +97,7 @@ def test_columns_called_as_quantities_need_no_channels(columns):
     table |= {"velocity.surge [m/s]": columns["speed"], "wrench.surge [N]": columns["wrench"]}
     trial = sp.Trial(table, VEHICLE, "surge")
     found = sp.identify(trial, VEHICLE, "output-error", terms=["force", "quadratic"])
-    assert found["surge"].parameters.mass.value == plant(columns).mass.value
+    assert found["surge"].by_axis["surge"].mass.value == plant(columns).mass.value
 
 
 def test_a_log_goes_out_as_it_came_in(campaign):

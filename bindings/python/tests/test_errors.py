@@ -141,7 +141,7 @@ def test_an_attribute_that_is_not_there_is_answered_with_what_is(dive):
         (lambda: fit.plnats, r"did you mean \.plants\?"),
         (
             lambda: fit["surge"].mass,
-            r"PlantResult has no `mass`; did you mean \.parameters\.mass",
+            r"PlantResult has no `mass`; did you mean \.by_axis\['surge'\]\.mass",
         ),
         (lambda: dive.trials[0].velocity, "Trial has no `velocity`; "),
         (lambda: dive.vehicle.zzz, "Vehicle has no `zzz`; it has "),

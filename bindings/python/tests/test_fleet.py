@@ -40,8 +40,8 @@ def test_every_dive_is_a_row_with_its_plant(serial, campaigns):
     assert set(serial["status"]) == {"found"}
     first = sp.identify_campaign(campaigns[0], METHOD)["surge"]
     row = serial.iloc[0]
-    assert row["mass"] == first.parameters.mass.value
-    assert row["bias_force_high95"] == first.parameters.bias_force.high95
+    assert row["mass"] == first.by_axis["surge"].mass.value
+    assert row["bias_force_high95"] == first.by_axis["surge"].bias_force.high95
     assert list(row["caveats"]) == [of.code for of in first.caveats]
     assert row["mass_unit"] == "kg" and row["method"] == METHOD
     error = (serial["mass"] / 12970.2 - 1.0).abs()

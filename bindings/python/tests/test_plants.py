@@ -80,7 +80,7 @@ def test_jacobians_are_those_of_the_derivative(rov: sp.Plant) -> None:
 
 def test_a_single_axis_has_the_state_space_of_the_closed_form(fit: sp.Fit) -> None:
     linear = fit.linearise({"u": 0.5})
-    p = fit["surge"].parameters
+    p = fit["surge"].by_axis["surge"]
     assert linear.states == ("north", "u")
     slope = 2.0 * p.quadratic_drag.value * 0.5 + (p.linear_drag.value if p.linear_drag else 0.0)
     assert np.isclose(linear.poles.real.min(), -slope / p.mass.value, rtol=1e-12)

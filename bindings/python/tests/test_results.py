@@ -31,44 +31,50 @@ def test_records_go_to_json_and_back(fit):
 
 
 def test_a_twin_is_found_within_its_intervals(fit, dive):
-    found, truth = fit["surge"].parameters, dive.truth.plants["surge"]
+    found, truth = fit["surge"].by_axis["surge"], dive.truth.plants["surge"]
     low, high = found.mass.interval95
     assert low < truth.mass < high
     assert found.mass.value == pytest.approx(truth.mass, rel=0.01)
     assert found.quadratic_drag.value == pytest.approx(truth.quadratic_drag, rel=0.02)
     # The paper's method has the error of its filter's gain, 1/2 at the twin's 1/8 Hz.
-    assert fit.methods["surge"]["paper"].parameters.mass.value > 1.5 * truth.mass
+    paper = fit.methods["surge"]["paper"]
+    assert paper.parameters["mass.surge"].value > 1.5 * truth.mass
 
 
 def test_what_is_shown_helps(fit):
     text = repr(fit)
-    assert "surge by filter-error" in text and "mass: 12" in text and "kg ±" in text
-    assert float(fit["surge"].parameters.mass) == fit["surge"].parameters.mass.value
+    assert "surge by filter-error" in text and "mass.surge: 12" in text and "kg ±" in text
+    mass = fit["surge"].parameters["mass.surge"]
+    assert float(mass) == mass.value == fit["surge"].by_axis["surge"].mass.value
     verdict = fit["surge"].verdict
-    r_squared = fit["surge"].hold_out.r_squared
+    r_squared = fit["surge"].hold_out.by_axis["surge"].r_squared
     assert r_squared > 0.9
     assert verdict.trust.replace("-", " ") in text and f"R² held out {r_squared:.3f}" in text
     html = fit._repr_html_()
     assert "<b>surge</b> by filter-error: " in html
-    assert "<td>quadratic_drag</td>" in html and f"{len(fit.caveats)} caveats" in html
+    assert "<td>surge: |u|u</td>" in html and f"{len(fit.caveats)} caveats" in html
     assert "data:image/png;base64" in html
     assert "data:image" not in pickle.loads(pickle.dumps(sp.Fit(fit._native)))._repr_html_()
-    assert fit["surge"].correlation.shape == (4, 4)
-    assert fit["surge"].correlation[0, 0] == pytest.approx(1.0)
+    correlation = fit["surge"].correlation
+    assert set(correlation.names) == set(fit["surge"].parameters)
+    assert correlation.value.shape == (len(correlation.names),) * 2
+    assert correlation.value[0, 0] == pytest.approx(1.0)
 
 
 def test_frames_and_datasets_hold_every_parameter(fit):
     frame = fit.to_pandas()
-    row = frame.loc[("surge", "filter-error", "mass")]
-    assert row["value"] == fit["surge"].parameters.mass.value and row["unit"] == "kg"
+    row = frame.loc[("surge", "filter-error", "mass.surge")]
+    assert row["value"] == fit["surge"].parameters["mass.surge"].value and row["unit"] == "kg"
     dataset = fit.to_xarray()
-    picked = dataset["std"].sel({"dof": "surge", "method": "paper", "parameter": "mass"})
-    assert float(picked) == fit.methods["surge"]["paper"].parameters.mass.std
+    picked = dataset["std"].sel({"dof": "surge", "method": "paper", "parameter": "mass.surge"})
+    assert float(picked) == fit.methods["surge"]["paper"].parameters["mass.surge"].std
 
 
 def test_simulations_are_scored_as_the_results_say(fit, dive):
     held_out = fit.simulate(dive.trials[1])
-    assert held_out.mean_abs_error == fit["surge"].hold_out.mean_abs_error
+    score = fit["surge"].hold_out
+    assert held_out.mean_abs_error == score.by_axis["surge"].mean_abs_error
+    assert held_out.mean_abs_error == score.by_trial[held_out.trial]["surge"].mean_abs_error
     difference = np.abs(held_out.simulated - held_out.measured).mean()
     assert difference == pytest.approx(held_out.mean_abs_error, rel=1e-12)
     frame = held_out.to_pandas()

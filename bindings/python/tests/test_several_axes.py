@@ -25,14 +25,14 @@ def planar_fit(twin: sp.Twin) -> sp.Fit:
 
 def test_the_truth_is_in_its_intervals(twin, planar_fit):
     truth = twin.truth.vehicle.coefficients
-    for name, of in planar_fit.coupled[NAME].parameters.items():
+    for name, of in planar_fit[NAME].parameters.items():
         assert abs(of.value - truth.get(name, 0.0)) < 4.0 * of.std, name
 
 
 def test_the_mass_matrix_is_an_array_with_the_rows_of_the_axes(planar_fit):
     matrix = planar_fit.mass_matrix
     assert matrix.shape == (3, 3)
-    parameters = planar_fit.coupled[NAME].parameters
+    parameters = planar_fit[NAME].parameters
     assert matrix[1, 2] == matrix[2, 1] == float(parameters["mass.sway-yaw"])
     assert np.all(np.linalg.eigvalsh(matrix) > 0.0)
 
@@ -43,18 +43,20 @@ def test_it_is_shown_beside_plants_of_single_axes(planar_fit):
     assert "mass.sway-yaw" in planar_fit._repr_html_()
     frame = planar_fit.to_pandas()
     assert frame.loc[(NAME, "filter-error", "mass.yaw"), "unit"] == "kg m²"
-    kept = {caveat.message for caveat in planar_fit.coupled[NAME].caveats}
+    kept = {caveat.message for caveat in planar_fit[NAME].caveats}
     assert kept and kept <= {caveat.message for caveat in planar_fit.caveats}
 
 
 def test_each_axis_follows_a_trial(twin, planar_fit):
     held = twin.trials[-1]
     moved = planar_fit.simulate(held, "yaw")
-    score = planar_fit.coupled[NAME].hold_out.by_axis["yaw"]
+    score = planar_fit[NAME].hold_out.by_axis["yaw"]
     assert moved.mean_abs_error == pytest.approx(score.mean_abs_error, rel=1e-9)
     assert len(planar_fit.plot().axes) == 2 * 3 * 3
-    (validation,) = (of for of in planar_fit.validate(held) if of.dof == "yaw")
-    assert validation.score.mean_abs_error < 0.1 * validation.score.null_error
+    (validation,) = planar_fit.validate(held)
+    assert validation.axes == ("surge", "sway", "yaw")
+    score = validation.score.by_axis["yaw"]
+    assert score.mean_abs_error < 0.1 * score.null_error
 
 
 def test_a_trial_of_a_table_serves_it_and_crosses_processes(twin):
@@ -62,10 +64,10 @@ def test_a_trial_of_a_table_serves_it_and_crosses_processes(twin):
     trial = sp.Trial(table, twin.vehicle, axes="planar", name="a")
     assert trial.axes == pickle.loads(pickle.dumps(trial)).axes == [["surge", "sway", "yaw"]]
     fit = sp.identify(trial, twin.vehicle, plants={"terms": ["yaw: |v|r"], "symmetry": "none"})
-    assert {"yaw: |v|r", "mass.surge-yaw"} <= set(fit.coupled[NAME].parameters)
-    assert pickle.loads(pickle.dumps(fit)).coupled.keys() == {NAME}
+    assert {"yaw: |v|r", "mass.surge-yaw"} <= set(fit[NAME].parameters)
+    assert pickle.loads(pickle.dumps(fit)).plants.keys() == {NAME}
     of_two = sp.Trial(table, twin.vehicle, axes=[["surge"], ["sway", "yaw"]])
-    assert list(sp.identify(of_two, twin.vehicle).coupled) == ["surge", "sway-yaw"]
+    assert list(sp.identify(of_two, twin.vehicle).plants) == ["surge", "sway-yaw"]
 
 
 def test_files_of_a_whole_twin_are_those_of_the_command_line(twin, command_line, tmp_path):

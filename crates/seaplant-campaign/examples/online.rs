@@ -13,7 +13,7 @@ use std::error::Error;
 use std::path::Path;
 
 use seaplant::Method;
-use seaplant::results::{OnlineHistory, Parameter, Results};
+use seaplant::results::{OnlineHistory, PlantResult, Results};
 use seaplant_campaign::Campaign;
 
 /// Relative tolerance of agreement.
@@ -31,8 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut campaign = Campaign::open(Path::new(&path))?;
         campaign.options.methods = METHODS.to_vec();
         let found = campaign.identify("online").results;
-        one_axis(&found);
-        several_axes(&found);
+        plants(&found);
         for failure in &found.failures {
             eprintln!("{path}: {} by {}: {}", failure.dof, failure.method, failure.message);
         }
@@ -40,30 +39,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn one_axis(found: &Results) {
-    for (dof, methods) in &found.methods {
+/// Compares each plant with that of filter error, if it has histories.
+fn plants(found: &Results) {
+    for (name, methods) in &found.methods {
         let Some(batch) = methods.get(&Method::FilterError) else { continue };
-        let p = &batch.parameters;
-        let parameters = [
-            ("mass", Some(&p.mass)),
-            ("quadratic_drag", p.quadratic_drag.as_ref()),
-            ("linear_drag", p.linear_drag.as_ref()),
-        ];
-        let named = |(name, x): (&str, Option<&Parameter>)| Some((name.to_owned(), x?.value));
-        let histories =
-            methods.iter().filter_map(|(of, plant)| Some((*of, plant.history.as_ref()?)));
-        let batch = parameters.into_iter().filter_map(named).collect();
-        rows(&found.vehicle, dof.name(), &batch, &histories.collect());
+        let batch = batch.parameters.iter().map(|(name, x)| (name.clone(), x.value)).collect();
+        let histories = histories(methods);
+        if !histories.is_empty() {
+            rows(&found.vehicle, name, &batch, &histories);
+        }
     }
 }
 
-fn several_axes(found: &Results) {
-    for (name, methods) in &found.coupled_online {
-        let batch = &found.coupled[name].parameters;
-        let batch = batch.iter().map(|(name, x)| (name.clone(), x.value)).collect();
-        let histories = methods.iter().map(|(method, plant)| (*method, &plant.history)).collect();
-        rows(&found.vehicle, name, &batch, &histories);
-    }
+fn histories(methods: &BTreeMap<Method, PlantResult>) -> BTreeMap<Method, &OnlineHistory> {
+    methods.iter().filter_map(|(of, plant)| Some((*of, plant.history.as_ref()?))).collect()
 }
 
 /// Returns the last value of each method, and the time after which it stayed within 5 % of filter

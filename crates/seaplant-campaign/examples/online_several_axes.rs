@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
 
-use seaplant::results::{FittedPlant, OnlineHistory, Results};
+use seaplant::results::{OnlineHistory, PlantResult, Results};
 use seaplant::{Caveat, Dof, Method, Severity};
 use seaplant_campaign::Campaign;
 use serde_json::Value;
@@ -67,15 +67,15 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Returns the result of each method in one campaign.
 fn judged(results: &Results, truth: &Value) -> Vec<(Method, Found)> {
     let mut all = Vec::new();
-    for (name, batch) in &results.coupled {
+    for (name, batch) in results.together() {
         let last = |parameter: &str| batch.parameters.get(parameter).map(|x| x.value);
         let off = off(batch, truth, &last);
         all.push((
             Method::FilterError,
             Found { off, within_s: None, is_warned: warned(&batch.caveats) },
         ));
-        for (method, online) in results.coupled_online.get(name).into_iter().flatten() {
-            let history = &online.history;
+        for (method, online) in results.methods.get(name).into_iter().flatten() {
+            let Some(history) = &online.history else { continue };
             let last = |parameter: &str| history.parameters.get(parameter)?.last().copied();
             all.push((
                 *method,
@@ -95,7 +95,7 @@ fn warned(caveats: &[Caveat]) -> bool {
 }
 
 /// Returns an axis' mass, and its drag at the mean speed of the trials.
-fn of_axis(batch: &FittedPlant, dof: Dof, value: &dyn Fn(&str) -> Option<f64>) -> Option<[f64; 2]> {
+fn of_axis(batch: &PlantResult, dof: Dof, value: &dyn Fn(&str) -> Option<f64>) -> Option<[f64; 2]> {
     let v = batch.fit.by_axis.get(&dof)?.null_error;
     let letter = ["u", "v", "w", "p", "q", "r"][dof.index()];
     let drag = |name: String, weight: f64| Some(weight * value(&name)?);
@@ -105,7 +105,7 @@ fn of_axis(batch: &FittedPlant, dof: Dof, value: &dyn Fn(&str) -> Option<f64>) -
 }
 
 /// Returns the largest relative errors of mass and drag over the driven axes.
-fn off(batch: &FittedPlant, truth: &Value, found: &dyn Fn(&str) -> Option<f64>) -> [f64; 2] {
+fn off(batch: &PlantResult, truth: &Value, found: &dyn Fn(&str) -> Option<f64>) -> [f64; 2] {
     let truly = |name: &str| truth[name].as_f64();
     let parts = DRIVEN.iter().filter_map(|dof| {
         let (found, truth) = (of_axis(batch, *dof, found)?, of_axis(batch, *dof, &truly)?);
@@ -116,7 +116,7 @@ fn off(batch: &FittedPlant, truth: &Value, found: &dyn Fn(&str) -> Option<f64>) 
 
 /// Returns the time after which mass and drag of every driven axis stayed within 5 % of filter
 /// error, s.
-fn within_s(batch: &FittedPlant, history: &OnlineHistory) -> Option<f64> {
+fn within_s(batch: &PlantResult, history: &OnlineHistory) -> Option<f64> {
     let is_off = |k: usize| {
         DRIVEN.iter().any(|dof| {
             let now = |name: &str| history.parameters.get(name)?.get(k).copied();

@@ -66,7 +66,7 @@ impl Campaign {
         let vehicle = SourcedVehicle::open(&toml_file::resolve(path, &file.vehicle)?)?;
         let file = with_axes_alone(path, file, &vehicle.vehicle)?;
         let options = file.options(path)?;
-        check_plans(path, &options.coupled, &vehicle.vehicle)?;
+        check_plans(path, &options.together, &vehicle.vehicle)?;
         file.check_time(path)?;
         check_trials(path, &file.trial, !file.plant.is_empty())?;
         let mut campaign = Self::without_trials(path, vehicle, options);
@@ -100,7 +100,7 @@ impl Campaign {
         options: IdentifyOptions,
     ) -> Result<Self, Error> {
         check_names(path, trials.iter().map(|sourced| sourced.trial.name()))?;
-        check_plans(path, &options.coupled, &vehicle.vehicle)?;
+        check_plans(path, &options.together, &vehicle.vehicle)?;
         let mut campaign = Self::without_trials(path, vehicle, options);
         trials.into_iter().for_each(|trial| campaign.add(trial));
         Ok(campaign)
@@ -178,7 +178,7 @@ impl Campaign {
         let logs = entry.log.files().iter();
         let logs = logs.map(|log| toml_file::resolve(&self.path, log));
         let logs = logs.collect::<Result<Vec<_>, Error>>()?;
-        let plant_axes = axes_of_plans(&self.options.coupled);
+        let plant_axes = axes_of_plans(&self.options.together);
         read_trial(&self.path, &logs, file, entry, &channels, &self.vehicle, &plant_axes)
     }
 
@@ -337,7 +337,7 @@ impl CampaignFile {
             output_error: self.output_error,
             filter_error: self.filter_error.clone(),
             online: self.online,
-            coupled: plans(path, &self.plant)?,
+            together: plans(path, &self.plant)?,
             steady: self.steady.options(),
             ..Default::default()
         };

@@ -91,7 +91,7 @@ pub(crate) fn trial_of(
         from_s: entry.from_s,
         to_s: entry.to_s,
         segments_s: entry.segments_s.clone(),
-        coupled: plant_axes.to_vec(),
+        together: plant_axes.to_vec(),
         known: known_forces(path, entry, vehicle, last_s)?,
     };
     let trial = Trial::using_up(setup, recording, vehicle).map_err(Error::model(path))?;

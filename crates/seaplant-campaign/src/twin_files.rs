@@ -59,7 +59,7 @@ pub fn twin_files(twin: &TwinCampaign) -> Result<Vec<TextFile>, Box<dyn std::err
         methods: None,
         velocity: None,
         fit: FitEntry::default(),
-        plant: twin.coupled.iter().map(PlantEntry::from_plan).collect(),
+        plant: twin.together.iter().map(PlantEntry::from_plan).collect(),
         paper: Default::default(),
         equation_error: Default::default(),
         output_error: Default::default(),

@@ -1,12 +1,8 @@
 //! Scores fitted plants on other trials.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use seaplant::exchange::PlantModel;
-use seaplant::results::{
-    AxisScore, FittedPlant, PlantResult, PlantScore, Results, Score, TrialResult, TrialScore,
-};
+use seaplant::results::{PlantResult, PlantScore, Results, TrialResult};
 use seaplant::{
     Comparison, Dof, Error, LumpedParameters, Method, Model, Role, Trial, Vehicle,
     compare_fitted_plant, evaluate, score_fitted_plant, score_plant, score_table,
@@ -18,14 +14,12 @@ use crate::recording::SourcedTrial;
 /// A plant's score on some trials.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Validation {
-    /// The degree of freedom.
-    pub dof: Dof,
-    /// The axes that are simulated together; only `dof` for a plant of one axis.
+    /// Its axes, which are simulated together.
     pub axes: Vec<Dof>,
     /// The method of the plant; absent for a published table.
     pub method: Option<Method>,
     /// Its errors.
-    pub score: Score,
+    pub score: PlantScore,
     /// Trials that the plant was fitted to: their scores are optimistic.
     pub fitted_to: Vec<String>,
 }
@@ -52,25 +46,20 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Simulates a plant with the thrust of a trial.
+    /// Simulates a plant with the thrust of a trial, which was read for its axes: one simulation for
+    /// each of them, which move together.
     ///
     /// # Errors
-    /// As [`evaluate`].
-    pub fn new(dof: Dof, plant: &PlantResult, trial: &Trial) -> Result<Self, Error> {
-        Ok(evaluate(dof, &Model::of_result(plant), trial)?.into())
-    }
-
-    /// Simulates a plant of several axes with the thrust of a trial that was read for it: one
-    /// simulation for each of its axes, which move together.
-    ///
-    /// # Errors
-    /// As [`compare_fitted_plant`]; [`Error::Plant`] if the simulation runs away.
-    pub fn of_several_axes(plant: &FittedPlant, trial: &Trial) -> Result<Vec<Self>, Error> {
-        let all = compare_fitted_plant(plant, trial)?;
+    /// As [`evaluate`] and [`compare_fitted_plant`]; [`Error::Plant`] if a simulation of several axes
+    /// runs away.
+    pub fn of_plant(plant: &PlantResult, trial: &Trial) -> Result<Vec<Self>, Error> {
+        let all = match Model::of_result(plant) {
+            Some(model) => vec![evaluate(plant.first_axis(), &model, trial)?],
+            None => compare_fitted_plant(plant, trial)?,
+        };
         if all.len() < plant.axes.len() {
-            let axes: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
             let reason = format!("its simulation of `{}` diverges", trial.name());
-            return Err(Error::Plant { axes: axes.join("-"), reason });
+            return Err(Error::Plant { axes: plant.name(), reason });
         }
         Ok(all.into_iter().map(Self::from).collect())
     }
@@ -92,97 +81,45 @@ impl From<Comparison> for Simulation {
     }
 }
 
-/// Scores plants, each on the trials of its degree of freedom that are not steady runs; plants
-/// without such a trial are skipped.
+/// Scores plants of axes that were identified alone, and those of several axes in the results, each
+/// on the trials of its axes that are not steady runs; plants without such a trial are skipped.
 ///
 /// `trials` include the files that each was read from, so that those from which the results were
 /// made are marked.
 ///
 /// # Errors
-/// As [`score_plant`].
+/// As [`score_plant`] and [`score_fitted_plant`].
 pub fn validate<'a>(
-    results: &Results,
-    plants: impl IntoIterator<Item = (Dof, &'a PlantResult)>,
+    results: &'a Results,
+    plants: impl IntoIterator<Item = &'a PlantResult>,
     trials: &[SourcedTrial],
 ) -> Result<Vec<Validation>, Error> {
     let mut validations = Vec::new();
-    for (dof, plant) in plants {
-        let of_dof = trials.iter().filter(|of| of.trial.dofs().contains(&dof));
-        let scored = moving(dof, trials);
+    let several = results.together().map(|(_, plant)| plant);
+    for plant in plants.into_iter().chain(several) {
+        let (dof, model) = (plant.first_axis(), Model::of_result(plant));
+        let scored = moving(trials, |trial| match model {
+            Some(_) => trial.dofs().contains(&dof),
+            None => trial.record(&plant.axes).is_ok(),
+        });
         if scored.is_empty() {
             continue;
         }
-        let score = score_plant(dof, &Model::of_result(plant), &scored)?;
-        let fitted = fitted_files(results, |trial| trial.axes.contains_key(&dof));
-        let is_known = |of: &&SourcedTrial| {
-            of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()))
+        let score = match &model {
+            Some(model) => score_plant(dof, model, &scored)?,
+            None => score_fitted_plant(plant, &scored)?,
         };
-        let known = of_dof.filter(is_known).map(|of| of.trial.name().to_owned());
-        let (method, fitted_to) = (Some(plant.method), known.collect());
-        validations.push(Validation { dof, axes: vec![dof], method, score, fitted_to });
-    }
-    for plant in results.coupled.values() {
-        validations.extend(together(results, plant, trials)?);
+        let is_of_plant = |trial: &TrialResult| model.is_none() || trial.axes.contains_key(&dof);
+        let fitted = fitted_files(results, is_of_plant);
+        let is_known = |of: &&SourcedTrial| {
+            score.by_trial.contains_key(of.trial.name())
+                && of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()))
+        };
+        let known = trials.iter().filter(is_known).map(|of| of.trial.name().to_owned());
+        let (axes, method, fitted_to) = (plant.axes.clone(), Some(plant.method), known.collect());
+        validations.push(Validation { axes, method, score, fitted_to });
     }
     Ok(validations)
-}
-
-/// Scores the axes of a plant of several axes, simulated together; none if no trial was read for
-/// them.
-fn together(
-    results: &Results,
-    plant: &FittedPlant,
-    trials: &[SourcedTrial],
-) -> Result<Vec<Validation>, Error> {
-    let read = read_for(&plant.axes, trials);
-    if read.is_empty() {
-        return Ok(Vec::new());
-    }
-    let scored: Vec<&Trial> = read.iter().map(|of| &of.trial).collect();
-    let score = score_fitted_plant(plant, &scored)?;
-    let fitted = fitted_files(results, |_| true);
-    let is_known =
-        |of: &&&SourcedTrial| of.inputs.iter().any(|input| fitted.contains(&input.sha256.as_str()));
-    let known = read.iter().filter(is_known).map(|of| of.trial.name().to_owned());
-    Ok(by_axis(&score, &plant.axes, Some(plant.method), &known.collect::<Vec<_>>()))
-}
-
-/// Returns the trials that were read for a plant of several axes and are not steady runs.
-fn read_for<'a>(axes: &[Dof], trials: &'a [SourcedTrial]) -> Vec<&'a SourcedTrial> {
-    let is_read =
-        |of: &&SourcedTrial| of.trial.role() != Role::Steady && of.trial.record(axes).is_ok();
-    trials.iter().filter(is_read).collect()
-}
-
-/// Returns the scores of axes that were simulated together, one by one.
-fn by_axis(
-    score: &PlantScore,
-    axes: &[Dof],
-    method: Option<Method>,
-    fitted_to: &[String],
-) -> Vec<Validation> {
-    let of = |(&dof, whole): (&Dof, &AxisScore)| {
-        let of_trial = |(name, axes): (&String, &BTreeMap<Dof, AxisScore>)| {
-            let own = axes.get(&dof)?;
-            Some(TrialScore {
-                trial: name.clone(),
-                mean_abs_error: own.mean_abs_error,
-                null_error: own.null_error,
-                r_squared: own.r2,
-                samples: own.samples,
-                ..TrialScore::default()
-            })
-        };
-        let score = Score {
-            mean_abs_error: whole.mean_abs_error,
-            null_error: whole.null_error,
-            r_squared: whole.r2,
-            trials: score.trials.iter().filter_map(of_trial).collect(),
-            ..Score::default()
-        };
-        Validation { dof, axes: axes.to_vec(), method, score, fitted_to: fitted_to.to_vec() }
-    };
-    score.by_axis.iter().map(of).collect()
 }
 
 /// Scores a published table, as [`validate`] scores fitted plants: its axes together on trials that
@@ -195,30 +132,33 @@ pub fn validate_table(
     vehicle: &Vehicle,
     trials: &[SourcedTrial],
 ) -> Result<Vec<Validation>, Error> {
+    let of = |axes: &[Dof], score| Validation {
+        axes: axes.to_vec(),
+        method: None,
+        score,
+        fitted_to: Vec::new(),
+    };
     let axes = model.plant.axes();
-    let read = read_for(axes, trials);
-    if !read.is_empty() {
-        let scored: Vec<&Trial> = read.iter().map(|of| &of.trial).collect();
-        return Ok(by_axis(&score_table(model, vehicle, &scored)?, axes, None, &[]));
+    let scored = moving(trials, |trial| trial.record(axes).is_ok());
+    if !scored.is_empty() {
+        return Ok(vec![of(axes, score_table(model, vehicle, &scored)?)]);
     }
     let mut validations = Vec::new();
     for &dof in axes {
-        let scored = moving(dof, trials);
+        let scored = moving(trials, |trial| trial.dofs().contains(&dof));
         let Some(axis) = model.one_axis(dof).filter(|_| !scored.is_empty()) else { continue };
         let thrust = model.thrust_along_over(vehicle, dof)?;
         let lumped = axis.to_lumped();
         let lumped = LumpedParameters { alpha: thrust * lumped.alpha, ..lumped };
-        let score = score_plant(dof, &Model::from(lumped), &scored)?;
-        let (axes, fitted_to) = (vec![dof], Vec::new());
-        validations.push(Validation { dof, axes, method: None, score, fitted_to });
+        validations.push(of(&[dof], score_plant(dof, &Model::from(lumped), &scored)?));
     }
     Ok(validations)
 }
 
-/// Returns the trials of a degree of freedom that are not steady runs.
-fn moving(dof: Dof, trials: &[SourcedTrial]) -> Vec<&Trial> {
-    let of_dof = trials.iter().map(|of| &of.trial).filter(|trial| trial.dofs().contains(&dof));
-    of_dof.filter(|trial| trial.role() != Role::Steady).collect()
+/// Returns the trials that were read for some axes and are not steady runs.
+fn moving(trials: &[SourcedTrial], is_read: impl Fn(&Trial) -> bool) -> Vec<&Trial> {
+    let is_moving = |trial: &&Trial| trial.role() != Role::Steady && is_read(trial);
+    trials.iter().map(|of| &of.trial).filter(is_moving).collect()
 }
 
 /// Returns the hashes of the files that some fitted trials were read from.

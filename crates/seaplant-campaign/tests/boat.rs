@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seaplant::Dof;
-use seaplant::results::{FittedPlant, Results};
+use seaplant::results::{PlantResult, Results};
 use seaplant_campaign::Campaign;
 
 /// Targets: within this fraction of the truth, or within the 95 % interval.
@@ -25,9 +25,9 @@ fn identified() -> Results {
     campaign.identify("seaplant identify").results
 }
 
-fn plant_of(results: &Results) -> &FittedPlant {
+fn plant_of(results: &Results) -> &PlantResult {
     assert!(results.failures.is_empty(), "{:?}", results.failures);
-    &results.coupled["surge-sway-yaw"]
+    &results.plants["surge-sway-yaw"]
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn masses_come_out_of_fixes_and_heading_with_an_antenna_off_the_centre() {
     let held = plant.hold_out.as_ref().expect("a trial aside");
     for (dof, least) in [(Dof::Surge, 0.95), (Dof::Sway, 0.6), (Dof::Yaw, 0.95)] {
         let score = &held.by_axis[&dof];
-        assert!(score.r2.is_some_and(|r2| r2 > least), "{dof}: {score:?}");
+        assert!(score.r_squared.is_some_and(|r2| r2 > least), "{dof}: {score:?}");
     }
     let told: Vec<&str> = plant.caveats.iter().map(|caveat| caveat.message.as_str()).collect();
     assert!(told.iter().any(|text| text.contains("estimates it from position")), "{told:?}");

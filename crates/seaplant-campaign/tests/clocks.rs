@@ -161,8 +161,8 @@ fn an_estimated_offset_identifies_as_the_true_one_does() {
         assert!((offset.clock.offset_s - BEHIND_S).abs() < 0.05, "{:?}", offset.clock);
         assert!(offset.clock.pairs[0].of_thrust);
     }
-    let [stated, told] = [&stated, &told].map(|results| &results.plants[&Dof::Surge]);
-    let [one, other] = [stated, told].map(|plant| &plant.parameters);
+    let [stated, told] = [&stated, &told].map(|results| &results.plants["surge"]);
+    let [one, other] = [stated, told].map(|plant| &plant.by_axis[&Dof::Surge]);
     assert!((other.mass.value / one.mass.value - 1.0).abs() < 0.01, "{one:?} {other:?}");
     let drag = |plant: &seaplant::results::Parameters| {
         plant.quadratic_drag.as_ref().expect("drag is fitted").value

@@ -25,7 +25,7 @@ impl Sketches {
     pub fn see(&mut self, series: &Series, results: &Results) {
         let Series::Comparison(figure) = series else { return };
         let dof = figure.comparison.dof;
-        let recommended = results.plants.get(&dof).map(|plant| plant.method);
+        let recommended = results.plants.get(dof.name()).map(|plant| plant.method);
         if figure.plant.is_some() || recommended != Some(figure.method) {
             return;
         }

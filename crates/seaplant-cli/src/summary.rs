@@ -9,7 +9,7 @@ use std::path::Path;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
 use seaplant::results::{
-    NullModel, Parameter, PlantResult, Results, Score, SteadyResult, TruePlant, Trust, Verdict,
+    NullModel, Parameter, PlantResult, PlantScore, Results, SteadyResult, TruePlant, Trust, Verdict,
 };
 use seaplant::{Caveat, Dof, Estimate, Severity};
 use seaplant_report::number::{Rounded, decimals, signed_percent, significant, with_minus};
@@ -23,15 +23,14 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     for model in &results.steering {
         text.push_str(&several_axes::steering(model));
     }
-    for plant in results.coupled.values() {
+    for (_, plant) in results.together() {
         let usual = |dof: &Dof| Some((*dof, *results.drag_forces(*dof).first()?));
         let drag: Vec<(Dof, (f64, Estimate))> = plant.axes.iter().filter_map(usual).collect();
-        text.push_str(&several_axes::block(plant, &drag, results.coupled_truth.as_ref()));
+        text.push_str(&several_axes::block(plant, &drag, results.truth.as_ref()));
     }
-    for (dof, plant) in &results.plants {
-        let truth = results.truth.as_ref().and_then(|truth| truth.get(dof));
-        let drag = results.drag_forces(*dof);
-        text.push_str(&plant_block((*dof, plant), &drag, truth, sketches));
+    for (dof, plant, _) in results.alone() {
+        let drag = results.drag_forces(dof);
+        text.push_str(&plant_block((dof, plant), &drag, results.truth_of(dof), sketches));
     }
     for (dof, steady) in &results.steady {
         text.push_str(&steady_block(*dof, steady));
@@ -60,10 +59,9 @@ pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
 /// Counts the notes of the report's first screen: each once, wherever it was made.
 fn count_notes(results: &Results) -> usize {
     let plants = results.plants.values().flat_map(|plant| &plant.caveats);
-    let several = results.coupled.values().flat_map(|plant| &plant.caveats);
     let steady = results.steady.values().flat_map(|steady| &steady.caveats);
     let bollard = results.bollard_pull.iter().flat_map(|pull| &pull.caveats);
-    let all = plants.chain(several).chain(steady).chain(bollard).chain(&results.caveats);
+    let all = plants.chain(steady).chain(bollard).chain(&results.caveats);
     let mut notes: Vec<&Caveat> = Vec::new();
     for caveat in all.filter(|caveat| caveat.severity == Severity::Note) {
         if !notes.contains(&caveat) {
@@ -97,7 +95,7 @@ fn push_good_for(text: &mut String, verdict: &Verdict) {
 fn plant_block(
     (dof, plant): (Dof, &PlantResult),
     drag: &[(f64, Estimate)],
-    truth: Option<&TruePlant>,
+    truth: Option<TruePlant>,
     sketches: &Sketches,
 ) -> String {
     let mut text = String::new();
@@ -108,13 +106,17 @@ fn plant_block(
         spoken_verdict(&plant.verdict)
     );
     push_good_for(&mut text, &plant.verdict);
-    let p = &plant.parameters;
+    let p = plant.by_axis.get(&dof);
     let mass = if dof.is_rotation() { "inertia" } else { "mass" };
     let rows = [
-        (mass, Some(&p.mass), truth.map(|t| t.mass)),
-        ("quadratic drag", p.quadratic_drag.as_ref(), truth.map(|t| t.quadratic_drag)),
-        ("linear drag", p.linear_drag.as_ref(), truth.map(|t| t.linear_drag)),
-        ("bias force", p.bias_force.as_ref(), truth.map(|t| t.bias_force)),
+        (mass, p.map(|p| &p.mass), truth.map(|t| t.mass)),
+        (
+            "quadratic drag",
+            p.and_then(|p| p.quadratic_drag.as_ref()),
+            truth.map(|t| t.quadratic_drag),
+        ),
+        ("linear drag", p.and_then(|p| p.linear_drag.as_ref()), truth.map(|t| t.linear_drag)),
+        ("bias force", p.and_then(|p| p.bias_force.as_ref()), truth.map(|t| t.bias_force)),
     ];
     let mut table = plain_table();
     for (name, parameter, truth) in rows {
@@ -130,7 +132,8 @@ fn plant_block(
     }
     align(&mut table, 1..4);
     let _ = writeln!(text, "{}", table.to_string().trim_end());
-    let score = |name: &str, score: &Score| {
+    let score = |name: &str, of: &PlantScore| -> Option<String> {
+        let score = of.by_axis.get(&dof)?;
         let unit = score.quantity.unit(dof);
         let error = score.mean_abs_error.map_or_else(
             || "the simulation diverges".to_owned(),
@@ -138,10 +141,9 @@ fn plant_block(
         );
         let mut r2 =
             score.r_squared.map_or(String::new(), |r2| format!(", R² {}", decimals(r2, 3)));
-        let positions: Vec<String> = score
-            .trials
-            .iter()
-            .filter_map(|trial| trial.position_r_squared)
+        let positions: Vec<String> = of
+            .trials(dof)
+            .filter_map(|(_, trial)| trial.position_r_squared)
             .map(|r2| decimals(r2, 3))
             .collect();
         if !positions.is_empty() {
@@ -152,21 +154,20 @@ fn plant_block(
         let best = best.map_or_else(String::new, |null| {
             format!(", {} for {}", significant(null.mean_abs_error, 3), null.model.description())
         });
-        format!(
-            "  {name}: {error}, {} {unit} for {}{best}{r2}",
+        Some(format!(
+            "  {name}: {error}, {} {unit} for {}{best}{r2}\n",
             significant(score.null_error, 3),
             score.quantity.null_model()
-        )
+        ))
     };
-    match &plant.hold_out {
-        Some(hold_out) => _ = writeln!(text, "{}", score("held out", hold_out)),
-        None => {
-            if let Some(left_out) = &plant.left_out {
-                _ = writeln!(text, "{}", score("left out in turn", left_out));
-            }
-            _ = writeln!(text, "{}", score("on its own trial", &plant.fit));
-        }
-    }
+    let scores = match &plant.hold_out {
+        Some(hold_out) => [score("held out", hold_out), None],
+        None => [
+            plant.left_out.as_ref().and_then(|left_out| score("left out in turn", left_out)),
+            score("on its own trial", &plant.fit),
+        ],
+    };
+    text.extend(scores.into_iter().flatten());
     text.push_str(&sketches.of(dof));
     push_caveats(&mut text, &plant.caveats);
     text.push('\n');

@@ -103,7 +103,8 @@ fn beliefs(spec: &TwinSpec) -> Result<Beliefs, Box<dyn Error>> {
     let found = identify(&dive.vehicle, &trials, &options).results;
     let by = |method: Method| -> Result<BTreeMap<Dof, Plant>, Box<dyn Error>> {
         let of = |dof: Dof| {
-            Ok((dof, plant(dof, &found.plant_of(dof, Some(method))?.lumped.to_physical())?))
+            let own = found.plant_of(dof, Some(method))?.alone.as_ref().ok_or("of several axes")?;
+            Ok((dof, plant(dof, &own.lumped.to_physical())?))
         };
         DOFS.into_iter().map(of).collect()
     };

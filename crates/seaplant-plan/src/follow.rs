@@ -55,7 +55,7 @@ impl Log {
     /// from its single axes.
     pub(crate) fn new(trial: &Trial, axes: &[Dof]) -> Self {
         let (mut force, mut velocity) = (BTreeMap::new(), BTreeMap::new());
-        let of_plants = trial.setup().coupled.iter().filter_map(|own| trial.record(own).ok());
+        let of_plants = trial.setup().together.iter().filter_map(|own| trial.record(own).ok());
         for record in of_plants {
             for dof in axes {
                 let own = record.force[dof.index()].clone();

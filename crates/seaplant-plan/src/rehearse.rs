@@ -82,7 +82,7 @@ pub fn rehearse(
     Ok(TwinCampaign {
         vehicle: believed_vehicle(vehicle, prior, plan),
         trials,
-        coupled: vec![plan_of(believed)],
+        together: vec![plan_of(believed)],
         truth: truth_of(truth, prior, plan, rehearsal.seed, currents),
         bollard_pull: Vec::new(),
     })

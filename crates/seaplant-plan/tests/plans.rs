@@ -64,7 +64,7 @@ fn records(campaign: &TwinCampaign, axes: &[Dof]) -> Vec<TrialRecord> {
 fn fit_of(campaign: &TwinCampaign, axes: &[Dof]) -> PlantFit {
     let records = records(campaign, axes);
     let all: Vec<&TrialRecord> = records.iter().collect();
-    let structure = campaign.coupled[0].structure(&campaign.vehicle, |_| false).expect("terms");
+    let structure = campaign.together[0].structure(&campaign.vehicle, |_| false).expect("terms");
     fit_plant(&structure, &all, None, false).expect("settles")
 }
 

@@ -162,14 +162,14 @@ impl Charts {
         charts.extend(others);
         let driven = results.driven();
         let greatest = |dof: Dof| driven.get(&dof).map_or(0.0, |driven| driven.speed_max);
-        for (name, plant) in &results.coupled {
+        for (name, plant) in results.together() {
             for &dof in &plant.axes {
                 let curve = plant.drag_to(dof, greatest(dof));
                 charts.extend(curve.map(|curve| drag::chart(dof, Some(name), &curve, &mut ids)));
             }
         }
-        for (&dof, plant) in &results.plants {
-            let curve = plant.drag_to(greatest(dof));
+        for (dof, plant, _) in results.alone() {
+            let curve = plant.drag_to(dof, greatest(dof));
             charts.extend(curve.map(|curve| drag::chart(dof, None, &curve, &mut ids)));
             charts.extend(intervals::chart(dof, results, &mut ids));
             charts.extend(innovations::chart(dof, plant, &mut ids));

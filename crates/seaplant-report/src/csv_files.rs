@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use seaplant::results::{Parameter, PlantResult, Results};
-use seaplant::{Comparison, Dof, Method, PositionComparison};
+use seaplant::results::{Alone, Parameter, PlantResult, Results};
+use seaplant::{Comparison, Dof, PositionComparison};
 
 use crate::{Artifact, Error};
 
@@ -88,31 +88,35 @@ fn table_5(results: &Results) -> Result<Writer, Error> {
         head.extend(["", "_std", "_low95", "_high95", "_unit"].map(|end| format!("{name}{end}")));
     }
     writer.write_record(head)?;
-    for (&dof, methods) in &results.methods {
-        let recommended = results.plants.get(&dof).map(|plant| plant.method);
-        for (&method, plant) in methods {
-            writer.write_record(row_5(dof, method, recommended == Some(method), plant))?;
+    for dof in Dof::ALL {
+        let recommended = results.plants.get(dof.name()).map(|plant| plant.method);
+        for (method, plant, alone) in results.methods_of(dof) {
+            if let Some(row) = row_5(dof, recommended == Some(method), plant, alone) {
+                writer.write_record(row)?;
+            }
         }
     }
     Ok(writer)
 }
 
-fn row_5(dof: Dof, method: Method, recommended: bool, plant: &PlantResult) -> Vec<String> {
-    let PlantResult { lumped, fit, hold_out, parameters, .. } = plant;
-    let mut row = vec![dof.name().to_owned(), method.name().to_owned(), recommended.to_string()];
+fn row_5(dof: Dof, recommended: bool, plant: &PlantResult, alone: &Alone) -> Option<Vec<String>> {
+    let (lumped, parameters) = (&alone.lumped, plant.by_axis.get(&dof)?);
+    let (fit, hold_out) = (plant.fitted(dof), plant.held_out(dof));
+    let method = plant.method.name().to_owned();
+    let mut row = vec![dof.name().to_owned(), method, recommended.to_string()];
     row.extend([lumped.alpha, lumped.beta, lumped.mu, lumped.bias].map(|x| x.to_string()));
     row.extend([
-        or_empty(fit.mean_abs_error),
-        fit.null_error.to_string(),
-        or_empty(hold_out.as_ref().and_then(|score| score.mean_abs_error)),
-        or_empty(hold_out.as_ref().map(|score| score.null_error)),
-        plant.stable.to_string(),
+        or_empty(fit.and_then(|score| score.mean_abs_error)),
+        or_empty(fit.map(|score| score.null_error)),
+        or_empty(hold_out.and_then(|score| score.mean_abs_error)),
+        or_empty(hold_out.map(|score| score.null_error)),
+        alone.stable.to_string(),
     ]);
     row.extend(parameter_cells(Some(&parameters.mass)));
     for parameter in [&parameters.quadratic_drag, &parameters.linear_drag, &parameters.bias_force] {
         row.extend(parameter_cells(parameter.as_ref()));
     }
-    row
+    Some(row)
 }
 
 fn parameter_cells(parameter: Option<&Parameter>) -> [String; 5] {

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use seaplant::results::{AxisScore, PlantResult, Results, Series};
-use seaplant::{Comparison, Role};
+use seaplant::results::{PlantResult, Results, Score, Series};
+use seaplant::{Comparison, Dof, Role};
 
 use crate::number::count;
 
@@ -30,7 +30,7 @@ impl Drawn {
     pub(crate) fn select(results: &Results) -> Self {
         let mut all: BTreeMap<(String, Role), Errors> = BTreeMap::new();
         let scores: BTreeMap<_, _> =
-            results.plants.iter().map(|(dof, plant)| (*dof, errors(plant))).collect();
+            results.alone().map(|(dof, plant, _)| (dof, errors(dof, plant))).collect();
         for trial in &results.trials {
             for dof in trial.axes.keys() {
                 let error = scores.get(dof).and_then(|errors| errors.get(trial.name.as_str()));
@@ -38,13 +38,12 @@ impl Drawn {
                 of_axis.push((trial.name.clone(), error.copied().unwrap_or(0.0)));
             }
         }
-        for (name, plant) in &results.coupled {
+        for (name, plant) in results.together() {
             let held_out = plant.hold_out.iter().map(|score| (Role::HoldOut, score));
             for (role, score) in held_out.chain([(Role::Fit, &plant.fit)]) {
                 // Each axis in units of its own.
-                let part =
-                    |of: &AxisScore| of.mean_abs_error.unwrap_or(f64::INFINITY) / of.null_error;
-                let errors = score.trials.iter().map(|(trial, axes)| {
+                let part = |of: &Score| of.mean_abs_error.unwrap_or(f64::INFINITY) / of.null_error;
+                let errors = score.by_trial.iter().map(|(trial, axes)| {
                     (trial.clone(), axes.values().map(part).fold(0.0, f64::max))
                 });
                 all.insert((name.clone(), role), errors.collect());
@@ -103,10 +102,10 @@ impl From<Errors> for Picked {
 }
 
 /// Returns the simulation error of a plant on each trial; infinite where it diverged.
-fn errors(plant: &PlantResult) -> BTreeMap<&str, f64> {
-    let scores = plant.hold_out.iter().chain([&plant.fit]).flat_map(|score| &score.trials);
+fn errors(dof: Dof, plant: &PlantResult) -> BTreeMap<&str, f64> {
+    let scores = plant.hold_out.iter().chain([&plant.fit]).flat_map(|score| score.trials(dof));
     scores
-        .map(|score| (score.trial.as_str(), score.mean_abs_error.unwrap_or(f64::INFINITY)))
+        .map(|(trial, score)| (trial.as_str(), score.mean_abs_error.unwrap_or(f64::INFINITY)))
         .collect()
 }
 

@@ -127,7 +127,7 @@ impl FigureSet {
                 (Subject::Steady, figure.dof, &figure.trial, steady::scene(figure, results)?)
             }
         };
-        let recommended = results.plants.get(&dof).map(|plant| plant.method);
+        let recommended = results.plants.get(dof.name()).map(|plant| plant.method);
         let has_png = match &subject {
             Subject::Comparison { plant: None, method, .. } => {
                 recommended.is_none_or(|recommended| recommended == *method)

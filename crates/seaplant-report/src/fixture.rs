@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use seaplant::estimate::{Candidate, Decision, Filters, Innovations};
+use seaplant::estimate::{Candidate, Filters, Innovations};
 use seaplant::exchange::Consequence;
 use seaplant::results::*;
 use seaplant::signal::LowPass;
@@ -19,27 +19,23 @@ pub(crate) fn parameter(value: f64, std: f64, unit: &str) -> Parameter {
     Parameter { value, std, low95: value - 1.96 * std, high95: value + 1.96 * std, unit }
 }
 
-fn score(trial: &str, e: Option<f64>) -> Score {
-    let one = TrialScore {
-        trial: trial.to_owned(),
-        mean_abs_error: e,
-        null_error: 0.11,
-        r_squared: e.map(|e| 1.0 - e),
-        offset_free_error: e.map(|e| 0.9 * e),
-        position_r_squared: None,
-        position_mean_abs_error: None,
-        samples: 4800,
-    };
-    Score {
-        quantity: ScoredMotion::Velocity,
+fn score(trial: &str, e: Option<f64>) -> PlantScore {
+    let one = Score {
         mean_abs_error: e,
         null_error: 0.11,
         best_null: Some(NullScore { model: NullModel::SteadySpeed, mean_abs_error: 0.07 }),
+        r_squared: e.map(|e| 1.0 - e),
         offset_free_error: e.map(|e| 0.9 * e),
-        change: None,
-        r_squared: one.r_squared,
-        trials: vec![one],
-    }
+        samples: 4800,
+        ..Score::default()
+    };
+    PlantScore::of_axis(Dof::Surge, one, [(trial.to_owned(), one)])
+}
+
+fn coefficient(x: &Parameter, on: &[Dof]) -> Coefficient {
+    let Parameter { value, std, low95, high95, unit } = x.clone();
+    let told_by = if value == 0.0 { ToldBy::Limit } else { ToldBy::Data };
+    Coefficient { value, std, low95, high95, unit, on: on.to_vec(), told_by }
 }
 
 pub(crate) fn plant() -> PlantResult {
@@ -49,50 +45,66 @@ pub(crate) fn plant() -> PlantResult {
         d_linear: 0.0,
         bias_force: -255.5,
     };
+    let mass = parameter(12970.2, 253.0, "kg");
+    let drag = parameter(2230.9, 61.0, "N/(m/s)²");
+    let bias = parameter(-255.5, 9.4, "N");
+    let named = [("mass.surge", &mass), ("surge: |u|u", &drag), ("surge: 1", &bias)];
+    let own = |(name, x): (&str, &Parameter)| (name.to_owned(), coefficient(x, &[Dof::Surge]));
+    let matrix = |x: f64| MatrixResult { value: vec![vec![x]], std: vec![vec![0.1 * x]] };
     PlantResult {
-        method: Method::RECOMMENDED,
-        terms: vec![Term::Force, Term::Quadratic, Term::Bias],
-        stable: true,
-        stability: Stability::Stable,
-        parameters: Parameters {
-            mass: parameter(12970.2, 253.0, "kg"),
-            quadratic_drag: Some(parameter(2230.9, 61.0, "N/(m/s)²")),
-            linear_drag: None,
-            bias_force: Some(parameter(-255.5, 9.4, "N")),
+        parameters: named.into_iter().map(own).collect(),
+        correlation: Correlation {
+            names: named.map(|(name, _)| name.to_owned()).to_vec(),
+            value: [[1.0, -0.5, 0.1], [-0.5, 1.0, 0.2], [0.1, 0.2, 1.0]].map(Vec::from).into(),
         },
-        lumped: physical.to_lumped(),
-        lumped_std: LumpedParameters::default(),
-        correlation: [[1.0, -0.5, 0.0, 0.1], [-0.5, 1.0, 0.0, 0.2], [0.0; 4], [0.1, 0.2, 0.0, 1.0]],
+        by_axis: BTreeMap::from([(
+            Dof::Surge,
+            Parameters {
+                mass,
+                quadratic_drag: Some(drag),
+                linear_drag: None,
+                bias_force: Some(bias),
+            },
+        )]),
+        mass_matrix: matrix(12970.2),
+        linear_damping: matrix(0.0),
+        quadratic_damping: matrix(2230.9),
+        samples: 4790,
+        alone: Some(Alone {
+            terms: vec![Term::Force, Term::Quadratic, Term::Bias],
+            stable: true,
+            stability: Stability::Stable,
+            lumped: physical.to_lumped(),
+            lumped_std: LumpedParameters::default(),
+            steady_test: None,
+            thrust_part: None,
+            regression: RegressionResult {
+                effective_samples: 312.4,
+                condition: 2.31,
+                variance_inflation: BTreeMap::from([(Term::Force, 1.21), (Term::Quadratic, 1.22)]),
+                residual_rms: 0.0123,
+                filters: Filters {
+                    velocity: Some(LowPass { cutoff_hz: 1.5, order: 2 }),
+                    every_term: Some(LowPass { cutoff_hz: 0.5, order: 2 }),
+                },
+            },
+        }),
         nuisances: BTreeMap::from([("delay".to_owned(), parameter(0.21, 0.02, "s"))]),
-        structure: vec![Decision {
-            candidate: Candidate::LinearDrag,
-            likelihood_ratio: 1.23,
-            size: None,
-            needed: 8.48,
+        structure: vec![TermDecision {
+            candidate: Candidate::LinearDrag.name().to_owned(),
             admitted: false,
+            likelihood_ratio: 1.23,
+            p_value: None,
+            needed: Some(8.48),
+            size: None,
         }],
-        steady_test: None,
-        thrust_part: None,
-        history: None,
         innovations: vec![Innovations {
             trial: HOSTILE.to_owned(),
             samples: 4790,
             autocorrelation: vec![1.0, 0.02, -0.01],
         }],
-        regression: RegressionResult {
-            samples: 4790,
-            effective_samples: 312.4,
-            condition: 2.31,
-            variance_inflation: BTreeMap::from([(Term::Force, 1.21), (Term::Quadratic, 1.22)]),
-            residual_rms: 0.0123,
-            filters: Filters {
-                velocity: Some(LowPass { cutoff_hz: 1.5, order: 2 }),
-                every_term: Some(LowPass { cutoff_hz: 0.5, order: 2 }),
-            },
-        },
         fit: score(HOSTILE, Some(0.0185)),
         hold_out: Some(score("held & out", Some(0.021))),
-        left_out: None,
         whiteness: Some(1.4),
         verdict: Verdict {
             good_for: Some(GoodFor {
@@ -112,14 +124,19 @@ pub(crate) fn plant() -> PlantResult {
             )
         },
         caveats: vec![Caveat::note(CaveatCode::ThrustScale, "the scale of thrust <is> unseen")],
+        ..PlantResult::empty(vec![Dof::Surge], Method::RECOMMENDED)
     }
 }
 
 fn paper_plant() -> PlantResult {
-    PlantResult {
-        method: Method::Paper,
+    let alone = plant().alone.map(|alone| Alone {
         stable: false,
         stability: Stability::StableBelow { speed: 0.4 },
+        ..alone
+    });
+    PlantResult {
+        method: Method::Paper,
+        alone,
         fit: score(HOSTILE, None),
         hold_out: None,
         caveats: vec![
@@ -248,37 +265,37 @@ pub(crate) struct Found {
 }
 
 /// Returns a plant of two axes, one with damping at its limit.
-pub(crate) fn plant_of_several_axes() -> FittedPlant {
-    let coefficient = |value: f64, std: f64, unit: &str, on: &[Dof]| Coefficient {
-        value,
-        std,
-        low95: value - 1.96 * std,
-        high95: value + 1.96 * std,
-        unit: unit.to_owned(),
-        on: on.to_vec(),
-        told_by: if value == 0.0 { ToldBy::Limit } else { ToldBy::Data },
+pub(crate) fn plant_of_several_axes() -> PlantResult {
+    let coefficient = |value: f64, std: f64, unit: &str, on: &[Dof]| {
+        coefficient(&parameter(value, std, unit), on)
     };
     let matrix = |value: [[f64; 2]; 2]| MatrixResult {
         value: value.map(Vec::from).into(),
         std: value.map(|row| row.map(|x| 0.1 * x).to_vec()).into(),
     };
     let part = |value: f64| Part { value, std: 0.01, low95: value - 0.02, high95: value + 0.02 };
-    let change = AxisChange { mass: part(0.01), drag: part(-0.03), whiteness: 1.1, surprise: 0.9 };
+    let change =
+        LikelyChange { mass: part(0.01), drag: part(-0.03), whiteness: 1.1, surprise: 0.9 };
     let score = |e: Option<f64>| {
-        let axis = AxisScore {
+        let axis = Score {
             mean_abs_error: e,
             null_error: 0.3,
-            disturbance_error: None,
-            change: Some(change),
-            restarted_error: None,
-            kept_error: None,
-            r2: e.map(|e| 1.0 - e),
+            likely_change: Some(change),
+            r_squared: e.map(|e| 1.0 - e),
             samples: 900,
+            ..Score::default()
         };
         let by_axis = BTreeMap::from([(Dof::Sway, axis), (Dof::Yaw, axis)]);
-        PlantScore { trials: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
+        PlantScore { by_trial: BTreeMap::from([(HOSTILE.to_owned(), by_axis.clone())]), by_axis }
     };
-    FittedPlant {
+    let parameters = BTreeMap::from([
+        ("mass.sway".to_owned(), coefficient(180.0, 2.0, "kg", &[Dof::Sway])),
+        ("mass.yaw".to_owned(), coefficient(40.0, 0.5, "kg m²", &[Dof::Yaw])),
+        ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),
+        ("yaw: |v|r".to_owned(), coefficient(3.0, 0.4, "N m/((m/s)(rad/s))", &[Dof::Yaw])),
+    ]);
+    PlantResult {
+        by_axis: Parameters::by_axis(&[Dof::Sway, Dof::Yaw], &parameters),
         verdict: Verdict::new(Trust::Doubtful, HOSTILE, vec![CaveatCode::NotDetermined]),
         verdicts: BTreeMap::from([
             (
@@ -287,18 +304,8 @@ pub(crate) fn plant_of_several_axes() -> FittedPlant {
             ),
             (Dof::Yaw, Verdict::new(Trust::Doubtful, HOSTILE, vec![CaveatCode::NotDetermined])),
         ]),
-        axes: vec![Dof::Sway, Dof::Yaw],
-        method: Method::FilterError,
         symmetry: seaplant::plant::Symmetry::PortStarboard,
-        effects: Vec::new(),
-        thruster_faults: Vec::new(),
-        thrusters_exchanged: Vec::new(),
-        thruster_estimates: BTreeMap::new(),
-        parameters: BTreeMap::from([
-            ("mass.sway".to_owned(), coefficient(180.0, 2.0, "kg", &[Dof::Sway])),
-            ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),
-            ("yaw: |v|r".to_owned(), coefficient(3.0, 0.4, "N m/((m/s)(rad/s))", &[Dof::Yaw])),
-        ]),
+        parameters,
         mass_matrix: matrix([[180.0, 12.0], [12.0, 40.0]]),
         rigid_body_mass_matrix: Some(vec![vec![100.0, 0.0], vec![0.0, 20.0]]),
         added_mass: Some(vec![vec![80.0, 12.0], vec![12.0, 20.0]]),
@@ -328,25 +335,27 @@ pub(crate) fn plant_of_several_axes() -> FittedPlant {
                 },
             )]),
         }),
-        identifiability: Identifiability {
+        identifiability: Some(Identifiability {
             coefficients: 8,
             rank: 7,
             variance_inflation: BTreeMap::from([("mass.sway".to_owned(), 3.0)]),
             not_told: Vec::new(),
-        },
+        }),
         structure: vec![TermDecision {
-            terms: vec!["sway: r".to_owned()],
+            candidate: "sway: r".to_owned(),
             admitted: false,
             likelihood_ratio: 1.2,
-            p_value: 0.27,
+            p_value: Some(0.27),
+            needed: None,
+            size: None,
         }],
         samples: 1800,
-        log_likelihood: 5432.1,
+        log_likelihood: Some(5432.1),
         fit: score(Some(0.01)),
         hold_out: Some(score(None)),
-        driven: BTreeMap::new(),
-        single_axes: BTreeMap::from([(Dof::Sway, AxisScore::default())]),
+        single_axes: BTreeMap::from([(Dof::Sway, Score::default())]),
         caveats: vec![Caveat::note(CaveatCode::UndrivenAxis, "no moment acts on yaw")],
+        ..PlantResult::empty(vec![Dof::Sway, Dof::Yaw], Method::FilterError)
     }
 }
 
@@ -371,11 +380,12 @@ pub(crate) fn identification() -> Found {
             seed: Some(7),
             settings: BTreeMap::from([("paper.cutoff_hz".to_owned(), "0.125".to_owned())]),
         },
-        plants: BTreeMap::from([(Dof::Surge, plant())]),
-        coupled_online: BTreeMap::new(),
-        coupled: BTreeMap::from([("sway-yaw".to_owned(), plant_of_several_axes())]),
+        plants: BTreeMap::from([
+            ("surge".to_owned(), plant()),
+            ("sway-yaw".to_owned(), plant_of_several_axes()),
+        ]),
         steering: Vec::new(),
-        methods: BTreeMap::from([(Dof::Surge, surge)]),
+        methods: BTreeMap::from([("surge".to_owned(), surge)]),
         subsets: BTreeMap::from([(
             Dof::Surge,
             vec![SubsetResult {
@@ -410,11 +420,10 @@ pub(crate) fn identification() -> Found {
             trial(HOSTILE, Role::Fit, Dof::Surge),
             trial("held & out", Role::HoldOut, Dof::Surge),
         ],
-        coupled_truth: None,
-        truth: Some(BTreeMap::from([(
-            Dof::Surge,
-            TruePlant { mass: 12970.0, quadratic_drag: 2400.0, linear_drag: 0.0, bias_force: 0.0 },
-        )])),
+        truth: Some(BTreeMap::from([
+            ("mass.surge".to_owned(), 12970.0),
+            ("surge: |u|u".to_owned(), 2400.0),
+        ])),
         consequences: vec![Consequence {
             name: "top speed at 1000 N".to_owned(),
             axis: Dof::Surge,
@@ -500,9 +509,7 @@ pub(crate) fn empty() -> Found {
         buoyancy: None,
         provenance: Provenance::default(),
         plants: BTreeMap::new(),
-        coupled: BTreeMap::new(),
         steering: Vec::new(),
-        coupled_online: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),
@@ -512,7 +519,6 @@ pub(crate) fn empty() -> Found {
         trials: Vec::new(),
         truth: None,
         plan: None,
-        coupled_truth: None,
         caveats: Vec::new(),
         ..results
     };

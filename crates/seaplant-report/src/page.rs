@@ -9,7 +9,6 @@ mod online_section;
 mod paper_section;
 mod plan_section;
 mod provenance;
-mod several_axes_card;
 mod several_axes_section;
 mod steering_section;
 mod table;
@@ -177,7 +176,6 @@ struct Page<'a> {
 
 impl<'a> Page<'a> {
     fn new(results: &'a Results, pictures: Pictures<'_>) -> Result<Self, Error> {
-        let axes = results.plants.iter();
         Ok(Self {
             assets: Assets::new(pictures.charts, None)?,
             vehicle: &results.vehicle,
@@ -185,15 +183,17 @@ impl<'a> Page<'a> {
             line: provenance::line(results),
             failures: failures(results),
             cards: card::all(results, pictures.thumbnails),
-            has_truth: results.truth.is_some() || results.coupled_truth.is_some(),
+            has_truth: results.truth.is_some(),
             doubts: doubts::of_campaign(results),
             several_axes: results
-                .coupled
-                .iter()
+                .together()
                 .map(|(name, plant)| several_axes_section::view(name, plant, pictures))
                 .collect(),
-            axes: axes
-                .map(|(&dof, plant)| axis_section::view(dof, plant, results, pictures))
+            axes: results
+                .alone()
+                .map(|(dof, plant, alone)| {
+                    axis_section::view((dof, plant, alone), results, pictures)
+                })
                 .collect(),
             online: online_section::views(results),
             steering: steering_section::view(&results.steering),

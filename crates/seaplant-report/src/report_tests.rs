@@ -156,9 +156,7 @@ fn every_parameter_and_every_caveat_is_on_the_page() {
         }
     };
     for plant in plants.clone() {
-        let p = &plant.parameters;
-        has(&p.mass);
-        [&p.quadratic_drag, &p.linear_drag, &p.bias_force].into_iter().flatten().for_each(has);
+        plant.parameters.values().map(Parameter::from).for_each(|x| has(&x));
         plant.nuisances.values().for_each(has);
     }
     let steady = results.steady.values();
@@ -273,29 +271,37 @@ fn after_change(pointer: &str, number: f64) -> String {
 #[test]
 fn repeated_numbers_must_agree() {
     let end = "; identify again, or restore the results as they were written";
-    let sway = "coupled.sway-yaw.parameters.\"mass.sway\"";
+    let sway = "plants.sway-yaw.parameters.\"mass.sway\"";
     for (pointer, number, expected) in [
         (
-            "/plants/surge/parameters/mass/value",
+            "/plants/surge/by_axis/surge/mass/value",
             6485.1,
-            "plants.surge.parameters.mass is 6485.1, which makes alpha 0.000154199".to_owned(),
+            "plants.surge.by_axis.surge.mass is 6485.1 ± 253".to_owned(),
         ),
-        ("/plants/surge/lumped/beta", -0.1, "but plants.surge.lumped.beta is -0.1".to_owned()),
-        ("/plants/surge/lumped/mu", -0.1, "plants.surge.parameters.linear_drag is 0".to_owned()),
         (
-            "/methods/surge/paper/lumped/bias",
+            "/plants/surge/alone/lumped/beta",
+            -0.1,
+            "but plants.surge.alone.lumped.beta is -0.1".to_owned(),
+        ),
+        (
+            "/plants/surge/alone/lumped/mu",
+            -0.1,
+            "plants.surge.by_axis.surge.linear_drag is 0".to_owned(),
+        ),
+        (
+            "/methods/surge/paper/alone/lumped/bias",
             0.0,
-            "methods.surge.paper.parameters.bias_force is -255.5".to_owned(),
+            "methods.surge.paper.by_axis.surge.bias_force is -255.5".to_owned(),
         ),
         (
-            "/coupled/sway-yaw/mass_matrix/value/0/0",
+            "/plants/sway-yaw/mass_matrix/value/0/0",
             181.0,
-            format!("{sway} is 180, but coupled.sway-yaw.mass_matrix of sway and sway is 181"),
+            format!("{sway} is 180, but plants.sway-yaw.mass_matrix of sway and sway is 181"),
         ),
         (
-            "/coupled/sway-yaw/parameters/sway: v/value",
+            "/plants/sway-yaw/parameters/sway: v/value",
             2.0,
-            "but coupled.sway-yaw.linear_damping of sway and sway is 0".to_owned(),
+            "but plants.sway-yaw.linear_damping of sway and sway is 0".to_owned(),
         ),
     ] {
         let message = after_change(pointer, number);
@@ -309,36 +315,38 @@ fn the_recommended_plant_is_that_of_its_method() {
     let mut value: serde_json::Value =
         serde_json::from_str(text(&all, "results.json")).expect("JSON");
     let plant = &mut value["plants"]["surge"];
-    plant["parameters"]["mass"]["value"] = 25940.4.into();
+    plant["parameters"]["mass.surge"]["value"] = 25940.4.into();
+    plant["by_axis"]["surge"]["mass"]["value"] = 25940.4.into();
+    plant["mass_matrix"]["value"][0][0] = 25940.4.into();
     for (name, factor) in [("alpha", 0.5), ("beta", 0.5), ("mu", 0.5), ("bias", 0.5)] {
-        let number = plant["lumped"][name].as_f64().expect("a number");
-        plant["lumped"][name] = (factor * number).into();
+        let number = plant["alone"]["lumped"][name].as_f64().expect("a number");
+        plant["alone"]["lumped"][name] = (factor * number).into();
     }
     let message = parse_results(&value.to_string()).expect_err("refused").to_string();
-    let expected = "plants.surge.parameters.mass is 25940.4, but methods.surge.";
+    let expected = "plants.surge.parameters.\"mass.surge\" is 25940.4, but methods.surge.";
     assert!(message.starts_with(expected), "{message}");
 }
 
 #[test]
 fn standard_deviations_that_cannot_be_are_refused() {
-    let message = after_change("/plants/surge/parameters/quadratic_drag/std", -61.0);
+    let message = after_change("/plants/surge/parameters/surge: |u|u/std", -61.0);
     assert!(
         message.starts_with(
-            "plants.surge.parameters.quadratic_drag.std is -61; a standard deviation is finite"
+            "plants.surge.parameters.\"surge: |u|u\".std is -61; a standard deviation is finite"
         ),
         "{message}"
     );
     // Its variance is infinite.
     let message = after_change("/plants/surge/nuisances/delay/std", 1e200);
     assert!(message.contains("nuisances.delay.std is 1"), "{message}");
-    let message = after_change("/coupled/sway-yaw/parameters/mass.sway/std", -1.0);
+    let message = after_change("/plants/sway-yaw/parameters/mass.sway/std", -1.0);
     assert!(message.contains("parameters.\"mass.sway\".std is -1"), "{message}");
 }
 
 #[test]
 fn other_schemas_are_refused_by_name() {
-    let refused = parse_results(r#"{"schema": "seaplant/results/2", "x": 1}"#);
-    assert!(matches!(refused, Err(Error::Schema { ref found, .. }) if found.ends_with("/2")));
+    let refused = parse_results(r#"{"schema": "seaplant/results/1", "x": 1}"#);
+    assert!(matches!(refused, Err(Error::Schema { ref found, .. }) if found.ends_with("/1")));
     assert!(matches!(parse_results("{}"), Err(Error::NoSchema)));
     assert!(matches!(parse_results("{"), Err(Error::Json { line: 1, .. })));
 }
@@ -376,7 +384,6 @@ fn a_campaign_of_steady_trials_alone_points_to_table_6() {
     let mut identification = fixture::identification();
     identification.results.plants.clear();
     identification.results.methods.clear();
-    identification.results.coupled.clear();
     identification.series.retain(|series| matches!(series, Series::Steady(_)));
     let all = artifacts(&identification);
     let html = text(&all, "report.html");
@@ -439,7 +446,7 @@ fn the_thrust_figure_can_be_drawn_alone() {
 #[test]
 fn axes_that_were_identified_together_have_cards_and_their_doubts_are_in_the_summary() {
     let mut found = fixture::identification();
-    found.results.plants.clear();
+    found.results.plants.retain(|_, plant| !plant.is_alone());
     found.results.methods.clear();
     let all = artifacts(&found);
     let html = unescaped(text(&all, "report.html"));

@@ -17,7 +17,7 @@ pub use self::thrusters::{
     other_thrusters,
 };
 use crate::exchange::PlantModel;
-use crate::plant::{Basis, Product};
+use crate::plant::{bias_sign, own_terms};
 use crate::results::{Parameter, Parameters, PlantResult, Results};
 use crate::{Caveat, CaveatCode, Dof, Method};
 
@@ -166,7 +166,7 @@ struct ComparedAxis {
 impl ComparedAxis {
     fn new(compared: Compared<'_>, dof: Dof, method: Option<Method>) -> Option<Self> {
         match compared {
-            Compared::Fit(fit) => Some(Self::of_fit(plant(fit, dof, method)?)),
+            Compared::Fit(fit) => Self::of_fit(dof, plant(fit, dof, method)?),
             Compared::Table(model) => Self::of_model(model, dof),
         }
     }
@@ -176,8 +176,9 @@ impl ComparedAxis {
         Some(Self { method: plant.method(dof), ..Self::of_model(&plant.model, dof)? })
     }
 
-    fn of_fit(plant: &PlantResult) -> Self {
-        let Parameters { mass, quadratic_drag, linear_drag, bias_force } = &plant.parameters;
+    fn of_fit(dof: Dof, plant: &PlantResult) -> Option<Self> {
+        let own = plant.by_axis.get(&dof)?;
+        let Parameters { mass, quadratic_drag, linear_drag, bias_force } = own;
         let all = [Some(mass), quadratic_drag.as_ref(), linear_drag.as_ref(), bias_force.as_ref()];
         let stated = |parameter: &Parameter| Stated {
             value: parameter.value,
@@ -185,30 +186,26 @@ impl ComparedAxis {
             interval95: Some([parameter.low95, parameter.high95]),
             unit: parameter.unit.clone(),
         };
-        Self {
+        let terms = own_terms(dof).map(|term| term.to_string());
+        let sign = |k: usize| if k == 3 { bias_sign(dof) } else { 1.0 };
+        let correlation = |i: usize, j: usize| {
+            sign(i) * sign(j) * plant.correlation.of(&terms[i], &terms[j]).unwrap_or(0.0)
+        };
+        Some(Self {
             method: Some(plant.method),
             parameters: all.map(|parameter| parameter.map(stated)),
-            correlation: Some(plant.correlation),
-        }
+            correlation: Some(std::array::from_fn(|i| std::array::from_fn(|j| correlation(i, j)))),
+        })
     }
 
     fn of_model(model: &PlantModel, dof: Dof) -> Option<Self> {
         if !model.plant.axes().contains(&dof) {
             return None;
         }
-        // A vehicle that is too heavy needs upward thrust: b = −(W − B).
-        let (bias, sign) = match dof {
-            Dof::Heave => (Basis::WeightExcess, -1.0),
-            _ => (Basis::One(dof), 1.0),
-        };
-        let bases = [
-            (Basis::Mass(dof, dof), 1.0),
-            (Basis::Product(dof, Product::quadratic(dof)), 1.0),
-            (Basis::Product(dof, Product::linear(dof)), 1.0),
-            (bias, sign),
-        ];
-        let place = |basis: Basis| model.plant.structure().index_of(&basis);
-        let places = bases.map(|(basis, _)| place(basis));
+        let [mass, quadratic, linear, bias] = own_terms(dof);
+        let bases = [(mass, 1.0), (quadratic, 1.0), (linear, 1.0), (bias, bias_sign(dof))];
+        let structure = model.plant.structure();
+        let places = bases.map(|(basis, _)| structure.index_of(&basis));
         let stated = |k: usize| Some(stated(model, places[k]?, bases[k].1, bases[k].0.unit()));
         let correlation = model.covariance.as_ref().map(|covariance| {
             let correlation_of = |i: usize, j: usize| {
@@ -223,10 +220,7 @@ impl ComparedAxis {
 }
 
 fn plant(fit: &Results, dof: Dof, method: Option<Method>) -> Option<&PlantResult> {
-    match method {
-        None => fit.plants.get(&dof),
-        Some(method) => fit.methods.get(&dof)?.get(&method),
-    }
+    fit.plant_of(dof, method).ok().filter(|plant| plant.is_alone())
 }
 
 fn dof_difference(plants: &[Option<ComparedAxis>]) -> DofDifference {

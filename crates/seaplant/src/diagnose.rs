@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 use crate::caveat::spoken;
 use crate::estimate::{DelayedFit, EquationError, Fit, Method, Records};
-use crate::results::Results;
+use crate::results::{PlantResult, Results};
 use crate::signal::{LowPass, Spectrum, amplitude_spectrum};
 use crate::trial::{ReadyAxis, ReadyStretch};
 use crate::{
@@ -94,11 +94,11 @@ pub(crate) fn thrust_scale(vehicle: &Vehicle, results: &Results) -> Caveat {
 /// that of open frames in [Jason2, table 5].
 fn beside_dry_mass(vehicle: &Vehicle, results: &Results) -> String {
     let Some(dry) = vehicle.dry_mass_kg else { return String::new() };
-    let alone = results.plants.iter().map(|(dof, plant)| (*dof, plant.parameters.mass.value));
-    let together = results.coupled.values().flat_map(|plant| {
-        let mass = |(k, dof): (usize, &Dof)| (*dof, plant.mass_matrix.value[k][k]);
-        plant.axes.iter().enumerate().map(mass)
-    });
+    let of = |plant: &PlantResult| -> Vec<(Dof, f64)> {
+        plant.by_axis.iter().map(|(dof, own)| (*dof, own.mass.value)).collect()
+    };
+    let alone = results.alone().flat_map(|(_, plant, _)| of(plant));
+    let together = results.together().flat_map(|(_, plant)| of(plant));
     let masses: BTreeMap<Dof, f64> = alone.chain(together).collect();
     let times = masses.iter().filter(|(dof, mass)| !dof.is_rotation() && **mass > 0.0);
     let times: Vec<String> =

@@ -45,7 +45,7 @@ pub enum Error {
     /// A number in a results file that contradicts another, or that no estimate can have.
     #[error("{key} {reason}; identify again, or restore the results as they were written")]
     ResultsNumber {
-        /// The number's key: `plants.surge.parameters.mass`.
+        /// The number's key: `plants.surge.by_axis.surge.mass`.
         key: String,
         /// The cause.
         reason: String,

@@ -32,7 +32,7 @@ use crate::estimate::{
 use crate::exchange::{Draws, PlantModel};
 use crate::judge::score_plant;
 use crate::results::{
-    AccumulatedPlant, Consequence, Failure, FittedPlant, Identification, Results, SteadyResult,
+    AccumulatedPlant, Consequence, Failure, Identification, PlantResult, Results, SteadyResult,
     SubsetResult, two_digits,
 };
 use crate::trial::ThrustError;
@@ -71,7 +71,7 @@ pub struct IdentifyOptions {
     /// What counts as steady.
     pub steady: SteadyOptions,
     /// Plants of several axes, beside those of each by itself.
-    pub coupled: Vec<PlantPlan>,
+    pub together: Vec<PlantPlan>,
 }
 
 impl Default for IdentifyOptions {
@@ -88,7 +88,7 @@ impl Default for IdentifyOptions {
             filter_error: FilterError::default(),
             online: OnlineOptions::default(),
             steady: SteadyOptions::default(),
-            coupled: Vec::new(),
+            together: Vec::new(),
         }
     }
 }
@@ -161,18 +161,20 @@ pub fn identify_watched(
         found.results.caveats.push(scale);
     }
     found.results.consequences = consequences(&found.results);
+    let Results { plants, methods, .. } = &mut found.results;
+    for (name, plant) in plants {
+        methods.entry(name.clone()).or_default().insert(plant.method, plant.clone());
+    }
     found
 }
 
 /// Returns true if known forces determine the scale of thrust of all plants.
 fn is_scale_told(results: &Results) -> bool {
-    let is_told = |plant: &FittedPlant| {
+    let is_told = |plant: &PlantResult| {
         let scale = plant.nuisances.get("thrust_scale");
         scale.is_some_and(|x| 0.5 * (x.high95 - x.low95) <= plants::WIDEST_SCALE * x.value)
     };
-    results.plants.is_empty()
-        && !results.coupled.is_empty()
-        && results.coupled.values().all(is_told)
+    !results.plants.is_empty() && results.plants.values().all(is_told)
 }
 
 /// Computes what follows from the recommended plants: drag at the usual speed of the trials, and motion at
@@ -207,19 +209,14 @@ fn of_forces(results: &Results) -> Vec<Consequence> {
     known.or_else(|_| model.consequences(&forces, Draws { count: 0, seed: 1 })).unwrap_or_default()
 }
 
-/// Gives every plant its verdict, and each recommended one's doubts to its method.
+/// Gives every plant of an axis alone its verdict.
 fn judge(results: &mut Results) {
-    for (dof, plant) in &mut results.plants {
+    for plant in results.plants.values_mut() {
         plant.caveats.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
-        let methods = results.methods.entry(*dof).or_default();
-        if let Some(same) = methods.get_mut(&plant.method) {
-            same.caveats.clone_from(&plant.caveats);
-        }
-        plant.verdict = verdict(*dof, plant);
+        plant.verdict = verdict(plant);
     }
-    for (dof, methods) in &mut results.methods {
-        methods.values_mut().for_each(|plant| plant.verdict = verdict(*dof, plant));
-    }
+    let methods = results.methods.values_mut().flat_map(BTreeMap::values_mut);
+    methods.for_each(|plant| plant.verdict = verdict(plant));
 }
 
 /// Quadratic drag from the steady stretches of trials, whatever these are for.
@@ -402,7 +399,7 @@ impl Work<'_> {
         let trials = TrialsOf { fit: self.trials.fit.clone(), ..TrialsOf::default() };
         let work = Work { options: &options, trials: &trials, ..*self };
         let error = |model: &Model, trials: &[&Trial]| {
-            score_plant(self.dof, model, trials).ok()?.mean_abs_error
+            score_plant(self.dof, model, trials).ok()?.by_axis.get(&self.dof)?.mean_abs_error
         };
         let of = |terms: Terms| {
             let fit = match terms == recommended.terms {
@@ -439,7 +436,7 @@ impl Work<'_> {
         }
         match fit_steady(self.dof, &self.trials.steady, &self.options.steady) {
             Ok(fit) => {
-                let plant = found.results.plants.get_mut(&self.dof);
+                let plant = found.results.plants.get_mut(self.dof.name());
                 if let Some((plant, unsteady)) = plant.zip(recommended) {
                     let strokes = Strokes::of(self.dof, &found.results.trials);
                     plant.caveats.extend(steady_against_unsteady(unsteady, &fit, &strokes));

@@ -15,8 +15,8 @@ mod thrust;
 mod verdict;
 mod working;
 
-pub(crate) use change::{Drift, NOT_WHITE, another_plant, beyond, confirms, widened};
-pub use change::{Part, PlantChange};
+pub(crate) use change::{Drift, NOT_WHITE, another_plant, widened};
+pub use change::{LikelyChange, Part, PlantChange};
 pub(crate) use choose::{Contender, choose, impossible, is_better};
 pub(crate) use colour::LAGS;
 pub use colour::box_pierce;
@@ -30,7 +30,7 @@ pub(crate) use null::Nulls;
 pub use null::{NullModel, NullScore};
 pub use off::{MayBeOff, OffBecause};
 pub(crate) use off::{Number, may_be_off};
-pub use score::{Score, TrialScore, score_plant};
+pub use score::{PlantScore, Score, score_plant};
 pub(crate) use score::{Scored, records, score};
 pub(crate) use thrust::{STILL, feedback, one_speed, reversed, still};
 pub(crate) use verdict::{

@@ -44,15 +44,15 @@
 //!
 //! // Every method, every score, every doubt.
 //! let found = identify(&dive.vehicle, &trials, &IdentifyOptions::default()).results;
-//! let surge = &found.plants[&Dof::Surge];
-//! let mass = &surge.parameters.mass;
+//! let surge = &found.plants["surge"];
+//! let mass = &surge.parameters["mass.surge"];
 //! assert!((mass.value / 12_970.2 - 1.0).abs() < 0.01);
-//! let held_out = surge.hold_out.as_ref().expect("the dive has a held-out trial");
+//! let held_out = surge.held_out(Dof::Surge).expect("the dive has a held-out trial");
 //! assert!(held_out.mean_abs_error.expect("stable") < 0.1 * held_out.null_error);
 //!
 //! // The paper's method stands beside, with its fault named.
-//! let paper = &found.methods[&Dof::Surge][&Method::Paper];
-//! assert!(paper.parameters.mass.value > 1.5 * mass.value);
+//! let paper = &found.methods["surge"][&Method::Paper];
+//! assert!(paper.parameters["mass.surge"].value > 1.5 * mass.value);
 //! assert!(paper.caveats.iter().any(|caveat| caveat.message.contains("2.0")));
 //! # Ok::<(), seaplant::Error>(())
 //! ```

@@ -9,8 +9,8 @@ pub use vehicle::{
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::{Candidate, Decision};
-use crate::results::{Parameter, PlantResult, Results, Trust};
+use crate::estimate::Candidate;
+use crate::results::{Parameter, PlantResult, Results, TermDecision, Trust};
 use crate::series::median;
 use crate::twin::{TwinPlant, TwinSpec, make};
 use crate::{Dof, Error, Estimate, IdentifyOptions, Method, Role, Trial, identify};
@@ -41,7 +41,7 @@ pub struct Sample {
     /// Its parameters, or the reason of its failure.
     pub found: Result<Vec<Found>, String>,
     /// Candidate terms that it included or excluded.
-    pub structure: Vec<Decision>,
+    pub structure: Vec<TermDecision>,
     /// The verdict and the true errors; for the recommended method only.
     pub judged: Option<Judged>,
 }
@@ -144,36 +144,35 @@ pub fn sample(spec: &TwinSpec, options: &IdentifyOptions) -> Result<Vec<Sample>,
 
 fn sample_of(spec: &TwinSpec, results: &Results, dof: Dof, method: Method) -> Sample {
     let truth = &spec.plants[&dof];
-    let plant = results.methods.get(&dof).and_then(|methods| methods.get(&method));
+    let plant = results.plant_of(dof, Some(method)).ok();
     let failed = || {
         let failed_fit =
             results.failures.iter().find(|f| f.dof == dof && f.method == method.name());
         failed_fit.map_or("no plant was found".to_owned(), |failure| failure.message.clone())
     };
-    let recommended = results.plants.get(&dof).filter(|plant| plant.method == method);
+    let recommended = results.plants.get(dof.name()).filter(|plant| plant.method == method);
     Sample {
         seed: spec.seed,
         dof,
         method,
-        found: plant.map(|plant| compare(truth, plant)).ok_or_else(failed),
+        found: plant.and_then(|plant| compare(dof, truth, plant)).ok_or_else(failed),
         structure: plant.map_or(Vec::new(), |plant| plant.structure.clone()),
-        judged: recommended.and_then(|plant| Judged::new(truth, plant)),
+        judged: recommended.and_then(|plant| Judged::new(dof, truth, plant)),
     }
 }
 
-fn compare(truth: &TwinPlant, plant: &PlantResult) -> Vec<Found> {
-    let found = &plant.parameters;
-    [
+fn compare(dof: Dof, truth: &TwinPlant, plant: &PlantResult) -> Option<Vec<Found>> {
+    let found = plant.by_axis.get(&dof)?;
+    let all = [
         (ParameterName::Mass, Some(&found.mass), truth.mass),
         (ParameterName::QuadraticDrag, found.quadratic_drag.as_ref(), truth.d_quadratic),
         (ParameterName::BiasForce, found.bias_force.as_ref(), truth.bias_force),
-    ]
-    .into_iter()
-    .filter_map(|(name, parameter, truth)| {
+    ];
+    let found = all.into_iter().filter_map(|(name, parameter, truth)| {
         let Parameter { value, std, low95, high95, .. } = *parameter?;
         Some(Found { name, estimate: Estimate { value, std, low95, high95 }, truth })
-    })
-    .collect()
+    });
+    Some(found.collect())
 }
 
 /// Bounds of the relative errors of mass and drag, for a wrong plant and for a good one.
@@ -182,16 +181,15 @@ const GOOD: (f64, f64) = (0.05, 0.10);
 
 impl Judged {
     /// Compares a plant with the truth; `None` if no trial was held out.
-    fn new(truth: &TwinPlant, plant: &PlantResult) -> Option<Self> {
+    fn new(dof: Dof, truth: &TwinPlant, plant: &PlantResult) -> Option<Self> {
         // The error of a model at rest is the mean speed.
-        let speed = plant.hold_out.as_ref()?.null_error;
+        let (speed, own) = (plant.held_out(dof)?.null_error, plant.by_axis.get(&dof)?);
         let value = |parameter: &Option<Parameter>| parameter.as_ref().map_or(0.0, |p| p.value);
-        let (quadratic, linear) =
-            (value(&plant.parameters.quadratic_drag), value(&plant.parameters.linear_drag));
+        let (quadratic, linear) = (value(&own.quadratic_drag), value(&own.linear_drag));
         let at_speed = |quadratic: f64, linear: f64| quadratic * speed * speed + linear * speed;
         Some(Self {
             trust: plant.verdict.trust,
-            mass_error: plant.parameters.mass.value / truth.mass - 1.0,
+            mass_error: own.mass.value / truth.mass - 1.0,
             drag_error: at_speed(quadratic, linear) / at_speed(truth.d_quadratic, truth.d_linear)
                 - 1.0,
         })
@@ -258,7 +256,7 @@ pub fn admissions(samples: &[Sample]) -> Vec<Admission> {
                 let selected = samples.iter().filter(|s| s.dof == dof && s.method == method);
                 let decisions = selected.flat_map(|sample| &sample.structure);
                 let decided: Vec<bool> = decisions
-                    .filter(|decision| decision.candidate == candidate)
+                    .filter(|decision| decision.candidate == candidate.name())
                     .map(|decision| decision.admitted)
                     .collect();
                 let fits = decided.len();
@@ -303,10 +301,11 @@ mod tests {
     fn sample_of(error: f64, std: f64) -> Sample {
         let estimate = Estimate::new(100.0 * (1.0 + error), std, 1e6);
         let found = Found { name: ParameterName::Mass, estimate, truth: 100.0 };
-        let structure = vec![Decision {
-            candidate: Candidate::LinearDrag,
+        let structure = vec![TermDecision {
+            candidate: Candidate::LinearDrag.name().to_owned(),
             likelihood_ratio: 1.0,
-            needed: 8.5,
+            p_value: None,
+            needed: Some(8.5),
             size: None,
             admitted: error > 0.0,
         }];

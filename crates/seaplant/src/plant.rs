@@ -21,6 +21,7 @@ mod rigid_body;
 mod structure;
 
 pub use basis::{Basis, Factor, Instant, NO_WAY, Product};
+pub(crate) use basis::{bias_sign, own_terms};
 pub(crate) use basis::{kirchhoff, kirchhoff_slope};
 pub use coefficients::Plant;
 pub(crate) use effect::MOST_READ;
@@ -29,4 +30,5 @@ pub use hull::HullModel;
 pub use open_water::{OpenWater, RudderFlow, WakeByDrift};
 pub use parameterisation::{Parameterisation, Physical, Plain};
 pub use rigid_body::{Buoyancy, GRAVITY, RigidBody};
+pub(crate) use structure::name_of_axes;
 pub use structure::{Structure, Symmetry};

@@ -3,11 +3,10 @@
 //! Every number in a report is also here, or in the series of its figures.
 
 mod campaign;
+mod coefficients;
 mod consequence;
 mod drag;
-mod fitted_plant;
 mod model;
-mod online;
 mod plan_outcome;
 mod plant;
 mod series;
@@ -21,8 +20,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use crate::judge::{
-    ConfirmedMotion, GoodFor, MayBeOff, NullModel, NullScore, OffBecause, Part, PlantChange, Score,
-    TrialScore, Trust, Verdict, WorseTrial,
+    ConfirmedMotion, GoodFor, LikelyChange, MayBeOff, NullModel, NullScore, OffBecause, Part,
+    PlantChange, PlantScore, Score, Trust, Verdict, WorseTrial,
 };
 use crate::{Caveat, Dof, Error, Method, Role};
 
@@ -33,11 +32,10 @@ pub use campaign::{
 pub(crate) use consequence::two_digits;
 pub use consequence::{Consequence, Driven};
 pub use drag::DragCurve;
-pub use online::PlantOnline;
 pub use plan_outcome::{AxisOutcome, DrivenStretch, GoalOutcome, ManoeuvreOutcome, PlanOutcome};
 pub use plant::{
-    AccumulatedPlant, Parameter, Parameters, PlantResult, RegressionResult, SteadyTestResult,
-    SubsetResult, ThrustPart, TruePlant,
+    AccumulatedPlant, Alone, Parameter, Parameters, PlantResult, RegressionResult,
+    SteadyTestResult, SubsetResult, ThrustPart, TruePlant,
 };
 pub use series::{
     ComparisonFigure, FittedModel, Identification, Series, SpectrumFigure, SteadyFigure,
@@ -46,15 +44,14 @@ pub use steady::{PairResult, SegmentResult, SteadyResult};
 pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
-pub(crate) use fitted_plant::is_gain;
-pub use fitted_plant::{
-    AxisChange, AxisScore, Coefficient, Correlation, FittedPlant, Identifiability, MatrixResult,
-    PlantScore, PrimeCoefficient, PrimeSystem, TermDecision, ThrusterEstimate, ThrusterGain,
-    ToldBy, plant_of_result,
+pub(crate) use coefficients::is_gain;
+pub use coefficients::{
+    Coefficient, Correlation, Identifiability, MatrixResult, PrimeCoefficient, PrimeSystem,
+    TermDecision, ThrusterEstimate, ThrusterGain, ToldBy, plant_of_result,
 };
 
 /// Name and version of this contract.
-pub const SCHEMA: &str = "seaplant/results/1";
+pub const SCHEMA: &str = "seaplant/results/2";
 
 /// The results of an identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -78,19 +75,13 @@ pub struct Results {
     pub buoyancy: Option<BuoyancyResult>,
     /// Source of the results, and the command to repeat them.
     pub provenance: Provenance,
-    /// The recommended plant of each degree of freedom.
-    pub plants: BTreeMap<Dof, PlantResult>,
-    /// Plants of several axes, by their axes: `surge-sway-yaw`.
-    #[serde(default)]
-    pub coupled: BTreeMap<String, FittedPlant>,
+    /// The recommended plants by their axes: `surge`, `surge-sway-yaw`.
+    pub plants: BTreeMap<String, PlantResult>,
+    /// Every method's plants by their axes.
+    pub methods: BTreeMap<String, BTreeMap<Method, PlantResult>>,
     /// Nomoto's models of steering, if a plant has yaw among its axes and a rudder is logged.
     #[serde(default)]
     pub steering: Vec<NomotoResult>,
-    /// Plants of several axes by recursive methods.
-    #[serde(default)]
-    pub coupled_online: BTreeMap<String, BTreeMap<Method, PlantOnline>>,
-    /// Every method's plant of each degree of freedom.
-    pub methods: BTreeMap<Dof, BTreeMap<Method, PlantResult>>,
     /// The plants of the recommended method for every subset of terms.
     pub subsets: BTreeMap<Dof, Vec<SubsetResult>>,
     /// Drag from steady stretches.
@@ -103,12 +94,8 @@ pub struct Results {
     pub sensors: Vec<SensorResult>,
     /// The trials.
     pub trials: Vec<TrialResult>,
-    /// True values, if the logs are those of a twin.
-    pub truth: Option<BTreeMap<Dof, TruePlant>>,
-    /// True coefficients of the plant of several axes, by name, if the logs are those of a twin of
-    /// several axes.
-    #[serde(default)]
-    pub coupled_truth: Option<BTreeMap<String, f64>>,
+    /// True coefficients by name, as in a plant's `parameters`, if the logs are those of a twin.
+    pub truth: Option<BTreeMap<String, f64>>,
     /// Consequences of the recommended plants at the greatest force of the trials: top speeds, time
     /// constants, stopping distances, natural periods.
     #[serde(default)]
@@ -127,10 +114,10 @@ impl Results {
     /// another plant than the recommended one.
     pub fn driven(&self) -> BTreeMap<Dof, Driven> {
         let mut driven: BTreeMap<Dof, Driven> = BTreeMap::new();
-        let is_of_steady =
-            |plant: &PlantResult| plant.steady_test.as_ref().is_some_and(|test| test.agrees);
+        let is_of_steady = |own: &Alone| own.steady_test.as_ref().is_some_and(|test| test.agrees);
         let is_of_plant = |trial: &TrialResult, dof: &Dof| {
-            trial.role != Role::Steady || self.plants.get(dof).is_none_or(is_of_steady)
+            let alone = self.plants.get(dof.name()).and_then(|plant| plant.alone.as_ref());
+            trial.role != Role::Steady || alone.is_none_or(is_of_steady)
         };
         let mut add = |dof: Dof, more: Driven| {
             let known = driven.entry(dof).or_default();
@@ -144,7 +131,7 @@ impl Results {
                 }
             }
         }
-        for plant in self.coupled.values() {
+        for plant in self.plants.values() {
             plant.driven.iter().for_each(|(&dof, &more)| add(dof, more));
         }
         driven
@@ -156,8 +143,7 @@ impl Results {
     /// [`Error::NothingFound`], with every method's reason, if there is neither a plant nor steady
     /// drag.
     pub fn check(&self) -> Result<(), Error> {
-        let has_plant = !(self.plants.is_empty() && self.coupled.is_empty());
-        if has_plant || !self.steady.is_empty() || !self.steering.is_empty() {
+        if !self.plants.is_empty() || !self.steady.is_empty() || !self.steering.is_empty() {
             return Ok(());
         }
         let reason = |(dof, methods, why)| format!("\n  {dof} by {methods}: {why}");
@@ -180,20 +166,53 @@ impl Results {
         all
     }
 
+    /// Returns the recommended plants of axes that were identified alone, in SNAME order.
+    pub fn alone(&self) -> impl Iterator<Item = (Dof, &PlantResult, &Alone)> {
+        Dof::ALL.into_iter().filter_map(|dof| {
+            let plant = self.plants.get(dof.name())?;
+            Some((dof, plant, plant.alone.as_ref()?))
+        })
+    }
+
+    /// Returns the plants of several axes, and those of one that a `[[plant]]` asked for, by name.
+    pub fn together(&self) -> impl Iterator<Item = (&String, &PlantResult)> {
+        self.plants.iter().filter(|(_, plant)| !plant.is_alone())
+    }
+
+    /// Returns the names of all plants: of axes alone in SNAME order, then of several axes.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let alone = self.alone().map(|(dof, ..)| dof.name());
+        alone.chain(self.together().map(|(name, _)| name.as_str()))
+    }
+
+    /// Returns the plants of an axis alone by every method.
+    pub fn methods_of(
+        &self,
+        dof: Dof,
+    ) -> impl Iterator<Item = (Method, &PlantResult, &Alone)> + Clone {
+        let all = self.methods.get(dof.name()).into_iter().flatten();
+        all.filter_map(|(method, plant)| Some((*method, plant, plant.alone.as_ref()?)))
+    }
+
     /// Returns the plant of a degree of freedom by a method, or the recommended one.
     ///
     /// # Errors
     /// [`Error::NoPlant`].
     pub fn plant_of(&self, dof: Dof, method: Option<Method>) -> Result<&PlantResult, Error> {
         let refuse = |found: String| Error::NoPlant { found };
-        let recommended = self.plants.get(&dof).ok_or_else(|| {
-            let all: Vec<&str> = self.plants.keys().map(|dof| dof.name()).collect();
+        let recommended = self.plants.get(dof.name()).ok_or_else(|| {
+            let all: Vec<&str> = self.names().collect();
             let all = if all.is_empty() { "none at all".to_owned() } else { all.join(", ") };
             refuse(format!("no {dof} plant, but {all}"))
         })?;
         let Some(method) = method else { return Ok(recommended) };
-        let of_dof = self.methods.get(&dof).and_then(|methods| methods.get(&method));
+        let of_dof = self.methods.get(dof.name()).and_then(|methods| methods.get(&method));
         of_dof.ok_or_else(|| refuse(format!("no {dof} plant by {method}")))
+    }
+
+    /// Returns the true plant of an axis, if the logs are those of a twin that has it.
+    pub fn truth_of(&self, dof: Dof) -> Option<TruePlant> {
+        TruePlant::of(dof, self.truth.as_ref()?)
     }
 }
 

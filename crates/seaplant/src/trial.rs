@@ -93,7 +93,7 @@ pub struct TrialSetup {
     /// Steady stretches `[from, to]`, in the recording's time, s; detected if empty.
     pub segments_s: Vec<[f64; 2]>,
     /// The axes of each plant of several axes to be fitted to the trial.
-    pub coupled: Vec<Vec<Dof>>,
+    pub together: Vec<Vec<Dof>>,
     /// Known forces: weights hung on the vehicle, and lines with a scale.
     pub known: Vec<KnownForce>,
 }
@@ -111,7 +111,7 @@ pub struct Trial {
     rates_hz: BTreeMap<Quantity, f64>,
     saturated: Vec<Saturation>,
     caveats: Vec<Caveat>,
-    coupled: Vec<Result<TrialRecord, Error>>,
+    together: Vec<Result<TrialRecord, Error>>,
     logged: Option<Logged>,
 }
 
@@ -142,7 +142,7 @@ impl Trial {
         mask(&mut recording, &mut caveats);
         let rates_hz = recording.iter().map(|(what, x)| (what.clone(), rate_hz(x))).collect();
         let record_of = |axes: &Vec<Dof>| TrialRecord::new(&setup, &recording, vehicle, axes);
-        let coupled: Vec<_> = setup.coupled.iter().map(record_of).collect();
+        let together: Vec<_> = setup.together.iter().map(record_of).collect();
         let logged = Logged::new(&setup, &recording, vehicle);
         let (of_thrust, recording) =
             recording.into_iter().partition(|(quantity, _)| quantity.is_of_thrust());
@@ -160,7 +160,7 @@ impl Trial {
         for (dof, thrust) in thrust {
             records.insert(dof, Records::new(&setup, dof, thrust, &navigated, &mut cutter));
         }
-        check_records(&setup, &records, &coupled)?;
+        check_records(&setup, &records, &together)?;
         let mean_heading_rad = mean_heading_rad(&navigated);
         let beside = navigated.beside;
         Ok(Self {
@@ -171,7 +171,7 @@ impl Trial {
             rates_hz,
             saturated,
             caveats,
-            coupled,
+            together,
             logged,
         })
     }
@@ -242,8 +242,8 @@ impl Trial {
     /// As [`TrialRecord::new`], if the log is insufficient; [`Error::Plant`] if the setup does
     /// not name such a plant.
     pub fn record(&self, axes: &[Dof]) -> Result<&TrialRecord, Error> {
-        let found = self.setup.coupled.iter().position(|known| known == axes);
-        let Some(found) = found.and_then(|at| self.coupled.get(at)) else {
+        let found = self.setup.together.iter().position(|known| known == axes);
+        let Some(found) = found.and_then(|at| self.together.get(at)) else {
             let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
             let reason = format!(
                 "trial `{}` was not made for these axes; state them where it is made",
@@ -294,11 +294,11 @@ impl Trial {
 fn check_records(
     setup: &TrialSetup,
     records: &BTreeMap<Dof, Result<Records, Error>>,
-    coupled: &[Result<TrialRecord, Error>],
+    together: &[Result<TrialRecord, Error>],
 ) -> Result<(), Error> {
     let is_of_log =
         |error: &Error| matches!(error, Error::TooShort { .. } | Error::NoOverlap { .. });
-    let is_usable = records.values().any(Result::is_ok) || coupled.iter().any(Result::is_ok);
+    let is_usable = records.values().any(Result::is_ok) || together.iter().any(Result::is_ok);
     let mut refused = setup.dofs.iter().filter_map(|dof| records.get(dof)?.as_ref().err());
     match refused.find(|error| !is_usable || !is_of_log(error)) {
         Some(error) => Err(error.clone()),

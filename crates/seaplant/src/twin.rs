@@ -63,7 +63,7 @@ pub struct TwinCampaign {
     /// For each degree of freedom one trial to fit and one to hold out; then steady runs.
     pub trials: Vec<TwinTrial>,
     /// The plants of several axes to be fitted.
-    pub coupled: Vec<PlantPlan>,
+    pub together: Vec<PlantPlan>,
     /// The true values.
     pub truth: Truth,
     /// Propeller speed, rad/s, and thrust, N, of one thruster on a test bench.
@@ -102,7 +102,7 @@ impl TwinTrial {
             name: self.name.clone(),
             role: self.role,
             dofs: self.dofs.clone(),
-            coupled: campaign.coupled.iter().map(|plan| plan.axes.clone()).collect(),
+            together: campaign.together.iter().map(|plan| plan.axes.clone()).collect(),
             known: self.known.clone(),
             ..TrialSetup::default()
         };
@@ -141,7 +141,7 @@ pub fn make(spec: &TwinSpec) -> Result<TwinCampaign, Error> {
     Ok(TwinCampaign {
         vehicle: spec.believed_vehicle()?,
         trials,
-        coupled: Vec::new(),
+        together: Vec::new(),
         truth: Truth::new(spec, mean_current),
         bollard_pull: bollard_pull(spec),
     })

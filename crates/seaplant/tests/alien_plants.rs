@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use seaplant::plant::Symmetry;
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::FittedPlant;
+use seaplant::results::PlantResult;
 use seaplant::{
     Dof, IdentifyOptions, PlantPlan, Quantity, Recording, Role, Timed, Trial, TrialSetup, Vehicle,
     identify,
@@ -108,10 +108,10 @@ fn identified(
     duration_s: f64,
     most: [f64; 6],
     rate: Rate<'_>,
-) -> FittedPlant {
+) -> PlantResult {
     let trial = |name: &str, role, seed| {
-        let (name, coupled) = (name.to_owned(), vec![axes.to_vec()]);
-        let setup = TrialSetup { name, role, coupled, ..TrialSetup::default() };
+        let (name, together) = (name.to_owned(), vec![axes.to_vec()]);
+        let setup = TrialSetup { name, role, together, ..TrialSetup::default() };
         let recording = logged(seed, duration_s, most, rate);
         Trial::new(setup, &recording, &Vehicle::default()).expect("complete")
     };
@@ -125,9 +125,9 @@ fn identified(
         hold: Default::default(),
         search: false,
     };
-    let options = IdentifyOptions { coupled: vec![plan], ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: vec![plan], ..IdentifyOptions::default() };
     let results = identify(&Vehicle::default(), &trials, &options).results;
-    results.coupled.into_values().next().expect("a plant")
+    results.plants.into_values().next().expect("a plant")
 }
 
 /// M_RB + M_A of RexROV, uuv_simulator, uuv_descriptions/urdf/rexrov.gazebo.xacro.
@@ -193,7 +193,7 @@ fn a_body_moved_by_its_momentum_gives_its_full_tensor_back() {
 }
 
 /// Mass that couples two axes goes by the one name or the other.
-fn found_name(found: &FittedPlant, on: Dof, of: Dof) -> String {
+fn found_name(found: &PlantResult, on: Dof, of: Dof) -> String {
     let name = format!("mass.{on}-{of}");
     if found.parameters.contains_key(&name) { name } else { format!("mass.{of}-{on}") }
 }
@@ -254,6 +254,6 @@ fn a_catamaran_with_cross_flow_drag_is_predicted_and_its_masses_found() {
         assert!(near, "{name}: {} ± {}, {expected}", x.value, x.std);
     }
     for (dof, score) in &found.hold_out.as_ref().expect("held out").by_axis {
-        assert!(score.r2.expect("bounded") > PREDICTED, "{dof}: {:?}", score.r2);
+        assert!(score.r_squared.expect("bounded") > PREDICTED, "{dof}: {:?}", score.r_squared);
     }
 }

@@ -15,7 +15,7 @@ use rand_distr::{Distribution, Normal};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{HullModel, Plant, RudderFlow, Signal, Symmetry, WakeByDrift};
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::{FittedPlant, Results, ToldBy};
+use seaplant::results::{PlantResult, Results, ToldBy};
 use seaplant::{
     Caveat, CaveatCode, Dof, Fin, IdentifyOptions, PlantPlan, PropellerCurve, QuadraticThrust,
     Quantity, Recording, Role, Severity, Surface, ThrustCurve, Thruster, ThrusterInput, Timed,
@@ -290,8 +290,8 @@ fn trial(name: &str, role: Role, track: &Track, seed: u64, vehicle: &Vehicle) ->
         (Quantity::SurfaceAngle { kind, name: rudder }, log(track.angle.clone(), 0.0)),
         (propeller, log(track.shaft.iter().map(|n| TAU * n).collect(), 0.0)),
     ]);
-    let coupled = vec![vec![Dof::Surge, Dof::Sway, Dof::Yaw]];
-    let setup = TrialSetup { name: name.to_owned(), role, coupled, ..TrialSetup::default() };
+    let together = vec![vec![Dof::Surge, Dof::Sway, Dof::Yaw]];
+    let setup = TrialSetup { name: name.to_owned(), role, together, ..TrialSetup::default() };
     Trial::new(setup, &recording, vehicle).expect("complete")
 }
 
@@ -356,7 +356,7 @@ fn identified_from(
     };
     let runs = runs().into_iter().enumerate().filter(|(_, (name, ..))| is_taken(name));
     let trials: Vec<Trial> = runs.map(of).collect();
-    let options = IdentifyOptions { coupled: vec![plan], ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: vec![plan], ..IdentifyOptions::default() };
     identify(vehicle, &trials, &options).results
 }
 
@@ -400,7 +400,7 @@ const CIRCLE_PART: f64 = 0.03;
 const PART: f64 = 0.05;
 const DEVIATIONS: f64 = 3.0;
 
-fn check_circles(ship: Ship, found: &FittedPlant) {
+fn check_circles(ship: Ship, found: &PlantResult) {
     let plant = plant_of_result(found).expect("a plant");
     for degrees in [35.0, -35.0] {
         let run = Run { rudder: circle(degrees), shaft: steady(REVOLUTIONS), length_s: 120.0 };
@@ -414,9 +414,9 @@ fn check_circles(ship: Ship, found: &FittedPlant) {
     }
 }
 
-fn plant_of(results: &Results) -> &FittedPlant {
+fn plant_of(results: &Results) -> &PlantResult {
     assert!(results.failures.is_empty(), "{:?}", results.failures);
-    &results.coupled["surge-sway-yaw"]
+    &results.plants["surge-sway-yaw"]
 }
 
 #[test]
@@ -452,7 +452,7 @@ fn the_hull_of_a_published_ship_comes_back_from_free_runs() {
 }
 
 /// Published numbers without dimension are in their intervals.
-fn check_prime(found: &FittedPlant) {
+fn check_prime(found: &PlantResult) {
     let system = found.nondimensional.as_ref().expect("a length");
     assert_eq!((system.length_m, system.depth_m), (LENGTH, DRAUGHT));
     let published = [

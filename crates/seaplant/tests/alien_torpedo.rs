@@ -16,7 +16,7 @@ use rand_distr::{Distribution, Normal};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{Signal, Symmetry};
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::{FittedPlant, ToldBy};
+use seaplant::results::{PlantResult, ToldBy};
 use seaplant::{
     Dof, Fin, IdentifyOptions, PlantPlan, QuadraticThrust, Quantity, Recording, Role, Surface,
     ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
@@ -274,8 +274,8 @@ fn trial(name: &str, role: Role, track: &Track, seed: u64, vehicle: &Vehicle) ->
         (surface(Surface::Fin, "planes"), log(fin(1), 0.0)),
         (shaft, log(track.shaft.clone(), 0.0)),
     ]);
-    let coupled = vec![Dof::ALL.to_vec()];
-    let setup = TrialSetup { name: name.to_owned(), role, coupled, ..TrialSetup::default() };
+    let together = vec![Dof::ALL.to_vec()];
+    let setup = TrialSetup { name: name.to_owned(), role, together, ..TrialSetup::default() };
     Trial::new(setup, &recording, vehicle).expect("complete")
 }
 
@@ -293,7 +293,7 @@ fn vehicle() -> Vehicle {
     }
 }
 
-fn identified(vehicle: &Vehicle) -> FittedPlant {
+fn identified(vehicle: &Vehicle) -> PlantResult {
     let runs = [
         ("a", Role::Fit, 1.0, 150.0),
         ("b", Role::Fit, 2.0, 150.0),
@@ -314,10 +314,10 @@ fn identified(vehicle: &Vehicle) -> FittedPlant {
         hold: BTreeMap::new(),
         search: false,
     };
-    let options = IdentifyOptions { coupled: vec![plan], ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: vec![plan], ..IdentifyOptions::default() };
     let results = identify(vehicle, &trials, &options).results;
     assert!(results.failures.is_empty(), "{:?}", results.failures);
-    results.coupled.into_values().next().expect("a plant")
+    results.plants.into_values().next().expect("a plant")
 }
 
 /// Advance, transfer and tactical diameter, m.

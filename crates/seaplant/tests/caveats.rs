@@ -68,7 +68,7 @@ fn plant_of(vehicle: &Vehicle, recording: &Recording, method: Method) -> PlantRe
     let trial = Trial::new(setup, recording, vehicle).expect("complete");
     let options = IdentifyOptions { methods: vec![method], ..IdentifyOptions::default() };
     let mut found = identify(vehicle, &[trial], &options).results;
-    let mut methods = found.methods.remove(&Dof::Surge).unwrap_or_default();
+    let mut methods = found.methods.remove("surge").unwrap_or_default();
     methods.remove(&method).unwrap_or_else(|| panic!("{:?}", found.failures))
 }
 
@@ -116,8 +116,8 @@ fn drag_that_follows_motion_late_makes_a_plant_doubtful() {
     ];
     let options = IdentifyOptions { subsets: false, ..IdentifyOptions::default() };
     let found = identify(&vehicle, &all, &options).results;
-    let plant = &found.plants[&Dof::Surge];
-    let mass = plant.parameters.mass.value;
+    let plant = &found.plants["surge"];
+    let mass = plant.by_axis[&Dof::Surge].mass.value;
     assert!(mass < 0.95 * PLANT.mass, "nothing to doubt: {mass} kg");
     let is_told = plant
         .caveats
@@ -131,7 +131,7 @@ fn drag_that_follows_motion_late_makes_a_plant_doubtful() {
 fn the_clean_twin_raises_no_doubt_but_about_the_papers_method() {
     let found = results(&twin(Dof::Yaw, "none"));
     for method in [Method::EquationError, Method::OutputError, Method::FilterError] {
-        let raised = codes(&found.methods[&Dof::Yaw][&method]);
+        let raised = codes(&found.methods["yaw"][&method]);
         assert!(raised.is_empty(), "{method}: {raised:?}");
     }
 }
@@ -139,7 +139,7 @@ fn the_clean_twin_raises_no_doubt_but_about_the_papers_method() {
 #[test]
 fn the_papers_filter_is_named_with_the_factor_that_it_costs() {
     let found = results(&twin(Dof::Yaw, "none"));
-    let paper = &found.methods[&Dof::Yaw][&Method::Paper];
+    let paper = &found.methods["yaw"][&Method::Paper];
     let raised = codes(paper);
     assert!(raised.contains(&CaveatCode::FilterAttenuatesExcitation), "{raised:?}");
     assert!(raised.contains(&CaveatCode::UnequalFiltering));
@@ -152,7 +152,7 @@ fn the_papers_filter_is_named_with_the_factor_that_it_costs() {
 #[test]
 fn a_lag_is_doubted_by_equation_and_output_error_and_allowed_for_by_filter_error() {
     let found = results(&twin(Dof::Surge, "lag"));
-    let methods = &found.methods[&Dof::Surge];
+    let methods = &found.methods["surge"];
     let late = |method| {
         let caveats = &methods[&method].caveats;
         caveats.iter().find(|caveat| caveat.code == CaveatCode::LagOrDelay).cloned()
@@ -168,7 +168,7 @@ fn a_lag_is_doubted_by_equation_and_output_error_and_allowed_for_by_filter_error
         let worst =
             |mass: f64, drag: f64| (mass / 12970.2 - 1.0).abs().max((drag / 2230.9 - 1.0).abs());
         let timely = worst(figure("mass would be "), figure("and quadratic drag "));
-        let found = &methods[&method].parameters;
+        let found = &methods[&method].by_axis[&Dof::Surge];
         let late = worst(found.mass.value, found.quadratic_drag.as_ref().expect("fitted").value);
         assert!(timely < 0.8 * late, "{method}, off by {late}: {}", warning.message);
         assert!(warning.message.contains(&format!("in place of {:.0}", found.mass.value)));
@@ -188,12 +188,12 @@ fn reverse_thrust_that_one_axis_shows_is_doubted_in_the_one_that_hides_it() {
         ..TwinSpec::jason2()
     };
     let found = results(&make(&spec).expect("a valid twin"));
-    let yaw = &found.plants[&Dof::Yaw];
+    let yaw = &found.plants["yaw"];
     // The twin turns by one thruster ahead and one astern: the scale hides the ratio.
     assert!(!yaw.nuisances.contains_key("reverse_ratio"), "{:?}", yaw.nuisances);
     let caveat = yaw.caveats.iter().find(|caveat| caveat.code == CaveatCode::ReverseThrust);
     assert!(caveat.expect("raised").message.starts_with("in surge reverse thrust is 0.8"));
-    assert!(!codes(&found.plants[&Dof::Surge]).contains(&CaveatCode::ReverseThrust));
+    assert!(!codes(&found.plants["surge"]).contains(&CaveatCode::ReverseThrust));
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn a_held_out_trial_that_is_missed_is_named_though_the_others_hide_it() {
         trial("held", Role::HoldOut, &held),
     ];
     let found = identify(&vehicle, &trials, &IdentifyOptions::default()).results;
-    let plant = &found.methods[&Dof::Surge][&Method::EquationError];
+    let plant = &found.methods["surge"][&Method::EquationError];
     let missed = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::NoBetterThanNull);
     assert!(missed.expect("raised").message.contains("trial `held`"), "{missed:?}");
 }
@@ -246,14 +246,14 @@ fn a_held_out_trial_that_is_missed_is_named_though_the_others_hide_it() {
 #[test]
 fn a_bias_on_one_heading_may_be_a_current() {
     let found = results(&twin(Dof::Surge, "none"));
-    assert!(codes(&found.plants[&Dof::Surge]).contains(&CaveatCode::BiasOneDirection));
+    assert!(codes(&found.plants["surge"]).contains(&CaveatCode::BiasOneDirection));
 }
 
 #[test]
 fn steady_and_unsteady_drag_that_differ_are_both_shown() {
     // The twin's steady runs have a third of its unsteady drag, as the paper's tables do.
     let found = results(&twin(Dof::Heave, "none"));
-    assert!(codes(&found.plants[&Dof::Heave]).contains(&CaveatCode::SteadyUnsteadyDisagree));
+    assert!(codes(&found.plants["heave"]).contains(&CaveatCode::SteadyUnsteadyDisagree));
 }
 
 #[test]
@@ -296,7 +296,7 @@ fn velocity_of_the_wrong_sign_gives_a_mass_of_the_wrong_sign() {
     let velocity = recording.get_mut(&Quantity::Velocity(Dof::Surge)).expect("there");
     *velocity = velocity.map(|v| -v);
     let plant = plant_of(&simple_vehicle(None), &recording, Method::EquationError);
-    assert!(plant.parameters.mass.value < 0.0);
+    assert!(plant.by_axis[&Dof::Surge].mass.value < 0.0);
     let wrong = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::WrongSign);
     assert_eq!(wrong.expect("raised").severity, seaplant::Severity::Severe);
 }
@@ -311,7 +311,7 @@ fn a_gap_is_left_out_and_told() {
     let plant = plant_of(&simple_vehicle(None), &recording, Method::EquationError);
     let gap = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::Gaps);
     assert!(gap.expect("raised").message.contains("40.1 s"), "{gap:?}");
-    assert!((plant.parameters.mass.value / PLANT.mass - 1.0).abs() < 0.01);
+    assert!((plant.by_axis[&Dof::Surge].mass.value / PLANT.mass - 1.0).abs() < 0.01);
 }
 
 #[test]
@@ -328,7 +328,7 @@ fn a_few_wild_samples_are_removed_and_counted() {
     assert!(outliers.expect("raised").message.starts_with("3 samples"), "{outliers:?}");
     // They do not say that the unit is wrong.
     assert!(plant.caveats.iter().all(|c| c.severity != Severity::Severe), "{:?}", plant.caveats);
-    assert!((plant.parameters.mass.value / PLANT.mass - 1.0).abs() < 0.01);
+    assert!((plant.by_axis[&Dof::Surge].mass.value / PLANT.mass - 1.0).abs() < 0.01);
 }
 
 #[test]
@@ -379,7 +379,7 @@ fn more_added_mass_along_the_slender_axis_is_out_of_order() {
     let raft = of([3.4, 2.2, 1.0]);
     assert!(raft.plants.values().all(|plant| !codes(plant).contains(&CaveatCode::Implausible)));
     let tower = of([2.0, 2.0, 6.0]);
-    let message = caveat_of(&tower.plants[&Dof::Heave], CaveatCode::Implausible);
+    let message = caveat_of(&tower.plants["heave"], CaveatCode::Implausible);
     assert!(message.contains("area of 4.00 m²") && message.contains("12.0 m²"), "{message}");
 }
 
@@ -420,7 +420,7 @@ fn slowly_logged(tempo: f64) -> PlantResult {
 #[test]
 fn propellers_that_move_smoothly_between_slow_samples_leave_mass_right() {
     let plant = slowly_logged(1.0);
-    let mass = &plant.parameters.mass;
+    let mass = &plant.by_axis[&Dof::Surge].mass;
     assert!((mass.value / PLANT.mass - 1.0).abs() < 0.03, "{mass:?}");
     assert!(mass.low95 < PLANT.mass && PLANT.mass < mass.high95, "{mass:?}");
     // Five times as quick, too little of them is known between samples.
@@ -441,14 +441,14 @@ fn depth_in_feet_beside_velocity_in_metres_is_told() {
         let vehicle = Vehicle { dry_mass_kg: Some(dry_kg), ..campaign.vehicle.clone() };
         let trial = Trial::new(setup.clone(), &recording, &vehicle).expect("complete");
         let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
-        identify(&vehicle, &[trial], &options).results.plants[&Dof::Heave].clone()
+        identify(&vehicle, &[trial], &options).results.plants["heave"].clone()
     };
     let plant = plant_of(3400.0);
     let message = caveat_of(&plant, CaveatCode::InstrumentsDisagree);
     assert!(message.contains("moves 3.2"), "{message}");
     // The velocity alone still gives the plant.
     let truth = TwinSpec::jason2().plants[&Dof::Heave];
-    assert!((plant.parameters.mass.value / truth.mass - 1.0).abs() < 0.02);
+    assert!((plant.by_axis[&Dof::Heave].mass.value / truth.mass - 1.0).abs() < 0.02);
     // A mass of 20 or 6.2 t is possible for 3.4 t in air, so that either may be wrong; for 10 t it is not.
     assert!(caveat_of(&plant, CaveatCode::LikelyMistake).contains("in ft"));
     assert!(!codes(&plant_of(10_000.0)).contains(&CaveatCode::LikelyMistake));
@@ -478,7 +478,7 @@ fn one_tone_cannot_tell_linear_from_quadratic_drag() {
     let recording = driven(300.0, |t| 60.0 * (0.4 * t).sin());
     let trial = Trial::new(setup, &recording, &vehicle).expect("complete");
     let found = identify(&vehicle, &[trial], &options).results;
-    let message = caveat_of(&found.plants[&Dof::Surge], CaveatCode::Collinear);
+    let message = caveat_of(&found.plants["surge"], CaveatCode::Collinear);
     assert!(message.contains("variance inflation"), "{message}");
 }
 
@@ -542,7 +542,7 @@ fn thrust_that_pushes_the_other_way_is_named_and_nothing_recommended() {
     assert!(found.plants.is_empty());
     let failure = found.failures.iter().find(|failure| failure.method == "any method");
     assert!(failure.expect("told").message.starts_with("thrust in surge seems reversed"));
-    let plant = &found.methods[&Dof::Surge][&Method::EquationError];
+    let plant = &found.methods["surge"][&Method::EquationError];
     assert!(caveat_of(plant, CaveatCode::ThrustReversed).contains("would have 8"));
 }
 
@@ -566,7 +566,7 @@ fn a_held_out_trial_of_a_heavier_vehicle_asks_for_another_plant() {
             Trial::new(setup("t", Role::Fit), &own, &vehicle).expect("complete"),
             Trial::new(setup("h", Role::HoldOut), recording, &vehicle).expect("complete"),
         ];
-        identify(&vehicle, &trials, &IdentifyOptions::default()).results.plants[&Dof::Surge].clone()
+        identify(&vehicle, &trials, &IdentifyOptions::default()).results.plants["surge"].clone()
     };
     let other = held(&with_noise(loaded, 0.005));
     assert!(caveat_of(&other, CaveatCode::AnotherPlantFits).contains("held-out surge trials"));
@@ -656,7 +656,7 @@ fn a_plant_in_place_of_the_first_methods_is_explained() {
         ..IdentifyOptions::default()
     };
     let found = identify(&vehicle, &[trial.expect("complete")], &options).results;
-    let plant = &found.plants[&Dof::Surge];
+    let plant = &found.plants["surge"];
     assert_eq!(plant.method, Method::EquationError);
     let message = caveat_of(plant, CaveatCode::RecommendedByPrediction);
     assert!(message.contains("in place of paper"), "{message}");
@@ -688,7 +688,8 @@ fn without_a_held_out_trial_every_third_is_predicted_by_the_others() {
     let recording = with_noise(driven(300.0, lively), 0.005);
     let plant = plant_of(&simple_vehicle(None), &recording, Method::FilterError);
     let left_out = plant.left_out.as_ref().expect("thirds are long enough");
-    assert_eq!(left_out.trials.len(), 3);
+    assert_eq!(left_out.by_trial.len(), 3);
+    let left_out = left_out.by_axis[&Dof::Surge];
     assert!(left_out.mean_abs_error.expect("stable") < 0.1 * left_out.null_error);
     assert_eq!(plant.verdict.trust, Trust::UsableWithCare, "{}", plant.verdict.reason);
 }

@@ -124,15 +124,14 @@ fn recommended(dof: Dof, disturbance: Disturbance) -> PlantResult {
     let (trials, vehicle) = made(&TwinSpec { dofs, disturbances, ..TwinSpec::jason2() }, "");
     let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
     let mut results = identify(&vehicle, &trials, &options).results;
-    results.plants.remove(&dof).expect("a plant")
+    results.plants.remove(dof.name()).expect("a plant")
 }
 
 #[test]
 fn each_choice_of_terms_is_told_once() {
     let plant = recommended(Dof::Heave, Disturbance::LagTwoWay);
-    let told: Vec<String> =
-        plant.structure.iter().map(|own| format!("{:?}", own.candidate)).collect();
-    let different: BTreeSet<&String> = told.iter().collect();
+    let told: Vec<&String> = plant.structure.iter().map(|own| &own.candidate).collect();
+    let different: BTreeSet<&String> = told.iter().copied().collect();
     assert_eq!(different.len(), told.len(), "{told:?}");
 }
 
@@ -167,8 +166,8 @@ fn a_held_out_trial_in_a_current_does_not_speak_against_both_headings() {
         let back = dive(seed + 100, -0.1);
         trials.extend(back.into_iter().filter(|trial| trial.role() == Role::Fit));
         let found = identify(&vehicle, &trials, &options).results;
-        let plant = &found.plants[&Dof::Surge];
-        let drag = plant.parameters.quadratic_drag.as_ref().expect("fitted").value;
+        let plant = &found.plants["surge"];
+        let drag = plant.by_axis[&Dof::Surge].quadratic_drag.as_ref().expect("fitted").value;
         let truth = 2230.9;
         assert!((drag / truth - 1.0).abs() < 0.1, "seed {seed}: drag {drag:.0}");
         assert!(plant.nuisances.keys().any(|name| name.starts_with("current")), "seed {seed}");
@@ -198,11 +197,11 @@ fn of_more_than_300_trials_300_are_fitted_and_all_are_scored() {
     let mut options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
     options.filter_error.candidates.clear();
     let results = identify(&dive.vehicle, &trials, &options).results;
-    let plant = &results.plants[&Dof::Surge];
+    let plant = &results.plants["surge"];
     let notes: Vec<&str> = plant.caveats.iter().map(|caveat| caveat.message.as_str()).collect();
     assert!(notes.iter().any(|note| note.contains("300 of 320 trials")), "{notes:?}");
-    assert_eq!(plant.fit.trials.len(), 320);
+    assert_eq!(plant.fit.by_trial.len(), 320);
     let truth = dive.truth.plants[&Dof::Surge].mass;
-    let off = (plant.parameters.mass.value / truth - 1.0).abs();
+    let off = (plant.by_axis[&Dof::Surge].mass.value / truth - 1.0).abs();
     assert!(off < CALM, "{off}");
 }

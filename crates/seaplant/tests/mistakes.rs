@@ -306,7 +306,7 @@ fn thrusters_placed_in_millimetres_are_named_whatever_the_plant_predicts() {
     let results = alone(Dof::Yaw, |_, vehicle| {
         vehicle.thrusters.iter_mut().for_each(|thruster| thruster.position_body *= 1000.0);
     });
-    let plant = &results.plants[&Dof::Yaw];
+    let plant = &results.plants["yaw"];
     assert_eq!(plant.verdict.trust, Trust::DoNotUse, "{:?}", plant.verdict);
     assert!(plant.caveats[0].message.contains("position_m"), "{:?}", plant.caveats);
 }
@@ -314,6 +314,6 @@ fn thrusters_placed_in_millimetres_are_named_whatever_the_plant_predicts() {
 #[test]
 fn plants_of_logs_without_a_mistake_have_none() {
     let results = surge(|_, _| {});
-    let plant = &results.plants[&Dof::Surge];
+    let plant = &results.plants["surge"];
     assert!(plant.caveats.iter().all(|caveat| caveat.code != CaveatCode::LikelyMistake));
 }

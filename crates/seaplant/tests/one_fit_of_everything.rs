@@ -5,7 +5,7 @@ mod release;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use seaplant::results::Results;
+use seaplant::results::{PlantResult, Results, SteadyTestResult};
 use seaplant::twin::{SteadyRuns, TwinSpec, make};
 use seaplant::{
     Dof, IdentifyOptions, LumpedParameters, Method, QuadraticThrust, Quantity, Recording,
@@ -23,6 +23,11 @@ fn heave(steady: SteadyRuns, vehicle: impl Fn(Vehicle) -> Vehicle) -> Results {
     identify(&campaign.vehicle, &trials, &options).results
 }
 
+fn steady_test(plant: &PlantResult) -> &SteadyTestResult {
+    let test = plant.alone.as_ref().and_then(|own| own.steady_test.as_ref());
+    test.expect("there are steady runs")
+}
+
 /// Runs with the plant that the oscillation has, too.
 fn alike() -> SteadyRuns {
     let truth = TwinSpec::jason2().plants[&Dof::Heave];
@@ -36,20 +41,19 @@ fn alike() -> SteadyRuns {
 #[test]
 fn runs_that_agree_are_part_of_the_fit() {
     let plants = [heave(alike(), |v| v), heave(TwinSpec::jason2().steady, |v| v)];
-    let [together, apart] = plants.each_ref().map(|found| &found.plants[&Dof::Heave]);
-    let drag = |plant: &seaplant::results::PlantResult| {
-        plant.parameters.quadratic_drag.clone().expect("fitted")
-    };
-    let test = together.steady_test.as_ref().expect("there are steady runs");
+    let [together, apart] = plants.each_ref().map(|found| &found.plants["heave"]);
+    let drag =
+        |plant: &PlantResult| plant.by_axis[&Dof::Heave].quadratic_drag.clone().expect("fitted");
+    let test = steady_test(together);
     assert!(test.agrees && test.p_value >= 0.01, "{test:?}");
-    assert!(together.regression.samples > apart.regression.samples);
+    assert!(together.samples > apart.samples);
     // Both are as sure as the propeller speeds of a log allow.
     assert!(drag(together).std < 1.01 * drag(apart).std);
     let truth = TwinSpec::jason2().plants[&Dof::Heave].d_quadratic;
     assert!((drag(together).value - truth).abs() < 3.0 * drag(together).std);
 
     // 16 369 to and fro against 5500 in runs, as in the paper: told, and not averaged.
-    let test = apart.steady_test.as_ref().expect("there are steady runs");
+    let test = steady_test(apart);
     assert!(!test.agrees && test.likelihood_ratio > 100.0, "{test:?}");
     let steady = test.steady.quadratic_drag.as_ref().expect("fitted");
     assert!((steady.value / 5500.0 - 1.0).abs() < 0.01, "{steady:?}");
@@ -70,11 +74,12 @@ fn steady_runs_of_another_drag_leave_mass_and_drag_right_at_every_seed() {
         let methods = vec![Method::FilterError];
         let options = IdentifyOptions { methods, subsets: false, ..Default::default() };
         let found = identify(&campaign.vehicle, &trials, &options).results;
-        let plant = &found.plants[&Dof::Heave];
-        let test = plant.steady_test.as_ref().expect("there are steady runs");
+        let plant = &found.plants["heave"];
+        let test = steady_test(plant);
         assert!(!test.agrees && test.likelihood_ratio > 100.0, "{seed}: {test:?}");
-        let drag = plant.parameters.quadratic_drag.as_ref().expect("fitted").value;
-        let mass = plant.parameters.mass.value;
+        let own = &plant.by_axis[&Dof::Heave];
+        let drag = own.quadratic_drag.as_ref().expect("fitted").value;
+        let mass = own.mass.value;
         assert!((mass / truth.mass - 1.0).abs() < 0.01, "{seed}: mass {mass}");
         assert!((drag / truth.d_quadratic - 1.0).abs() < 0.01, "{seed}: drag {drag}");
     }
@@ -103,14 +108,16 @@ fn an_unsure_thrust_curve_widens_mass_and_drag_in_proportion() {
             Vehicle { thrusters, ..vehicle }
         }
     };
-    let found = &heave(alike(), unsure(0.1)).plants[&Dof::Heave];
+    let found = &heave(alike(), unsure(0.1)).plants["heave"];
     // The logs show that one direction is as strong as the other for its curve, so that two
     // beliefs of 10 % are of one scale, to which mass and drag are in proportion: 10 % / √2.
-    let drag = found.parameters.quadratic_drag.as_ref().expect("fitted");
-    for parameter in [&found.parameters.mass, drag] {
+    let own = &found.by_axis[&Dof::Heave];
+    let drag = own.quadratic_drag.as_ref().expect("fitted");
+    for parameter in [&own.mass, drag] {
         assert!((parameter.std / parameter.value - 0.0707).abs() < 0.002, "{parameter:?}");
     }
-    let part = found.thrust_part.expect("the curve is unsure");
+    let part = found.alone.as_ref().and_then(|own| own.thrust_part);
+    let part = part.expect("the curve is unsure");
     assert!(part.mass > 0.95 && part.quadratic_drag.expect("fitted") > 0.95, "{part:?}");
 }
 
@@ -162,12 +169,12 @@ fn a_ship_that_turns_has_its_added_masses_in_the_turning_and_its_mass_right() {
             TrialSetup { name: "t".into(), dofs: vec![Dof::Surge], ..TrialSetup::default() };
         let trial = Trial::new(setup, &turning_ship(c), &vehicle).expect("complete");
         let options = IdentifyOptions { methods: vec![Method::FilterError], ..Default::default() };
-        identify(&vehicle, &[trial], &options).results.plants[&Dof::Surge].clone()
+        identify(&vehicle, &[trial], &options).results.plants["surge"].clone()
     };
     let turning = plant(1.6);
     let found = turning.nuisances.get("turning").expect("the log asks for it");
     assert!((found.value - 1.6).abs() < 0.05, "{found:?}");
-    assert!((turning.parameters.mass.value / 270.0 - 1.0).abs() < 0.01);
-    assert!(turning.fit.r_squared.expect("it moves") > 0.99);
+    assert!((turning.by_axis[&Dof::Surge].mass.value / 270.0 - 1.0).abs() < 0.01);
+    assert!(turning.fit.by_axis[&Dof::Surge].r_squared.expect("it moves") > 0.99);
     assert!(!plant(0.0).nuisances.contains_key("turning"));
 }

@@ -136,9 +136,9 @@ fn record(name: &str, seed: u64) -> TrialRecord {
             series(shaft),
         ),
     ]);
-    let coupled = vec![AXES.to_vec()];
+    let together = vec![AXES.to_vec()];
     let setup =
-        TrialSetup { name: name.to_owned(), role: Role::Fit, coupled, ..TrialSetup::default() };
+        TrialSetup { name: name.to_owned(), role: Role::Fit, together, ..TrialSetup::default() };
     let trial = Trial::new(setup, &recording, &vehicle).expect("complete");
     trial.record(&AXES).expect("complete").clone()
 }

@@ -63,8 +63,8 @@ fn recording(path: &Path) -> Recording {
 }
 
 fn trial(case: &Path, name: &str, role: Role) -> Trial {
-    let coupled = vec![Dof::ALL.to_vec()];
-    let setup = TrialSetup { name: name.to_owned(), role, coupled, ..TrialSetup::default() };
+    let together = vec![Dof::ALL.to_vec()];
+    let setup = TrialSetup { name: name.to_owned(), role, together, ..TrialSetup::default() };
     let recording = recording(&case.join(format!("{name}.csv")));
     Trial::new(setup, &recording, &Vehicle::default()).expect("complete")
 }
@@ -162,9 +162,9 @@ fn a_freely_driven_vehicle_comes_out_whole() {
         hold: Default::default(),
         search: true,
     };
-    let options = IdentifyOptions { coupled: vec![plan], ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: vec![plan], ..IdentifyOptions::default() };
     let results = identify(&Vehicle::default(), &trials, &options).results;
-    let plant = &results.coupled["surge-sway-heave-roll-pitch-yaw"];
+    let plant = &results.plants["surge-sway-heave-roll-pitch-yaw"];
     let truth = truth(&case);
     let fitted = plant_of_result(plant).expect("a plant");
     for (term, value) in fitted.structure().terms().iter().zip(fitted.coefficients()) {
@@ -185,7 +185,7 @@ fn a_freely_driven_vehicle_comes_out_whole() {
     let record = trials[3].record(&Dof::ALL).expect("complete");
     let best = r2(&true_plant(&truth, fitted.structure()), record, [0.08, -0.05]);
     for (dof, best) in Dof::ALL.into_iter().zip(best) {
-        let found = held.by_axis[&dof].r2.expect("bounded");
+        let found = held.by_axis[&dof].r_squared.expect("bounded");
         assert!(found > best - BEHIND, "{dof}: R² {found}, the truth's {best}");
     }
 }

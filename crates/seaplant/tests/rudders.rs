@@ -10,7 +10,7 @@ use seaplant::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_pl
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{Plant, Signal, Symmetry};
 use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart};
-use seaplant::results::{FittedPlant, Results, ToldBy};
+use seaplant::results::{PlantResult, Results, ToldBy};
 use seaplant::{
     CaveatCode, Dof, Fin, IdentifyOptions, PlantPlan, QuadraticThrust, Quantity, Recording, Role,
     Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialRecord, TrialSetup, Vehicle,
@@ -205,7 +205,7 @@ fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Tri
     let setup = TrialSetup {
         name: name.to_owned(),
         role,
-        coupled: vec![AXES.to_vec(), SIDEWAYS.to_vec()],
+        together: vec![AXES.to_vec(), SIDEWAYS.to_vec()],
         ..TrialSetup::default()
     };
     Trial::new(setup, &recording, &case.vehicle).expect("complete")
@@ -214,8 +214,8 @@ fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Tri
 fn identified(case: &Case, with_wind: bool) -> Results {
     let trials = [("a", Role::Fit, 1), ("b", Role::Fit, 2), ("c", Role::HoldOut, 3)];
     let trials = trials.map(|(name, role, seed)| trial(name, role, seed, case, with_wind));
-    let coupled = vec![case.plan.clone()];
-    let options = IdentifyOptions { coupled, ..IdentifyOptions::default() };
+    let together = vec![case.plan.clone()];
+    let options = IdentifyOptions { together, ..IdentifyOptions::default() };
     identify(&case.vehicle, &trials, &options).results
 }
 
@@ -223,7 +223,7 @@ fn identified(case: &Case, with_wind: bool) -> Results {
 const PART: f64 = 0.05;
 const DEVIATIONS: f64 = 3.0;
 
-fn check(plant: &FittedPlant, case: &Case) {
+fn check(plant: &PlantResult, case: &Case) {
     for (name, value) in case.truth {
         let found = plant.parameters.get(*name).unwrap_or_else(|| panic!("{name} is missing"));
         let off = (found.value - value).abs();
@@ -241,13 +241,13 @@ fn a_ship_comes_back_from_its_rudder_its_propeller_speed_and_the_wind() {
     let case = case(false, &[("mass.surge", 260.0)], &[]);
     let results = identified(&case, true);
     assert!(results.failures.is_empty(), "{:?}", results.failures);
-    let plant = &results.coupled["surge-sway-yaw"];
+    let plant = &results.plants["surge-sway-yaw"];
     check(plant, &case);
     assert_eq!(plant.parameters["mass.surge"].told_by, ToldBy::Stated);
     assert_eq!(plant.parameters["mass.surge"].std, 0.0);
     let held = plant.hold_out.as_ref().expect("held out");
     for (dof, score) in &held.by_axis {
-        assert!(score.r2.is_some_and(|r2| r2 > 0.99), "{dof}: {:?}", score.r2);
+        assert!(score.r_squared.is_some_and(|r2| r2 > 0.99), "{dof}: {:?}", score.r_squared);
     }
     // What results hold makes the same plant.
     let again = seaplant::plant_of_result(plant).expect("a plant");
@@ -259,7 +259,7 @@ fn a_torpedo_comes_back_from_its_thrust_and_its_rudder() {
     let case = remus();
     let results = identified(&case, false);
     assert!(results.failures.is_empty(), "{:?}", results.failures);
-    check(&results.coupled["surge-sway-yaw"], &case);
+    check(&results.plants["surge-sway-yaw"], &case);
 }
 
 const SCHEMES: [Scheme; 3] = [Scheme::Adaptive, Scheme::Recursive, Scheme::Ekf];
@@ -327,7 +327,7 @@ fn a_torpedo_keeps_its_sway_mass_sample_by_sample() {
 #[test]
 fn a_rudder_alone_leaves_the_scale_of_force_free() {
     let results = identified(&case(false, &[], &[]), false);
-    assert!(results.coupled.is_empty());
+    assert!(results.plants.is_empty());
     let message = &results.failures[0].message;
     assert!(message.contains("scale of force") && message.contains("hold"), "{message}");
 }
@@ -339,10 +339,10 @@ fn sway_and_yaw_without_surge_hold_part_of_munks_moment() {
     let trials = trials.map(|(name, role, seed)| trial(name, role, seed, &case, false));
     let hold = [("mass.sway".to_owned(), 420.0)].into();
     let alone = PlantPlan { axes: SIDEWAYS.to_vec(), hold, search: false, ..case.plan.clone() };
-    let options = IdentifyOptions { coupled: vec![alone], ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: vec![alone], ..IdentifyOptions::default() };
     let results = identify(&case.vehicle, &trials, &options).results;
     assert!(results.failures.is_empty(), "{:?}", results.failures);
-    let plant = &results.coupled["sway-yaw"];
+    let plant = &results.plants["sway-yaw"];
     let found = plant.caveats.iter().find(|caveat| caveat.code == CaveatCode::MunkMoment);
     let message = &found.expect("it drifts under way").message;
     assert!(message.contains("surge is not among the plant's axes"), "{message}");

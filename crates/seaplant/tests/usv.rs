@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use seaplant::plant::Symmetry;
 use seaplant::quantity::{Attitude, Axis};
-use seaplant::results::FittedPlant;
+use seaplant::results::PlantResult;
 use seaplant::{
     Dof, IdentifyOptions, PlantPlan, QuadraticThrust, Quantity, Recording, Role, ThrustCurve,
     Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle, identify,
@@ -113,12 +113,12 @@ fn vehicle() -> Vehicle {
     Vehicle { thrusters, ..Vehicle::default() }
 }
 
-fn identified() -> FittedPlant {
+fn identified() -> PlantResult {
     let axes = [Dof::Surge, Dof::Sway, Dof::Yaw];
     let vehicle = vehicle();
     let trial = |name: &str, role, seed| {
-        let (name, coupled) = (name.to_owned(), vec![axes.to_vec()]);
-        let setup = TrialSetup { name, role, coupled, ..TrialSetup::default() };
+        let (name, together) = (name.to_owned(), vec![axes.to_vec()]);
+        let setup = TrialSetup { name, role, together, ..TrialSetup::default() };
         Trial::new(setup, &logged(seed), &vehicle).expect("complete")
     };
     let trials = [trial("a", Role::Fit, 1), trial("b", Role::Fit, 2), trial("c", Role::HoldOut, 3)];
@@ -131,9 +131,9 @@ fn identified() -> FittedPlant {
         hold: Default::default(),
         search: true,
     };
-    let options = IdentifyOptions { coupled: vec![plan], ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: vec![plan], ..IdentifyOptions::default() };
     let results = identify(&vehicle, &trials, &options).results;
-    results.coupled.into_values().next().expect("a plant")
+    results.plants.into_values().next().expect("a plant")
 }
 
 /// What a mass may be off by.
@@ -155,6 +155,6 @@ fn two_propellers_tell_the_masses_of_a_catamaran() {
     }
     let score = plant.hold_out.expect("a held-out trial");
     for (dof, score) in score.by_axis {
-        assert!(score.r2.is_some_and(|r2| r2 > 0.9), "{dof}: {:?}", score.r2);
+        assert!(score.r_squared.is_some_and(|r2| r2 > 0.9), "{dof}: {:?}", score.r_squared);
     }
 }

@@ -2,7 +2,7 @@
 
 use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant::plant::RigidBody;
-use seaplant::results::{FittedPlant, PlantScore, Trust};
+use seaplant::results::{PlantResult, PlantScore, Trust};
 use seaplant::twin::{Disturbance, Driving, TwinCampaign, VehicleTwinSpec, make_vehicle};
 use seaplant::{
     Caveat, CaveatCode, Dof, IdentifyOptions, Method, Quantity, Role, Severity, ThrustUncertainty,
@@ -56,11 +56,11 @@ const PART: f64 = 0.02;
 /// The motion of a held-out trial is predicted, but for noise of the instruments.
 const HELD_OUT: f64 = 0.98;
 
-fn assert_recovered(spec: &VehicleTwinSpec) -> FittedPlant {
+fn assert_recovered(spec: &VehicleTwinSpec) -> PlantResult {
     let twin = make_vehicle(spec, &boat()).expect("can be made");
-    let options = IdentifyOptions { coupled: twin.coupled.clone(), ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: twin.together.clone(), ..IdentifyOptions::default() };
     let results = identify(&twin.vehicle, &trials(&twin), &options).results;
-    let found = &results.coupled["surge-sway-yaw"];
+    let found = &results.plants["surge-sway-yaw"];
     let truth = &twin.truth.vehicle.as_ref().expect("a whole vehicle").coefficients;
     plant_of_result(found).expect("a plant");
     for (name, expected) in truth {
@@ -70,7 +70,7 @@ fn assert_recovered(spec: &VehicleTwinSpec) -> FittedPlant {
         assert!(near, "{name}: {} ± {}, {expected}", x.value, x.std);
     }
     for (dof, score) in &found.hold_out.as_ref().expect("held out").by_axis {
-        let r2 = score.r2.expect("bounded");
+        let r2 = score.r_squared.expect("bounded");
         assert!(r2 > HELD_OUT, "{dof}: R² {r2}");
     }
     found.clone()
@@ -84,7 +84,7 @@ fn a_freely_driven_twin_comes_back_as_it_is() {
 /// Masses to ± 10 % and drag to ± 20 % are what a user takes those of a usable plant for.
 #[test]
 fn what_a_tether_leaves_unknown_is_one_warning() {
-    let wide = |plant: &FittedPlant| {
+    let wide = |plant: &PlantResult| {
         let is_wide = |caveat: &&Caveat| caveat.code == CaveatCode::WideInterval;
         plant.caveats.iter().filter(is_wide).cloned().collect::<Vec<Caveat>>()
     };
@@ -143,9 +143,9 @@ fn thrust_by_another_power_of_speed_is_found_and_its_scale_doubted() {
         spec.disturbances = Disturbance::parse_list("thrust-exponent").expect("known");
     });
     let twin = make_vehicle(&spec, &boat()).expect("can be made");
-    let options = IdentifyOptions { coupled: twin.coupled.clone(), ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: twin.together.clone(), ..IdentifyOptions::default() };
     let found = identify(&twin.vehicle, &trials(&twin), &options).results;
-    let found = &found.coupled["surge-sway-yaw"];
+    let found = &found.plants["surge-sway-yaw"];
     let exponent = &found.nuisances["thrust_exponent"];
     let off = (exponent.value - spec.strength.thrust_exponent).abs();
     assert!(off < 0.01, "{} ± {}", exponent.value, exponent.std);
@@ -169,7 +169,7 @@ fn unsure_thrust_curves_widen_a_whole_plant_together_and_change_nothing_else() {
             thruster.uncertainty = both;
         }
         let options = IdentifyOptions {
-            coupled: twin.coupled.clone(),
+            together: twin.together.clone(),
             methods: vec![Method::FilterError, Method::Ekf],
             ..IdentifyOptions::default()
         };
@@ -177,8 +177,8 @@ fn unsure_thrust_curves_widen_a_whole_plant_together_and_change_nothing_else() {
     };
     let name = "surge-sway-yaw";
     let (sure, unsure) = (fitted(0.0), fitted(0.1));
-    let online = &unsure.coupled_online[name][&Method::Ekf];
-    let (sure, unsure) = (&sure.coupled[name], &unsure.coupled[name]);
+    let online = &unsure.methods[name][&Method::Ekf];
+    let (sure, unsure) = (&sure.plants[name], &unsure.plants[name]);
     for (name, x) in &unsure.parameters {
         // As of a single axis: motion tells the ratio of both ways, 10 % / √2 are left of the scale.
         let (own, part) = (sure.parameters[name].std / x.value.abs(), x.std / x.value.abs());
@@ -186,9 +186,10 @@ fn unsure_thrust_curves_widen_a_whole_plant_together_and_change_nothing_else() {
         assert!(online.parameters[name].std > 0.07 * x.value.abs(), "{name}");
         assert_eq!(x.value, sure.parameters[name].value, "{name}");
     }
-    let scores = |of: &PlantScore| of.by_axis.values().map(|axis| axis.r2).collect::<Vec<_>>();
+    let scores =
+        |of: &PlantScore| of.by_axis.values().map(|axis| axis.r_squared).collect::<Vec<_>>();
     assert_eq!(scores(&unsure.fit), scores(&sure.fit));
-    let held_out = |of: &FittedPlant| of.hold_out.as_ref().map(scores).expect("a trial is kept");
+    let held_out = |of: &PlantResult| of.hold_out.as_ref().map(scores).expect("a trial is kept");
     assert_eq!(held_out(unsure), held_out(sure));
     assert_eq!(unsure.verdict, sure.verdict);
     // Coefficients that scale together are not for that ones that the trials hardly separate.
@@ -284,9 +285,9 @@ fn exchanged_thrusters_are_found_where_a_disturbance_explains_them() {
     let exchanged = vec![["bow".to_owned(), "stern".to_owned()]];
     let spec = short(|spec| spec.thrusters_exchanged.clone_from(&exchanged));
     let twin = make_vehicle(&spec, &model(table)).expect("can be made");
-    let options = IdentifyOptions { coupled: twin.coupled.clone(), ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: twin.together.clone(), ..IdentifyOptions::default() };
     let results = identify(&twin.vehicle, &trials(&twin), &options).results;
-    let found = &results.coupled["surge-sway-yaw"];
+    let found = &results.plants["surge-sway-yaw"];
     assert_eq!(found.thrusters_exchanged, exchanged);
     assert!(found.caveats.iter().any(|caveat| caveat.message.contains("are exchanged")));
     let inertia = found.parameters["mass.yaw"].value;
@@ -294,12 +295,12 @@ fn exchanged_thrusters_are_found_where_a_disturbance_explains_them() {
 }
 
 /// Identified by its own campaign, after a change of what is claimed of the vehicle.
-fn found(spec: &VehicleTwinSpec, claim: impl FnOnce(&mut TwinCampaign)) -> FittedPlant {
+fn found(spec: &VehicleTwinSpec, claim: impl FnOnce(&mut TwinCampaign)) -> PlantResult {
     let mut twin = make_vehicle(spec, &boat()).expect("can be made");
     claim(&mut twin);
-    let options = IdentifyOptions { coupled: twin.coupled.clone(), ..IdentifyOptions::default() };
+    let options = IdentifyOptions { together: twin.together.clone(), ..IdentifyOptions::default() };
     let results = identify(&twin.vehicle, &trials(&twin), &options).results;
-    results.coupled["surge-sway-yaw"].clone()
+    results.plants["surge-sway-yaw"].clone()
 }
 
 #[test]

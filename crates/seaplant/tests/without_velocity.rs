@@ -71,8 +71,7 @@ fn of_the_truth(spec: &TwinSpec, dof: Dof) -> f64 {
 
 /// Drag at 0.7 m/s, of 20 kg: 35 N.
 fn drag(results: &Results, dof: Dof) -> f64 {
-    let lumped = results.plants[&dof].lumped.to_physical();
-    0.49 * lumped.d_quadratic + 0.7 * lumped.d_linear
+    results.plants[dof.name()].drag_at(dof, 0.7).value
 }
 
 /// What an accelerometer is good for: parts of mass, and of drag.
@@ -83,12 +82,12 @@ const DRAG: f64 = 0.05;
 fn mass_and_drag_are_found_from_acceleration_alone() {
     for dof in [Dof::Surge, Dof::Sway] {
         let results = identified(&rov(dof, 1), |_| ()).expect("complete");
-        let plant = &results.plants[&dof];
-        let mass = &plant.parameters.mass;
+        let plant = &results.plants[dof.name()];
+        let mass = &plant.by_axis[&dof].mass;
         assert!((mass.value / 20.0 - 1.0).abs() < MASS, "{dof}: {mass:?}");
         assert!((drag(&results, dof) / 35.0 - 1.0).abs() < DRAG, "{dof}: {:?}", plant.parameters);
         assert!((mass.low95..=mass.high95).contains(&20.0), "{dof}: {mass:?}");
-        let score = plant.hold_out.as_ref().expect("held out");
+        let score = plant.held_out(dof).expect("held out");
         assert_eq!(score.quantity, ScoredMotion::Acceleration);
         // A held-out trial of few steps is as much vibration as motion.
         let (truth, r2) = (of_the_truth(&rov(dof, 1), dof), score.r_squared.expect("moved"));
@@ -103,10 +102,14 @@ fn mass_and_drag_are_found_from_acceleration_alone() {
 #[test]
 fn acceleration_joins_a_slow_depth() {
     let results = identified(&rov(Dof::Heave, 2), |_| ()).expect("complete");
-    let plant = &results.plants[&Dof::Heave];
-    assert!((plant.parameters.mass.value / 20.0 - 1.0).abs() < MASS, "{:?}", plant.parameters);
+    let plant = &results.plants["heave"];
+    assert!(
+        (plant.by_axis[&Dof::Heave].mass.value / 20.0 - 1.0).abs() < MASS,
+        "{:?}",
+        plant.parameters
+    );
     assert!(plant.nuisances.contains_key("acceleration_noise"));
-    assert_eq!(plant.fit.quantity, ScoredMotion::Velocity);
+    assert_eq!(plant.fit.by_axis[&Dof::Heave].quantity, ScoredMotion::Velocity);
 }
 
 #[test]
@@ -146,8 +149,8 @@ fn gravity_needs_tilt_unless_it_was_taken_out() {
         level(recording);
     })
     .expect("gravity is out");
-    let plant = &results.plants[&Dof::Surge];
-    assert!((plant.parameters.mass.value / 20.0 - 1.0).abs() < 2.0 * MASS);
+    let plant = &results.plants["surge"];
+    assert!((plant.by_axis[&Dof::Surge].mass.value / 20.0 - 1.0).abs() < 2.0 * MASS);
     let told = plant.caveats.iter().any(|caveat| caveat.message.contains("gravity was taken out"));
     assert!(told, "{:?}", plant.caveats);
 }
@@ -159,7 +162,7 @@ fn a_tilted_and_a_clipped_accelerometer_are_told() {
         recording.insert(Quantity::Acceleration(Axis::X), x);
     })
     .expect("complete");
-    let caveats = &results.plants[&Dof::Surge].caveats;
+    let caveats = &results.plants["surge"].caveats;
     for code in [CaveatCode::TiltedAccelerometer, CaveatCode::ClippedAccelerometer] {
         assert!(caveats.iter().any(|caveat| caveat.code == code), "{code:?}: {caveats:?}");
     }
@@ -171,6 +174,6 @@ fn thrust_that_hardly_moves_the_vehicle_gives_no_usable_plant() {
     spec.excitation
         .insert(Dof::Surge, Excitation { amplitude: 0.5, frequency_rad_s: 0.6, joystick: 0.3 });
     let results = identified(&spec, |_| ()).expect("complete");
-    let trust = results.plants.get(&Dof::Surge).map(|plant| plant.verdict.trust);
+    let trust = results.plants.get("surge").map(|plant| plant.verdict.trust);
     assert!(trust.is_none_or(|trust| trust <= Trust::Doubtful), "{trust:?}");
 }

@@ -77,7 +77,7 @@ fn plants(faults: Faults) -> [PlantResult; 2] {
     let methods = vec![Method::FilterError, Method::OutputError];
     let options = IdentifyOptions { methods: methods.clone(), ..Default::default() };
     let mut found = identify(&Vehicle::default(), &trials, &options).results;
-    let mut of_yaw = found.methods.remove(&Dof::Yaw).expect("fitted");
+    let mut of_yaw = found.methods.remove("yaw").expect("fitted");
     [0, 1].map(|k| of_yaw.remove(&methods[k]).expect("fitted"))
 }
 
@@ -85,11 +85,12 @@ fn plants(faults: Faults) -> [PlantResult; 2] {
 /// of the motion and not of the compass.
 fn assert_right(plants: &[PlantResult; 2]) {
     for plant in plants {
-        let physical = plant.lumped.to_physical();
-        let (mass, drag) = (physical.mass / TRUTH.mass, physical.d_quadratic / TRUTH.d_quadratic);
+        let own = &plant.by_axis[&Dof::Yaw];
+        let drag = own.quadratic_drag.as_ref().expect("fitted").value / TRUTH.d_quadratic;
+        let mass = own.mass.value / TRUTH.mass;
         assert!((mass - 1.0).abs() < 0.01, "{:?}: inertia {mass}", plant.method);
         assert!((drag - 1.0).abs() < 0.01, "{:?}: drag {drag}", plant.method);
-        let score = plant.hold_out.as_ref().expect("one trial is held out");
+        let score = plant.held_out(Dof::Yaw).expect("one trial is held out");
         let e = score.mean_abs_error.expect("it is stable");
         assert!(e < 0.03 * score.null_error, "{e} of {}", score.null_error);
     }
@@ -115,7 +116,7 @@ fn stamps_that_jitter_by_a_tenth_of_a_second_do_not_spoil_the_score() {
     // Stamps are late by 0.05 s on average, which the filter finds and output error does not.
     let found = plants(Faults { jitter_s: 0.1, ..Faults::default() });
     for plant in &found {
-        let score = plant.hold_out.as_ref().expect("one trial is held out");
+        let score = plant.held_out(Dof::Yaw).expect("one trial is held out");
         let e = score.mean_abs_error.expect("it is stable");
         assert!(e < 0.1 * score.null_error, "{e} of {}", score.null_error);
     }

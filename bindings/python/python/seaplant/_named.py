@@ -37,8 +37,11 @@ def _within(name: str) -> Any:
         key, value = part
         if key.startswith("_"):
             return None
-        if isinstance(value, Mapping) and name in value:
-            return f".{key}[{name!r}]"
+        if isinstance(value, Mapping):
+            if name in value:
+                return f".{key}[{name!r}]"
+            has = (of for of, inner in value.items() if name in getattr(inner, "__dict__", {}))
+            return next((f".{key}[{of!r}].{name}" for of in has), None)
         return f".{key}.{name}" if name in getattr(value, "__dict__", {}) else None
 
     return hint

@@ -10,11 +10,10 @@ from seaplant._record import Estimated, Floats, Record
 __all__ = [
     "AccumulatedPlant",
     "Admission",
+    "Alone",
     "Assurance",
-    "AxisChange",
     "AxisOutcome",
     "AxisResult",
-    "AxisScore",
     "BollardPullResult",
     "BuoyancyResult",
     "Candidate",
@@ -29,7 +28,6 @@ __all__ = [
     "Correlation",
     "CurveResult",
     "CurveTable",
-    "Decision",
     "Disturbance",
     "Dof",
     "Driven",
@@ -39,7 +37,6 @@ __all__ = [
     "Failure",
     "FileOffset",
     "Filters",
-    "FittedPlant",
     "Foil",
     "GoalOutcome",
     "GoodFor",
@@ -50,6 +47,7 @@ __all__ = [
     "InspectedFile",
     "InspectedOffset",
     "Inspection",
+    "LikelyChange",
     "LowPass",
     "LumpedParameters",
     "ManoeuvreOutcome",
@@ -73,7 +71,6 @@ __all__ = [
     "PlanOutcome",
     "PlantChange",
     "PlantChanged",
-    "PlantOnline",
     "PlantResult",
     "PlantScore",
     "PrimeCoefficient",
@@ -108,10 +105,8 @@ __all__ = [
     "ThrusterResult",
     "ToldBy",
     "TrialResult",
-    "TrialScore",
     "TrueNuisances",
     "TrueParameters",
-    "TruePlant",
     "TrueSteady",
     "TrueVehicle",
     "Trust",
@@ -383,6 +378,9 @@ class AccumulatedPlant(Record):
     lumped: LumpedParameters
     """Lumped parameters."""
 
+    samples: int
+    """Number of rows of the regression."""
+
     regression: RegressionResult
     """Statistics of the regression."""
 
@@ -411,6 +409,36 @@ class Admission(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Alone(Record):
+    """What a fit of one axis alone has beyond a plant's coefficients."""
+
+    terms: tuple[Term, ...]
+    """The fitted terms."""
+
+    stable: bool
+    """True if the plant comes to rest without thrust."""
+
+    stability: Stability
+    """Type of its stability."""
+
+    lumped: LumpedParameters
+    """Lumped parameters."""
+
+    lumped_std: LumpedParameters
+    """Standard deviations of the lumped parameters."""
+
+    regression: RegressionResult
+    """Statistics of the regression."""
+
+    steady_test: SteadyTestResult | None
+    """The test for agreement with steady runs; absent without such runs."""
+
+    thrust_part: ThrustPart | None
+    """Share of uncertain thrust curves in the variances of mass and quadratic drag; absent if
+    no curve has an uncertainty."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Assurance(Record):
     """Counts of recommended plants with a wrong verdict."""
 
@@ -434,26 +462,6 @@ class Assurance(Record):
 
     good_but_doubted: int
     """False alarms: good plants with the verdict doubtful, or do not use."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class AxisChange(Record):
-    """Changes of an axis that unseen trials support: a step of their likelihood from the
-    plant, with the estimated disturbances and a current for each trial."""
-
-    mass: Part
-    """Relative change of mass; its interval is that of a difference."""
-
-    drag: Part
-    """Relative change of drag at the usual speed."""
-
-    whiteness: float
-    """Whiteness of the filter's innovations on them: Box and Pierce's statistic over 40 lags,
-    divided by 40; 1 if they are white."""
-
-    surprise: float
-    """Mean square of the innovations, normalised by their predicted variance: 1 if noise and
-    disturbances are as in the fitted trials."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -521,39 +529,6 @@ class AxisResult(Record):
     stroke: float | None
     """Stroke of the oscillation, amplitude of velocity times period, m or rad; for a steady
     run, the distance travelled."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class AxisScore(Record):
-    """The error of a plant on one axis; values are absent if the simulation diverges."""
-
-    null_error: float
-    """Mean |measured| of velocity, the error of a model that never moves."""
-
-    samples: int
-    """Number of compared samples."""
-
-    change: AxisChange | None
-    """Changes of mass and drag that held-out trials support."""
-
-    disturbance_error: float | None
-    """Mean change of the model's velocity by a draw of the estimated disturbance, m/s or
-    rad/s, which is the expected error of the true plant; includes the noise of velocities
-    from differentiated positions."""
-
-    kept_error: float | None
-    """The same error of a constant rate from each restart."""
-
-    mean_abs_error: float | None
-    """Mean |model − measured| of velocity, m/s or rad/s."""
-
-    r2: float | None
-    """1 − Σ(model − measured)² / Σ(measured − mean)²."""
-
-    restarted_error: float | None
-    """Mean |model − measured| of roll and pitch with the model restarted from the measured
-    state every 10 s, rad/s: over a whole trial, an error of phase of these oscillations would
-    dominate."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -819,30 +794,6 @@ class CurveTable(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Decision(Record):
-    """Why a candidate was taken into the model, or left out."""
-
-    candidate: Candidate
-    """Which."""
-
-    likelihood_ratio: float
-    """Twice the gain in log-likelihood, at least 0: fitted, or where a fit was not worth it,
-    by the score test."""
-
-    needed: float
-    """What the extended Bayesian information criterion asks for: numbers added times ln n,
-    and 2 ln P of P candidates that are tried."""
-
-    admitted: bool
-    """Whether it is part of the model."""
-
-    size: float | None
-    """How much it does, for a term: linear drag as a part of quadratic drag at the usual
-    speed, zero unless both brake; a bias force, at the end of its interval that is farther
-    from zero, as a part of the usual thrust."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class Driven(Record):
     """Range of motion and force on an axis in the trials of a plant."""
 
@@ -967,98 +918,6 @@ class Filters(Record):
 
     velocity: LowPass | None
     """On velocity, before v|v| is formed and v differentiated."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class FittedPlant(Record):
-    """A plant of several axes: ``M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ`` with
-    ν_r relative to the water."""
-
-    axes: tuple[Dof, ...]
-    """Its axes, in SNAME order: rows and columns of every matrix."""
-
-    method: Method
-    """The method of identification."""
-
-    symmetry: Symmetry
-    """The axes that M may couple."""
-
-    parameters: dict[str, Coefficient]
-    """Its coefficients by name: ``mass.surge``, ``mass.surge-pitch``, ``yaw: |v|r``,
-    ``weight-minus-buoyancy``, ``lever.z``, and those of ``effects``."""
-
-    mass_matrix: MatrixResult
-    """M: rigid body plus added mass."""
-
-    linear_damping: MatrixResult
-    """The matrix that multiplies ν_r; zero without a term."""
-
-    quadratic_damping: MatrixResult
-    """The matrix that multiplies |ν|ν of each axis; zero without a term."""
-
-    correlation: Correlation
-    """Correlations of the coefficients."""
-
-    nuisances: dict[str, Parameter]
-    """Currents by trial; disturbance and noise by axis."""
-
-    identifiability: Identifiability
-    """Determination of the coefficients by the trials."""
-
-    samples: int
-    """Number of measured values."""
-
-    log_likelihood: float
-    """Log-likelihood at the optimum."""
-
-    fit: PlantScore
-    """Its error on the fitted trials, simulated in open loop."""
-
-    caveats: tuple[Caveat, ...]
-    """Caveats."""
-
-    added_mass: Floats | None
-    """Added mass, if the rigid body is known."""
-
-    driven: dict[str, Driven]
-    """Range of motion and force on each axis in its trials."""
-
-    effects: tuple[Effect, ...]
-    """Forces of rudders, fins, propellers of unknown strength and wind."""
-
-    hold_out: PlantScore | None
-    """Its error on unseen trials."""
-
-    nondimensional: PrimeSystem | None
-    """Dimensionless coefficients, if the vehicle's length is known."""
-
-    rigid_body_mass_matrix: Floats | None
-    """M of the rigid body, if known."""
-
-    single_axes: dict[str, AxisScore]
-    """The error, on the same trials, of a separate plant of each driven axis, for comparison:
-    the difference is due to coupling."""
-
-    structure: tuple[TermDecision, ...]
-    """The candidate terms that were tested, and what thrust may do between its logged
-    samples, ``smooth-speed`` and ``smooth-thrust``."""
-
-    thruster_estimates: dict[str, ThrusterEstimate]
-    """What each thruster gives over what its curve says, where most others give what theirs
-    say; without those of which the trials do not determine it."""
-
-    thruster_faults: tuple[ThrusterFault, ...]
-    """Thrusters that were at rest or reversed in a trial, for which the fit allows."""
-
-    thrusters_exchanged: tuple[tuple[str, ...], ...]
-    """Pairs of thrusters of which each does what the log of the other says; they were taken
-    to do so."""
-
-    verdict: Verdict
-    """The verdict."""
-
-    verdicts: dict[str, Verdict]
-    """The verdict on each of its axes: a plant is doubtful if one of them is."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1262,6 +1121,26 @@ class Inspection(Record):
 
     offsets: tuple[InspectedOffset, ...]
     """Offsets of the other files' clocks to the first's."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LikelyChange(Record):
+    """The change of a plant that unseen trials support: a step of their likelihood from the
+    plant, with the estimated disturbances and a current for each trial."""
+
+    mass: Part
+    """Relative change of mass; its interval is that of a difference."""
+
+    drag: Part
+    """Relative change of drag at the usual speed."""
+
+    whiteness: float
+    """Whiteness of the filter's innovations on them: Box and Pierce's statistic over 40 lags,
+    divided by 40; 1 if they are white."""
+
+    surprise: float
+    """Mean square of the innovations, normalised by their predicted variance: 1 if noise and
+    disturbances are as in the fitted trials."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -1656,11 +1535,12 @@ class PlantChanged(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlantOnline(Record):
-    """A plant of several axes, estimated recursively."""
+class PlantResult(Record):
+    """The plant of some axes by one method: ``M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η)
+    = τ`` with ν_r relative to the water; of one axis ``m v̇ + d_Q v|v| + d_L v + b = τ``."""
 
     axes: tuple[Dof, ...]
-    """Its axes."""
+    """Its axes, in SNAME order: rows and columns of every matrix."""
 
     method: Method
     """The method of identification."""
@@ -1669,90 +1549,99 @@ class PlantOnline(Record):
     """The axes that M may couple."""
 
     parameters: dict[str, Coefficient]
-    """Its coefficients by name, as those of a coupled plant."""
+    """Its coefficients by name: ``mass.surge``, ``mass.surge-pitch``, ``surge: |u|u``, ``yaw:
+    |v|r``, ``weight-minus-buoyancy``, ``lever.z``, and those of ``effects``."""
 
-    history: OnlineHistory
-    """Their values over time."""
+    by_axis: dict[str, Parameters]
+    """Mass, drag by its own velocity and constant force of each axis, from ``parameters``."""
 
-    samples: int
-    """Number of measured values."""
+    mass_matrix: MatrixResult
+    """M: rigid body plus added mass."""
 
-    fit: PlantScore
-    """Its error on the fitted trials."""
+    linear_damping: MatrixResult
+    """The matrix that multiplies ν_r; zero without a term."""
 
-    caveats: tuple[Caveat, ...]
-    """Caveats."""
+    quadratic_damping: MatrixResult
+    """The matrix that multiplies |ν|ν of each axis; zero without a term."""
 
-    hold_out: PlantScore | None
-    """Its error on unseen trials."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class PlantResult(Record):
-    """The plant of one degree of freedom by one method."""
-
-    method: Method
-    """The method of identification."""
-
-    terms: tuple[Term, ...]
-    """The fitted terms."""
-
-    stable: bool
-    """True if the plant comes to rest without thrust."""
-
-    stability: Stability
-    """Type of its stability."""
-
-    parameters: Parameters
-    """Physical parameters."""
-
-    lumped: LumpedParameters
-    """Lumped parameters."""
-
-    lumped_std: LumpedParameters
-    """Standard deviations of the lumped parameters."""
-
-    correlation: Floats
-    """Correlations of ``[m, d_Q, d_L, b]``."""
+    correlation: Correlation
+    """Correlations of the coefficients."""
 
     nuisances: dict[str, Parameter]
-    """Fitted parameters of the thrusters and the water in addition to the plant."""
+    """Fitted parameters of thrusters, water and instruments: lag, delay, currents by trial,
+    disturbance and noise."""
 
-    regression: RegressionResult
-    """Statistics of the regression."""
+    samples: int
+    """Number of measured values, or of rows of a regression."""
 
-    fit: Score
-    """Its error on the fitted trials."""
+    fit: PlantScore
+    """Its error on the fitted trials, simulated in open loop."""
 
     caveats: tuple[Caveat, ...]
     """Caveats."""
+
+    added_mass: Floats | None
+    """Added mass, if the rigid body is known."""
+
+    alone: Alone | None
+    """What a fit of one axis alone has in addition."""
+
+    driven: dict[str, Driven]
+    """Range of motion and force on each axis in its trials; for a plant of several axes."""
+
+    effects: tuple[Effect, ...]
+    """Forces of rudders, fins, propellers of unknown strength and wind."""
 
     history: OnlineHistory | None
     """Parameters over time; absent for methods that are not recursive."""
 
-    hold_out: Score | None
+    hold_out: PlantScore | None
     """Its error on unseen trials."""
+
+    identifiability: Identifiability | None
+    """Determination of the coefficients of several axes by the trials."""
 
     innovations: tuple[Innovations, ...]
     """Autocorrelation of the errors of one-step predictions, by fitted trial; empty for
     methods without them."""
 
-    left_out: Score | None
+    left_out: PlantScore | None
     """Without held-out trials: the error on fitted trials, or thirds of a single one, each
     predicted by a plant fitted to the others."""
 
-    steady_test: SteadyTestResult | None
-    """The test for agreement with steady runs; absent without such runs."""
+    log_likelihood: float | None
+    """Log-likelihood at the optimum; absent for methods without one."""
 
-    structure: tuple[Decision, ...]
-    """Decisions on the candidate terms of the model."""
+    nondimensional: PrimeSystem | None
+    """Dimensionless coefficients, if the vehicle's length is known."""
 
-    thrust_part: ThrustPart | None
-    """Share of uncertain thrust curves in the variances of mass and quadratic drag; absent if
-    no curve has an uncertainty."""
+    rigid_body_mass_matrix: Floats | None
+    """M of the rigid body, if known."""
+
+    single_axes: dict[str, Score]
+    """The error, on the same trials, of a separate plant of each driven axis, for comparison:
+    the difference is due to coupling."""
+
+    structure: tuple[TermDecision, ...]
+    """The candidates that were tested: terms, what thrusters and sensors may do, and what
+    thrust may do between its logged samples, ``smooth-speed`` and ``smooth-thrust``."""
+
+    thruster_estimates: dict[str, ThrusterEstimate]
+    """What each thruster gives over what its curve says, where most others give what theirs
+    say; without those of which the trials do not determine it."""
+
+    thruster_faults: tuple[ThrusterFault, ...]
+    """Thrusters that were at rest or reversed in a trial, for which the fit allows."""
+
+    thrusters_exchanged: tuple[tuple[str, ...], ...]
+    """Pairs of thrusters of which each does what the log of the other says; they were taken
+    to do so."""
 
     verdict: Verdict
     """The verdict."""
+
+    verdicts: dict[str, Verdict]
+    """The verdict on each of several axes: a plant is doubtful if one of them is."""
 
     whiteness: float | None
     """Whiteness of innovations: Box–Pierce over 40 lags, divided by 40; 1 if they are white.
@@ -1763,10 +1652,10 @@ class PlantResult(Record):
 class PlantScore(Record):
     """The error of a plant on some trials, simulated in open loop."""
 
-    by_axis: dict[str, AxisScore]
+    by_axis: dict[str, Score]
     """Over all trials."""
 
-    trials: dict[str, dict[str, AxisScore]]
+    by_trial: dict[str, dict[str, Score]]
     """By trial."""
 
 
@@ -1847,9 +1736,6 @@ class Pusher(Record):
 class RegressionResult(Record):
     """Statistics of a regression."""
 
-    samples: int
-    """Number of rows."""
-
     effective_samples: float
     """Equivalent number of independent rows."""
 
@@ -1884,10 +1770,10 @@ class Results(Record):
     """Source of the results, and the command to repeat them."""
 
     plants: dict[str, PlantResult]
-    """The recommended plant of each degree of freedom."""
+    """The recommended plants by their axes: ``surge``, ``surge-sway-yaw``."""
 
     methods: dict[str, dict[str, PlantResult]]
-    """Every method's plant of each degree of freedom."""
+    """Every method's plants by their axes."""
 
     subsets: dict[str, tuple[SubsetResult, ...]]
     """The plants of the recommended method for every subset of terms."""
@@ -1920,16 +1806,6 @@ class Results(Record):
     """Consequences of the recommended plants at the greatest force of the trials: top speeds,
     time constants, stopping distances, natural periods."""
 
-    coupled: dict[str, FittedPlant]
-    """Plants of several axes, by their axes: ``surge-sway-yaw``."""
-
-    coupled_online: dict[str, dict[str, PlantOnline]]
-    """Plants of several axes by recursive methods."""
-
-    coupled_truth: dict[str, float] | None
-    """True coefficients of the plant of several axes, by name, if the logs are those of a
-    twin of several axes."""
-
     dry_mass_kg: float | None
     """Its mass in air, kg."""
 
@@ -1946,8 +1822,9 @@ class Results(Record):
     """Nomoto's models of steering, if a plant has yaw among its axes and a rudder is
     logged."""
 
-    truth: dict[str, TruePlant] | None
-    """True values, if the logs are those of a twin."""
+    truth: dict[str, float] | None
+    """True coefficients by name, as in a plant's ``parameters``, if the logs are those of a
+    twin."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2025,21 +1902,32 @@ class RudderFlow(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Score(Record):
-    """Prediction error of a plant on some trials; values that do not exist for a diverging
-    simulation are absent."""
+    """The error of a plant on one axis, of some trials or of one; values are absent if the
+    simulation diverges, and where a method or an instrument does not give them."""
 
     null_error: float
     """e of a model that never moves, or that never accelerates."""
 
-    trials: tuple[TrialScore, ...]
-    """Scores of each trial."""
+    samples: int
+    """Number of compared samples."""
 
     best_null: NullScore | None
     """The best model without a plant; absent if a simulation diverged."""
 
     change: PlantChange | None
-    """The change of the plant that would minimise the errors; absent where they do not
-    determine it."""
+    """The change of the plant that would minimise the errors of its simulation; absent where
+    they do not determine it."""
+
+    disturbance_error: float | None
+    """Mean change of the model's velocity by a draw of the estimated disturbance, m/s or
+    rad/s, which is the expected error of the true plant; includes the noise of velocities
+    from differentiated positions."""
+
+    kept_error: float | None
+    """The same error of a constant rate from each restart."""
+
+    likely_change: LikelyChange | None
+    """The change of the plant that the likelihood of unseen trials supports."""
 
     mean_abs_error: float | None
     """e = mean |v_model − v| on raw velocity."""
@@ -2048,12 +1936,23 @@ class Score(Record):
     """e with an initial velocity, a constant force and, for translations, a current fitted to
     each trial (for long ones, to each 150 s): the criterion for comparison of methods."""
 
+    position_mean_abs_error: float | None
+    """Mean |model − measured| of position, m or rad; of one trial."""
+
+    position_r_squared: float | None
+    """R² of position, where position was measured; of one trial."""
+
     quantity: ScoredMotion
     """Compared quantity: where velocity was not measured, e and R² are of acceleration, in
     means over half a second after removal of the accelerometer's offset."""
 
     r_squared: float | None
-    """1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials."""
+    """1 − Σ(v_model − v)² / Σ(v − mean v)²."""
+
+    restarted_error: float | None
+    """Mean |model − measured| of roll and pitch with the model restarted from the measured
+    state every 10 s, rad/s: over a whole trial, an error of phase of these oscillations would
+    dominate."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2210,19 +2109,28 @@ class SubsetResult(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TermDecision(Record):
-    """A candidate term and the decision on it."""
+    """A candidate of the model and the decision on it."""
 
-    terms: tuple[str, ...]
-    """The term, or terms that are tested together."""
+    candidate: str
+    """The term, or what thrust or a sensor may do."""
 
     admitted: bool
-    """True if the plant includes it."""
+    """True if the model includes it."""
 
     likelihood_ratio: float
-    """Twice the increase of log-likelihood."""
+    """Twice the increase of log-likelihood, at least 0: fitted, or by the score test."""
 
-    p_value: float
-    """Probability of as large an increase by chance."""
+    needed: float | None
+    """What the extended Bayesian information criterion asks for, where that decides: numbers
+    added times ln n, and 2 ln P of P candidates that are tried."""
+
+    p_value: float | None
+    """Probability of as large an increase by chance, where that decides."""
+
+    size: float | None
+    """How much a term does, where that decides: linear drag as a part of quadratic drag at
+    the usual speed, zero unless both brake; a bias force, at the end of its interval that is
+    farther from zero, as a part of the usual thrust."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -2317,36 +2225,6 @@ class TrialResult(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TrialScore(Record):
-    """Prediction error of a plant on one trial."""
-
-    trial: str
-    """Trial."""
-
-    null_error: float
-    """e of a model that never moves."""
-
-    samples: int
-    """Number of compared samples."""
-
-    mean_abs_error: float | None
-    """e = mean |v_model − v| on raw velocity; absent if the simulation diverged."""
-
-    offset_free_error: float | None
-    """e with an initial velocity, a constant force and, for translations, a current fitted to
-    the trial; absent where the compared quantity is not velocity."""
-
-    position_mean_abs_error: float | None
-    """Mean |model − measured| of position, m or rad."""
-
-    position_r_squared: float | None
-    """R² of position, where position was measured."""
-
-    r_squared: float | None
-    """R² of velocity."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class TrueNuisances(Record):
     """True values of the nuisance parameters of an estimator. If disabled, a ratio is 1, the
     exponent 2, and others 0."""
@@ -2432,23 +2310,6 @@ class TrueParameters(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TruePlant(Record):
-    """True values of a twin."""
-
-    mass: float
-    """Rigid-body plus added mass, kg or kg m²."""
-
-    quadratic_drag: float
-    """d_Q, N/(m/s)² or N m/(rad/s)²."""
-
-    linear_drag: float
-    """d_L, N/(m/s) or N m/(rad/s)."""
-
-    bias_force: float
-    """b, N or N m."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class TrueSteady(Record):
     """True values of steady runs."""
 
@@ -2509,13 +2370,10 @@ class Truth(Record):
 class Validation(Record):
     """A plant's score on some trials."""
 
-    dof: Dof
-    """The degree of freedom."""
-
     axes: tuple[Dof, ...]
-    """The axes that are simulated together; only ``dof`` for a plant of one axis."""
+    """Its axes, which are simulated together."""
 
-    score: Score
+    score: PlantScore
     """Its errors."""
 
     fitted_to: tuple[str, ...]

@@ -168,8 +168,9 @@ class PlantEstimator:
         """
         del y
         held_out = [trial._as_role("hold-out") for trial in trials_of(trials)]
-        (validation,) = (of for of in self._fitted().validate(held_out) if of.dof == self.dof)
-        r_squared = validation.score.r_squared
+        scores = self._fitted().validate(held_out)
+        (validation,) = (of for of in scores if of.axes == (self.dof,))
+        r_squared = validation.score.by_axis[self.dof].r_squared
         return -np.inf if r_squared is None else r_squared
 
     def _fitted(self) -> Fit:

@@ -19,7 +19,6 @@ from seaplant._results import (
     Caveat,
     Coefficient,
     Failure,
-    FittedPlant,
     Parameter,
     PlantResult,
     Results,
@@ -88,34 +87,29 @@ class Fit(Named):
 
     @property
     def plants(self) -> dict[str, PlantResult]:
-        """The recommended plant of each degree of freedom."""
+        """The recommended plants, by their axes: ``surge``, ``surge-sway-yaw``."""
         return self.results.plants
 
     @property
     def methods(self) -> dict[str, dict[str, PlantResult]]:
-        """Every method's plant of each degree of freedom."""
+        """Every method's plants, by their axes."""
         return self.results.methods
-
-    @property
-    def coupled(self) -> dict[str, FittedPlant]:
-        """The plants of several axes, by their axes: ``surge-sway-yaw``."""
-        return self.results.coupled
 
     @property
     def mass_matrix(self) -> Floats:
         """M of the plant of several axes, shape (n, n): rigid body plus added mass.
 
-        Rows and columns are the axes of the plant, ``next(iter(fit.coupled.values())).axes``;
-        its ``mass_matrix.std`` has the standard deviations.
+        Rows and columns are its ``axes``; ``fit.plants[...].mass_matrix.std`` has the standard
+        deviations.
         """
-        if len(self.coupled) != 1:
-            known = ", ".join(self.coupled) or "none"
+        several = [name for name, plant in self.plants.items() if plant.alone is None]
+        if len(several) != 1:
+            known = ", ".join(several) or "none"
             raise InputError(
                 f"a mass matrix is that of one plant of several axes, and the fit has {known}; "
-                "take that of fit.coupled[...]"
+                "take that of fit.plants[...]"
             )
-        (plant,) = self.coupled.values()
-        return plant.mass_matrix.value
+        return self.plants[several[0]].mass_matrix.value
 
     @property
     def steady(self) -> dict[str, SteadyResult]:
@@ -130,17 +124,17 @@ class Fit(Named):
     @property
     def caveats(self) -> list[Caveat]:
         """Every doubt: about the campaign, then plant by plant."""
-        of_plants = (caveat for plant in self._all.values() for caveat in plant.caveats)
+        of_plants = (caveat for plant in self.plants.values() for caveat in plant.caveats)
         return [*self.results.caveats, *of_plants]
 
-    def __getitem__(self, dof: str) -> PlantResult:
-        try:
-            return self.plants[dof]
-        except KeyError:
-            known = ", ".join(self.plants) or "none"
-            if self.coupled:
-                known += f", and of several axes fit.coupled[{next(iter(self.coupled))!r}]"
-            raise _NoPlantError(f"the fit has no plant of {dof!r}; it has {known}") from None
+    def __getitem__(self, name: str) -> PlantResult:
+        if name not in self.plants:
+            raise self._no_plant(name)
+        return self.plants[name]
+
+    def _no_plant(self, name: str) -> _NoPlantError:
+        known = ", ".join(self.plants) or "none"
+        return _NoPlantError(f"the fit has no plant of {name!r}; it has {known}")
 
     def plant(self, method: str | None = None) -> Plant:
         """Returns the plant of the complete vehicle, which simulates, linearises and exports.
@@ -153,7 +147,7 @@ class Fit(Named):
         Returns
         -------
         Plant
-            The coupled plants, and beside these each axis that was identified by itself.
+            The plants of several axes, and beside them each axis that was identified by itself.
 
         Raises
         ------
@@ -214,7 +208,7 @@ class Fit(Named):
         trial
             The trial; its velocity is what the simulation is compared with. Or instants, s.
         dof
-            The degree of freedom, if the fit holds several. Or inputs by name, as
+            The axis, if the fit holds several. Or inputs by name, as
             ``{"force.surge": 40.0}`` or ``{"thruster.port": speeds}``.
         method
             The method whose plant to use; the recommended one's if not given.
@@ -236,35 +230,43 @@ class Fit(Named):
             return self.plant(method).simulate(trial, dof)
         if isinstance(dof, Mapping):
             raise InputError("a trial has inputs of its own; give times to simulate others")
-        served = [of for plant in self.coupled.values() for of in plant.axes]
-        dof = only(list(dict.fromkeys([*self.plants, *served])), dof, "the fit")
-        if dof in served and dof not in self.plants:
-            return self._simulate_several_axes(trial)[dof]
-        error, null_error, r_squared, series = self._native.simulate(trial._native, dof, method)
-        used = method or self.plants[dof].method
-        return Simulation(dof, trial.name, used, error, null_error, r_squared, *series)
-
-    def _simulate_several_axes(self, trial: Trial) -> dict[str, Simulation]:
-        """Simulates each axis of the plants of several axes that a trial serves."""
-        found = {}
-        for name, plant in self.coupled.items():
-            if list(plant.axes) not in trial.axes:
-                continue
-            for dof, (
-                error,
-                null_error,
-                r_squared,
-                series,
-            ) in self._native.simulate_several_axes(trial._native, name):
-                scores = (error, null_error, r_squared)
-                found[dof] = Simulation(dof, trial.name, plant.method, *scores, *series)
-        if not found:
-            known = ", ".join(self.coupled)
+        axes = dict.fromkeys(of for plant in self.plants.values() for of in plant.axes)
+        dof = only(list(axes), dof, "the fit")
+        names = self._names_of(dof)
+        served = [name for name in names if self._serves(trial, name)]
+        if not served:
             raise InputError(
-                f"trial {trial.name!r} was not made for {known}, or the simulation runs away; "
-                "make it with axes=, as in seaplant.Trial(log, vehicle, axes=...)"
+                f"trial {trial.name!r} was not made for {', '.join(names)}; make it with axes= "
+                "or dof=, as in seaplant.Trial(log, vehicle, axes=...)"
             )
-        return found
+        found = self._simulate(trial, served[0], method)
+        if dof not in found:
+            raise InputError(
+                f"the simulation of {dof} of {trial.name!r} runs away, or its velocity was not "
+                "measured"
+            )
+        return found[dof]
+
+    def _names_of(self, dof: str) -> list[str]:
+        """Returns the name of an axis if it has a plant, or of the plants that have it, too."""
+        names = [name for name, plant in self.plants.items() if dof in plant.axes]
+        if not names:
+            raise self._no_plant(dof)
+        return [dof] if dof in names else names
+
+    def _serves(self, trial: Trial, name: str) -> bool:
+        """Returns whether a trial was made for the axes of a plant."""
+        plant = self.plants[name]
+        return list(plant.axes) in trial.axes if plant.alone is None else name in trial.dofs
+
+    def _simulate(self, trial: Trial, name: str, method: str | None) -> dict[str, Simulation]:
+        """Simulates the measured axes of a plant, of several without those that diverge."""
+        used = method or self.plants[name].method
+        found = self._native.simulate(trial._native, name, method)
+        return {
+            dof: Simulation(dof, trial.name, used, error, null_error, r_squared, *series)
+            for dof, error, null_error, r_squared, series in found
+        }
 
     def validate(
         self, trials: Trial | Iterable[Trial], *, method: str | None = None
@@ -281,18 +283,18 @@ class Fit(Named):
         Returns
         -------
         list of Validation
-            For each degree of freedom e on raw velocity, beside a model that never moves; and
+            For each plant, by axis, e on raw velocity, beside a model that never moves; and
             which trials the plant was fitted to, so that their scores flatter it.
 
         Raises
         ------
         InputError
-            If no trial exercises a degree of freedom that the fit holds.
+            If no trial exercises the axes of a plant.
         """
         given = trials_of(trials)
         scores = json.loads(self._native.validate([of._native for of in given], method))
         if not scores:
-            raise InputError("no trial exercises a degree of freedom that the fit holds")
+            raise InputError("no trial exercises the axes of a plant of the fit")
         return [Validation.from_dict(of) for of in scores]
 
     def plot(self, dof: str | None = None, *, method: str | None = None) -> Figure:
@@ -301,7 +303,7 @@ class Fit(Named):
         Parameters
         ----------
         dof
-            The degree of freedom; all, if not given.
+            The axis; all, if not given.
         method
             The method whose plants to use; the recommended one's if not given.
 
@@ -316,16 +318,16 @@ class Fit(Named):
             If the fit has no trials, as one that was read from a file.
         """
         moving = [trial for trial in self.trials if trial.role != "steady"]
+        names = list(self.plants) if dof is None else self._names_of(dof)
+        if method is not None:
+            # Where no plant is by it, the library says so.
+            names = [name for name in names if method in self.methods.get(name, {})] or names
         rows = []
-        for of in self.plants if dof is None else [dof]:
-            own = [trial for trial in moving if of in trial.dofs]
-            rows.append([self.simulate(trial, of, method=method) for trial in own])
-        sets = [list(plant.axes) for plant in self.coupled.values()]
-        if method is None and (dof is None or dof not in self.plants):
-            serving = [trial for trial in moving if any(axes in sets for axes in trial.axes)]
-            found = [self._simulate_several_axes(trial) for trial in serving]
-            served = [axis for axes in sets for axis in axes if dof in (None, axis)]
-            rows += [[of[axis] for of in found if axis in of] for axis in served]
+        for name in names:
+            serving = [trial for trial in moving if self._serves(trial, name)]
+            found = [self._simulate(trial, name, method) for trial in serving]
+            axes = [axis for axis in self.plants[name].axes if dof in (None, axis)]
+            rows += [[of[axis] for of in found if axis in of] for axis in axes]
         if not any(rows):
             raise InputError("the fit has no trials to draw; simulate one and draw that")
         return plots.comparisons(rows)
@@ -336,19 +338,16 @@ class Fit(Named):
         Returns
         -------
         pandas.DataFrame
-            Columns ``value``, ``std``, ``low95``, ``high95``, ``unit``, by ``dof`` (of a plant
-            of several axes its name), ``method`` and ``parameter``; nuisances among the
+            Columns ``value``, ``std``, ``low95``, ``high95``, ``unit``, by ``dof`` (the name
+            of the plant: its axes), ``method`` and ``parameter``; nuisances among the
             parameters.
         """
         import pandas as pd
 
-        plants: list[tuple[str, str, PlantResult | FittedPlant]]
-        plants = [(name, plant.method, plant) for name, plant in self.coupled.items()]
-        for dof, methods in self.methods.items():
-            plants += [(dof, method, plant) for method, plant in methods.items()]
         rows = [
             {"dof": of, "method": method, "parameter": name, **parameter.to_dict()}
-            for of, method, plant in plants
+            for of, methods in self.methods.items()
+            for method, plant in methods.items()
             for name, parameter in _parameters(plant).items()
         ]
         columns = ["dof", "method", "parameter", "value", "std", "low95", "high95", "unit"]
@@ -395,22 +394,17 @@ class Fit(Named):
 
     def __repr__(self) -> str:
         lines = [f"<Fit of {self.results.vehicle!r}"]
-        for name, plant in self._all.items():
+        for name, plant in self.plants.items():
             lines.append(f"  {name} by {plant.method}: {_judged(plant)}")
-            lines += [f"    {parameter}: {of}" for parameter, of in _own(plant).items()]
+            lines += [f"    {parameter}: {of}" for parameter, of in plant.parameters.items()]
         lines += [f"  steady {dof}: {of.quadratic_drag}" for dof, of in self.steady.items()]
         lines += [f"  {of.dof} by {of.method} failed: {of.message}" for of in self.failures]
         return "\n".join(lines) + ">"
 
-    @property
-    def _all(self) -> dict[str, PlantResult | FittedPlant]:
-        """Returns the plants of several axes, and the recommended ones of one axis."""
-        return {**self.coupled, **self.plants}
-
     def _repr_html_(self) -> str:
-        rows = "".join(_html_rows(name, plant) for name, plant in self._all.items())
+        rows = "".join(_html_rows(name, plant) for name, plant in self.plants.items())
         doubts = "".join(f"<li>{html.escape(of.message)}</li>" for of in self.caveats)
-        judged = "".join(_html_verdict(name, plant) for name, plant in self._all.items())
+        judged = "".join(_html_verdict(name, plant) for name, plant in self.plants.items())
         head = "".join(f"<th>{of}</th>" for of in ("", "", "value", "95 % interval", "unit"))
         name = html.escape(self.results.vehicle)
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
@@ -438,26 +432,27 @@ class _NoPlantError(InputError, KeyError):
         return str(self.args[0])
 
 
-def _judged(plant: PlantResult | FittedPlant) -> str:
+def _judged(plant: PlantResult) -> str:
     """Returns the verdict, the error on held-out trials, and the number of caveats."""
     verdict, count = plant.verdict, len(plant.caveats)
     said = verdict.trust.replace("-", " ")
     if said != "usable":
         said += f" ({verdict.reason})"
     caveats = f"{count} caveat{'' if count == 1 else 's'}"
-    if isinstance(plant, FittedPlant):
+    if plant.alone is None:
         # The verdict on a plant of several axes says how it predicts each.
         return f"{said}; {caveats}"
     for what, score in (("held out", plant.hold_out), ("left out", plant.left_out)):
-        if score is not None and score.r_squared is not None:
-            said += f"; R² {what} {score.r_squared:.3f}"
+        of = None if score is None else score.by_axis[plant.axes[0]].r_squared
+        if of is not None:
+            said += f"; R² {what} {of:.3f}"
             break
-    if not plant.stable:
+    if not plant.alone.stable:
         said += "; unstable"
     return f"{said}; {caveats}"
 
 
-def _html_verdict(name: str, plant: PlantResult | FittedPlant) -> str:
+def _html_verdict(name: str, plant: PlantResult) -> str:
     return f"<li><b>{name}</b> by {plant.method}: {html.escape(_judged(plant))}</li>"
 
 
@@ -465,18 +460,11 @@ def _remade(text: str, trials: tuple[Trial, ...]) -> Fit:
     return Fit(_native.Results.of_json(text), trials)
 
 
-def _own(plant: PlantResult | FittedPlant) -> dict[str, Parameter | Coefficient]:
-    if isinstance(plant, FittedPlant):
-        return dict(plant.parameters)
-    named = vars(plant.parameters)
-    return {name: of for name, of in named.items() if isinstance(of, Parameter)}
+def _parameters(plant: PlantResult) -> dict[str, Parameter | Coefficient]:
+    return {**plant.parameters, **plant.nuisances}
 
 
-def _parameters(plant: PlantResult | FittedPlant) -> dict[str, Parameter | Coefficient]:
-    return {**_own(plant), **plant.nuisances}
-
-
-def _html_rows(of_plant: str, plant: PlantResult | FittedPlant) -> str:
+def _html_rows(of_plant: str, plant: PlantResult) -> str:
     rows = []
     for name, of in _parameters(plant).items():
         value, std, low95, high95 = _native.rounded(of.value, of.std, of.low95, of.high95)

@@ -92,7 +92,7 @@ def identify(
     >>> import seaplant as sp
     >>> dive = sp.twin(dofs=["surge"], duration_s=120)
     >>> fit = sp.identify(dive.trials, dive.vehicle, method="equation-error")
-    >>> abs(fit["surge"].parameters.mass.value / 12970.2 - 1) < 0.02
+    >>> abs(fit["surge"].parameters["mass.surge"].value / 12970.2 - 1) < 0.02
     True
 
     A plant of surge, sway and yaw, with what couples them:

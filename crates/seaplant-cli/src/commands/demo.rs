@@ -23,12 +23,10 @@ pub fn run(arguments: &Demo, output: Output) -> Result<ExitCode> {
     let campaign = Campaign::open(&arguments.out.join("campaign.toml"))?;
     let mut found = fitted(output, &campaign, &command_line(arguments));
     found.results.provenance.seed = Some(arguments.seed);
-    match &spec {
-        TwinFile::OneAxis(spec) => found.results.truth = Some(truth(spec)),
-        TwinFile::SeveralAxes(_) => {
-            found.results.coupled_truth = twin.truth.vehicle.map(|vehicle| vehicle.coefficients);
-        }
-    }
+    found.results.truth = match &spec {
+        TwinFile::OneAxis(spec) => Some(truth(spec)),
+        TwinFile::SeveralAxes(_) => twin.truth.vehicle.map(|vehicle| vehicle.coefficients),
+    };
     finish(&found, &campaign.trials, &target, output)?;
     Ok(exit_code(&found.results, &campaign.options.methods))
 }
@@ -47,14 +45,15 @@ fn spec(arguments: &Demo) -> Result<TwinFile> {
     })
 }
 
-fn truth(spec: &TwinSpec) -> BTreeMap<seaplant::Dof, TruePlant> {
+/// Returns the true coefficients by name.
+fn truth(spec: &TwinSpec) -> BTreeMap<String, f64> {
     let plant = |plant: &seaplant::twin::TwinPlant| TruePlant {
         mass: plant.mass,
         quadratic_drag: plant.d_quadratic,
         linear_drag: plant.d_linear,
         bias_force: plant.bias_force,
     };
-    spec.plants.iter().map(|(dof, of)| (*dof, plant(of))).collect()
+    spec.plants.iter().flat_map(|(dof, of)| plant(of).coefficients(*dof)).collect()
 }
 
 fn command_line(arguments: &Demo) -> String {

@@ -55,7 +55,7 @@ pub fn exit_code(results: &Results, methods: &[Method]) -> ExitCode {
     let is_replaced = |failure: &Failure| {
         methods == Method::DEFAULT
             && failure.method.parse::<Method>().is_ok()
-            && results.plants.contains_key(&failure.dof)
+            && results.plants.contains_key(failure.dof.name())
     };
     if results.failures.iter().all(is_replaced) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -3,8 +3,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, anyhow, bail};
-use seaplant::Dof;
-use seaplant::results::{FittedPlant, PlantResult, Results};
+use seaplant::results::{PlantResult, Results};
 use seaplant_campaign::{Simulation, campaign_files, read_logs};
 use seaplant_report::number::{or_absent, significant};
 
@@ -28,7 +27,7 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
         );
     }
     let results = read_results(&path)?;
-    let chosen = Chosen::select(&results, arguments)?;
+    let plant = select(&results, arguments)?;
     let campaign = campaign_of(arguments, &results)?;
     let mut inputs = campaign_files(&campaign);
     inputs.push(path);
@@ -37,17 +36,13 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     let is_ours = |bytes: &[u8]| {
         [HEADER, HEADER_OF_SEVERAL].iter().any(|header| bytes.starts_with(header.as_bytes()))
     };
-    let trial = watched(output, || read_logs(&campaign, &arguments.logs, &chosen.axes()))?;
-    let (rows, said, lines) = match chosen {
-        Chosen::Axis(dof, plant) => {
-            let one = Simulation::new(dof, plant, &trial)?;
-            (csv(&one), serde_json::to_value(&one)?, words(trial.name(), &one))
-        }
-        Chosen::Several(plant) => {
-            let all = Simulation::of_several_axes(plant, &trial)?;
-            let lines: Vec<String> = all.iter().map(|one| words(trial.name(), one)).collect();
-            (csv_of_several(&all), serde_json::to_value(&all)?, lines.join("\n"))
-        }
+    let trial = watched(output, || read_logs(&campaign, &arguments.logs, &plant.axes))?;
+    let all = Simulation::of_plant(plant, &trial)?;
+    let lines: Vec<String> = all.iter().map(|one| words(trial.name(), one)).collect();
+    let lines = lines.join("\n");
+    let (rows, said) = match all.as_slice() {
+        [one] if plant.is_alone() => (csv(one), serde_json::to_value(one)?),
+        several => (csv_of_several(several), serde_json::to_value(several)?),
     };
     if let Some(path) = &arguments.out {
         write_file(path, rows.as_bytes(), permit, is_ours)?;
@@ -60,53 +55,31 @@ pub fn run(arguments: &Simulate, output: Output) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The plant to simulate.
-#[derive(Clone, Copy)]
-enum Chosen<'a> {
-    Axis(Dof, &'a PlantResult),
-    Several(&'a FittedPlant),
-}
-
-impl<'a> Chosen<'a> {
-    /// Selects the only plant of the results, or that of `--dof`: the one-axis plant where there is
-    /// one.
-    fn select(results: &'a Results, arguments: &Simulate) -> Result<Self> {
-        let of_axis = |dof| Ok(Self::Axis(dof, results.plant_of(dof, arguments.method)?));
-        let axes: Vec<Dof> = results.plants.keys().copied().collect();
-        let several: Vec<&FittedPlant> = results.coupled.values().collect();
-        let plant = match (arguments.dof, axes.as_slice(), several.as_slice()) {
-            (Some(dof), ..) if results.plants.contains_key(&dof) => return of_axis(dof),
-            (Some(dof), ..) => match several.iter().find(|plant| plant.axes.contains(&dof)) {
-                Some(plant) => *plant,
-                None => return of_axis(dof),
-            },
-            (None, [dof], []) => return of_axis(*dof),
-            (None, [], [plant]) => *plant,
-            (None, ..) => {
-                let axes = axes.iter().map(|dof| dof.name());
-                let names: Vec<&str> =
-                    axes.chain(results.coupled.keys().map(String::as_str)).collect();
-                match names.is_empty() {
-                    true => bail!("the results hold no plant"),
-                    false => bail!("the results hold {}; choose one with --dof", names.join(", ")),
-                }
+/// Selects the only plant of the results, or that of `--dof`: the one-axis plant where there is one.
+fn select<'a>(results: &'a Results, arguments: &Simulate) -> Result<&'a PlantResult> {
+    let plant = match arguments.dof {
+        Some(dof) if results.plants.contains_key(dof.name()) => {
+            return Ok(results.plant_of(dof, arguments.method)?);
+        }
+        Some(dof) => match results.plants.values().find(|plant| plant.axes.contains(&dof)) {
+            Some(plant) => plant,
+            None => return Ok(results.plant_of(dof, arguments.method)?),
+        },
+        None => {
+            let mut plants = results.plants.values();
+            let first = plants.next().ok_or_else(|| anyhow!("the results hold no plant"))?;
+            if plants.next().is_some() {
+                let names: Vec<&str> = results.names().collect();
+                bail!("the results hold {}; choose one with --dof", names.join(", "));
             }
-        };
-        match arguments.method.filter(|method| *method != plant.method) {
-            Some(method) => bail!(
-                "the results hold no plant of several axes by {method}, but by {}",
-                plant.method
-            ),
-            None => Ok(Self::Several(plant)),
+            first
         }
-    }
-
-    fn axes(self) -> Vec<Dof> {
-        match self {
-            Self::Axis(dof, _) => vec![dof],
-            Self::Several(plant) => plant.axes.clone(),
-        }
-    }
+    };
+    let Some(method) = arguments.method else { return Ok(plant) };
+    let of_method = results.methods.get(&plant.name()).and_then(|methods| methods.get(&method));
+    of_method.ok_or_else(|| {
+        anyhow!("the results hold no {} plant by {method}, but by {}", plant.name(), plant.method)
+    })
 }
 
 /// Returns the requested campaign, or the one that the results came from.

@@ -24,10 +24,8 @@ pub fn run(arguments: &Validate, output: Output) -> Result<ExitCode> {
         None => {
             let results = read_results(&file_of(&arguments.results))?;
             let campaign = watched(output, || Campaign::open(&arguments.campaign))?;
-            let mut plants = Vec::new();
-            for &dof in results.plants.keys() {
-                plants.push((dof, results.plant_of(dof, arguments.method)?));
-            }
+            let alone = results.alone().map(|(dof, ..)| results.plant_of(dof, arguments.method));
+            let plants = alone.collect::<Result<Vec<_>, _>>()?;
             validate(&results, plants, &campaign.sourced_trials())
         }
     };
@@ -80,12 +78,14 @@ fn words(validations: &[Validation]) -> String {
     let mut table = plain_table();
     table.set_header(["dof", "trial", "e", "never moves", "R²", "R² of position", ""]);
     for validation in validations {
-        for trial in &validation.score.trials {
-            let own = validation.fitted_to.contains(&trial.trial);
+        let axes = validation.axes.iter();
+        let all = axes.flat_map(|&dof| validation.score.trials(dof).map(move |own| (dof, own)));
+        for (dof, (name, trial)) in all {
+            let own = validation.fitted_to.contains(name);
             let with = if validation.axes.len() > 1 { ", coupled" } else { "" };
             table.add_row([
-                format!("{}{with}", validation.dof),
-                trial.trial.clone(),
+                format!("{dof}{with}"),
+                name.clone(),
                 trial.mean_abs_error.map_or("diverges".to_owned(), |e| significant(e, 3)),
                 significant(trial.null_error, 3),
                 or_absent(trial.r_squared, 3),

@@ -1,4 +1,4 @@
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
-use seaplant::results::{Parameters, Results};
+use seaplant::results::{Coefficient, Results};
 use seaplant_campaign::campaign_files;
 use seaplant_report::number::{signed_percent, significant};
 
@@ -120,40 +120,28 @@ fn absolute(path: &Path) -> PathBuf {
     }
 }
 
-/// Describes the change of each parameter.
+/// Describes the change of each coefficient.
 fn moves(before: &Results, after: &Results) -> String {
     let mut text = String::new();
-    for (dof, plant) in &after.plants {
-        let Some(old) = before.plants.get(dof) else {
-            text += &format!("{dof}: new\n");
+    for (plant, found) in &after.plants {
+        let Some(old) = before.plants.get(plant) else {
+            text += &format!("{plant}: new\n");
             continue;
         };
-        let old = named(&old.parameters);
-        for (name, [value, std]) in named(&plant.parameters) {
-            let Some([old, _]) = old.get(name) else {
-                text += &format!("{dof} {name}: new, {}\n", significant(value, 4));
+        for (name, Coefficient { value, std, .. }) in &found.parameters {
+            let Some(old) = old.parameters.get(name).map(|old| old.value) else {
+                text += &format!("{plant} {name}: new, {}\n", significant(*value, 4));
                 continue;
             };
-            if value == *old {
+            if *value == old {
                 continue;
             }
             let part = signed_percent(value / old - 1.0);
             let stds = significant((value - old) / std, 2);
-            let (old, new) = (significant(*old, 5), significant(value, 5));
-            text += &format!("{dof} {name}: {old} → {new} ({part}, {stds} standard deviations)\n");
+            let (old, new) = (significant(old, 5), significant(*value, 5));
+            text +=
+                &format!("{plant} {name}: {old} → {new} ({part}, {stds} standard deviations)\n");
         }
     }
     if text.is_empty() { "nothing moved".to_owned() } else { text }
-}
-
-/// Returns value and standard deviation of each parameter.
-fn named(parameters: &Parameters) -> BTreeMap<&'static str, [f64; 2]> {
-    let Parameters { mass, quadratic_drag, linear_drag, bias_force } = parameters;
-    let all = [
-        ("mass", Some(mass)),
-        ("quadratic drag", quadratic_drag.as_ref()),
-        ("linear drag", linear_drag.as_ref()),
-        ("bias force", bias_force.as_ref()),
-    ];
-    all.into_iter().filter_map(|(name, p)| p.map(|p| (name, [p.value, p.std]))).collect()
 }

@@ -5,8 +5,7 @@ use std::fmt::Write;
 
 use seaplant::estimate::RudderLaw;
 use seaplant::results::{
-    AxisScore, Coefficient, FittedPlant, NomotoResult, Parameter, SecondOrder, ThrusterEstimate,
-    ToldBy,
+    Coefficient, NomotoResult, Parameter, PlantResult, Score, SecondOrder, ThrusterEstimate, ToldBy,
 };
 use seaplant::{Dof, Estimate};
 use seaplant_report::number::{Rounded, decimals, or_absent};
@@ -22,7 +21,7 @@ type Truth = BTreeMap<String, f64>;
 /// Formats a block for each plant: coefficients of each axis, couplings, drag at a speed of each axis,
 /// predictions.
 pub(super) fn block(
-    plant: &FittedPlant,
+    plant: &PlantResult,
     drag: &[(Dof, (f64, Estimate))],
     truth: Option<&Truth>,
 ) -> String {
@@ -101,7 +100,7 @@ pub(super) fn steering(model: &NomotoResult) -> String {
 }
 
 /// Lists coefficients axis by axis: mass, damping, then others; those of several axes are last.
-fn coefficients(plant: &FittedPlant, truth: Option<&Truth>) -> String {
+fn coefficients(plant: &PlantResult, truth: Option<&Truth>) -> String {
     let mut table = plain_table();
     for place in plant.axes.iter().map(|&dof| Some(dof)).chain([None]) {
         let mut rows: Vec<(&String, &Coefficient)> =
@@ -121,7 +120,7 @@ fn coefficients(plant: &FittedPlant, truth: Option<&Truth>) -> String {
 }
 
 /// Lists what each thruster gives, if the plant has gains or known forces reveal the scale of thrust.
-fn thrusters(plant: &FittedPlant) -> String {
+fn thrusters(plant: &PlantResult) -> String {
     let all = &plant.thruster_estimates;
     let is_told = |own: &ThrusterEstimate| own.is_fitted || own.of_curve.is_some();
     if !all.values().any(is_told) {
@@ -178,11 +177,11 @@ fn row(name: &str, x: &Coefficient, truth: Option<f64>) -> Vec<String> {
     row
 }
 
-fn scores(plant: &FittedPlant) -> String {
+fn scores(plant: &PlantResult) -> String {
     let score = plant.hold_out.as_ref().unwrap_or(&plant.fit);
     let mut table = plain_table();
-    for (dof, AxisScore { mean_abs_error, null_error, r2, .. }) in &score.by_axis {
-        let alone = plant.single_axes.get(dof).map(|score| match score.r2 {
+    for (dof, Score { mean_abs_error, null_error, r_squared, .. }) in &score.by_axis {
+        let alone = plant.single_axes.get(dof).map(|score| match score.r_squared {
             Some(r2) => format!("alone {}", decimals(r2, 3)),
             None => "alone it diverges".to_owned(),
         });
@@ -191,7 +190,7 @@ fn scores(plant: &FittedPlant) -> String {
             format!("    {dof}"),
             format!("e = {}", or_absent(*mean_abs_error, 3)),
             format!("{unit}, {} for a model that never moves", or_absent(Some(*null_error), 3)),
-            r2.map_or(String::new(), |r2| format!("R² {}", decimals(r2, 3))),
+            r_squared.map_or(String::new(), |r2| format!("R² {}", decimals(r2, 3))),
             alone.unwrap_or_default(),
         ]);
     }

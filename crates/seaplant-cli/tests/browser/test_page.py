@@ -37,7 +37,9 @@ TOLERANCE = 1e-5
 # trials ask for, condition numbers, and the interval of a nuisance that the data do not tell, which is the
 # exponential of many standard deviations. 3e-5 was seen.
 COARSE = 1e-4
-IS_COARSE = re.compile(r"\.change\.(mass|drag)\.|\.condition$|\.nuisances\.\w+\.(low|high)95$")
+IS_COARSE = re.compile(
+    r"\.(likely_)?change\.(mass|drag)\.|\.condition$|\.nuisances\.\w+\.(low|high)95$"
+)
 # Sizes with which such differences of numbers near 1 are compared if they are smaller: ratios of
 # likelihoods in logarithms, and the part of the misfit that a change explains.
 LEAST = {"likelihood_ratio": 1.0, "explained": 1e-3}

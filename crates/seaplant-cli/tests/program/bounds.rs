@@ -152,7 +152,7 @@ fn a_gap_of_a_year_is_no_trial_but_either_side_of_it_is() {
     assert!(message.contains(words) && message.ends_with("^^^^^^^"), "{message}");
     workshop.change("campaign.toml", "[channels]", "to_s = 3600.0\n[channels]");
     let found = workshop.json(&["identify", "campaign.toml", "--json"]);
-    let mass = |found| number(found, "plants.surge.parameters.mass.value");
+    let mass = |found| number(found, "plants.surge.by_axis.surge.mass.value");
     // The same samples, except for the thrust that is held past the last.
     assert_within("mass", mass(&found), mass(&sound), 1e-3);
 }

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use crate::real_data::workspace;
-use crate::workshop::{Workshop, number};
+use crate::workshop::{Workshop, number, only_axis};
 
 /// Relative error up to which a mass counts as right …
 const MASS: f64 = 0.05;
@@ -57,9 +57,9 @@ fn drag(of: &dyn Fn(&str) -> f64, speed: f64) -> f64 {
 /// Returns the relative errors of mass and of drag at working speed: the error of a model that never moves is that
 /// speed.
 fn errors(plant: &Value, truth: &Value) -> [f64; 2] {
-    let found = |key: &str| plant["parameters"][key]["value"].as_f64().unwrap_or(0.0);
+    let found = |key: &str| only_axis(plant)[key]["value"].as_f64().unwrap_or(0.0);
     let known = |key: &str| truth[key].as_f64().unwrap_or(0.0);
-    let speed = number(plant, "hold_out.null_error");
+    let speed = number(only_axis(&plant["hold_out"]), "null_error");
     [found("mass") / known("mass") - 1.0, drag(&found, speed) / drag(&known, speed) - 1.0]
 }
 

@@ -24,7 +24,7 @@ fn each_test_is_the_difference_over_its_uncertainty() {
     });
     for name in ["mass", "quadratic_drag", "bias_force"] {
         let parameter = |k: usize, of: &str| {
-            number(&results[k], &format!("plants.surge.parameters.{name}.{of}"))
+            number(&results[k], &format!("plants.surge.by_axis.surge.{name}.{of}"))
         };
         let difference = parameter(0, "value") - parameter(1, "value");
         let variance = parameter(0, "std").powi(2) + parameter(1, "std").powi(2);

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
-use crate::workshop::{Workshop, assert_within, caveat, number, seaplant};
+use crate::workshop::{Workshop, assert_within, caveat, number, only_axis, seaplant};
 
 const DOFS: [&str; 4] = ["surge", "sway", "heave", "yaw"];
 
@@ -72,7 +72,7 @@ fn assert_recovers(method: &str, mass_part: f64, drag_part: f64) {
     for dof in DOFS {
         let found = plant(dof, method);
         for (key, part) in [("mass", mass_part), ("quadratic_drag", drag_part)] {
-            let value = number(found, &format!("parameters.{key}.value"));
+            let value = number(only_axis(found), &format!("{key}.value"));
             let right = number(&truth, &format!("plants.{dof}.{key}"));
             assert_within(&format!("{key} in {dof} by {method}"), value, right, part);
         }
@@ -82,7 +82,7 @@ fn assert_recovers(method: &str, mass_part: f64, drag_part: f64) {
 #[test]
 fn printed_and_written_results_are_equal() {
     assert_eq!(*results(), read_json(&results_file()));
-    assert_eq!(results()["schema"], "seaplant/results/1");
+    assert_eq!(results()["schema"], "seaplant/results/2");
     assert_eq!(results()["failures"], serde_json::json!([]));
 }
 
@@ -102,9 +102,9 @@ fn filter_error_is_recommended_and_stable() {
     for dof in DOFS {
         let found = &results()["plants"][dof];
         assert_eq!(found["method"], "filter-error");
-        assert_eq!(found["stable"], true);
-        let (e, null) =
-            (number(found, "hold_out.mean_abs_error"), number(found, "hold_out.null_error"));
+        assert_eq!(found["alone"]["stable"], true);
+        let score = only_axis(&found["hold_out"]);
+        let (e, null) = (number(score, "mean_abs_error"), number(score, "null_error"));
         assert!(e < 0.1 * null, "{dof}: {e} against {null}");
     }
 }
@@ -117,7 +117,7 @@ fn the_papers_mass_is_too_large_by_its_filters_attenuation() {
     let truth = truth();
     for (dof, low, high) in [("surge", 0.90, 1.07), ("yaw", 2.90, 3.50)] {
         let found = plant(dof, "paper");
-        let mass = number(found, "parameters.mass.value");
+        let mass = number(only_axis(found), "mass.value");
         let excess = mass / number(&truth, &format!("plants.{dof}.mass")) - 1.0;
         assert!((low..high).contains(&excess), "{dof}: {excess:+.3}");
     }
@@ -213,16 +213,20 @@ fn identifying_the_demos_campaign_gives_the_demos_plants() {
 fn validation_gives_the_scores_of_the_identification() {
     let validations = there(&["validate", "demo/results.json", "demo/campaign.toml"]);
     for validation in validations.as_array().expect("a list") {
-        let dof = validation["dof"].as_str().expect("text");
+        let axes = validation["axes"].as_array().expect("a list");
+        assert_eq!(axes.len(), 1, "{validation}");
+        let dof = axes[0].as_str().expect("text");
         let fitted_to = validation["fitted_to"].as_array().expect("a list");
         assert_eq!(fitted_to, &[Value::from(format!("{dof} 1"))]);
-        let trials = validation["score"]["trials"].as_array().expect("trials");
+        let by_trial = |score: &Value| score["by_trial"].as_object().expect("trials").clone();
+        let trials = by_trial(&validation["score"]);
         let plant = &results()["plants"][dof];
-        let own = [&plant["fit"]["trials"][0], &plant["hold_out"]["trials"][0]];
+        let own = [by_trial(&plant["fit"]), by_trial(&plant["hold_out"])];
+        assert_eq!(own.each_ref().map(|of| of.len()), [1, 1], "{dof}");
         assert_eq!(trials.len(), own.len());
-        for (trial, own) in trials.iter().zip(own) {
-            assert_eq!(trial["trial"], own["trial"]);
-            let (e, right) = (number(trial, "mean_abs_error"), number(own, "mean_abs_error"));
+        for (name, own) in own.iter().flatten() {
+            let error = |of: &Value| number(&of[dof], "mean_abs_error");
+            let (e, right) = (error(&trials[name]), error(own));
             assert!((e - right).abs() < 1e-9, "{dof}: {e} against {right}");
         }
     }
@@ -254,7 +258,7 @@ fn simulation_of_the_held_out_log_gives_the_held_out_error() {
     words.extend(logs.iter().map(String::as_str));
     let simulation = there(&words);
     let e = number(&simulation, "mean_abs_error");
-    let right = number(&results()["plants"]["surge"], "hold_out.mean_abs_error");
+    let right = number(results(), "plants.surge.hold_out.by_axis.surge.mean_abs_error");
     assert!((e - right).abs() < 1e-9, "{e} against {right}");
     let length = |key: &str| simulation[key].as_array().expect("numbers").len();
     assert!(length("time_s") > 1000);
@@ -277,7 +281,7 @@ fn simulation_prints_a_table_whose_differences_are_the_error() {
         .map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number"))
         .collect();
     let e = differences.iter().map(|d: &f64| d.abs()).sum::<f64>() / differences.len() as f64;
-    let right = number(&results()["plants"]["surge"], "hold_out.mean_abs_error");
+    let right = number(results(), "plants.surge.hold_out.by_axis.surge.mean_abs_error");
     assert!((e - right).abs() < 1e-9, "{e} against {right}");
 }
 
@@ -307,7 +311,7 @@ fn a_custom_twin_is_identified_from_its_files() {
     let found = workshop.json(&["identify", "logs/campaign.toml", "--json"]);
     let truth: Value = serde_json::from_str(&workshop.read("logs/truth.json")).expect("JSON");
     for key in ["mass", "quadratic_drag"] {
-        let value = number(&found, &format!("plants.surge.parameters.{key}.value"));
+        let value = number(&found, &format!("plants.surge.by_axis.surge.{key}.value"));
         // A quarter of the demo's trial: twice its spread.
         assert_within(key, value, number(&truth, &format!("plants.surge.{key}")), 0.02);
     }

@@ -99,9 +99,8 @@ fn export(workshop: &Workshop) {
 fn error_of(workshop: &Workshop, plant: &str) -> f64 {
     let found = workshop.json(&["validate", plant, "campaign.toml", "--json"]);
     let of = found.as_array().expect("a list").iter();
-    let trials = of.flat_map(|own| own["score"]["trials"].as_array().expect("trials"));
-    let mut two = trials.filter(|trial| trial["trial"] == "two");
-    two.next().expect("it was held out")["mean_abs_error"].as_f64().expect("bounded")
+    let mut two = of.filter_map(|own| own["score"]["by_trial"].get("two"));
+    number(two.next().expect("it was held out"), "heave.mean_abs_error")
 }
 
 #[test]
@@ -109,7 +108,7 @@ fn an_exported_plant_has_the_thrust_that_a_weight_revealed() {
     let workshop = diver();
     let results: Value =
         serde_json::from_str(&workshop.read("results/results.json")).expect("JSON");
-    let plant = &results["coupled"]["heave"];
+    let plant = &results["plants"]["heave"];
     assert_within("scale", number(plant, "nuisances.thrust_scale.value"), SCALE, 0.02);
     export(&workshop);
     let exported: Value = serde_json::from_str(&workshop.read(EXPORTED)).expect("JSON");

@@ -3,7 +3,7 @@
 use seaplant::Method;
 use serde_json::Value;
 
-use crate::workshop::{SLED, Workshop};
+use crate::workshop::{SLED, Workshop, only_axis};
 
 fn found(workshop: &Workshop, words: &[&str]) -> Value {
     workshop.success(words);
@@ -20,7 +20,7 @@ fn all_selects_every_method_and_the_recommended_one_is_first() {
     assert_eq!(methods.len(), Method::ALL.len());
     let (mass, drag) = SLED;
     let of = |name: &str| {
-        let value = &methods["weighted-least-squares"]["parameters"][name]["value"];
+        let value = &only_axis(&methods["weighted-least-squares"])[name]["value"];
         value.as_f64().expect("a number")
     };
     assert!((of("mass") / mass - 1.0).abs() < 0.02, "{}", of("mass"));
@@ -71,7 +71,7 @@ fn a_campaign_chooses_the_bootstrap_and_results_contain_its_seed() {
     assert_eq!(blocks["provenance"]["seed"], 9);
     let settings = &blocks["provenance"]["settings"]["equation-error: intervals"];
     assert_eq!(settings, "500 resamples in blocks of 20 s, seed 9");
-    let mass = |found: &Value| found["plants"]["surge"]["parameters"]["mass"].clone();
+    let mass = |found: &Value| only_axis(&found["plants"]["surge"])["mass"].clone();
     let (batches, blocks) = (mass(&batches), mass(&blocks));
     let number = |mass: &Value, of: &str| mass[of].as_f64().expect("a number");
     let moved = number(&batches, "value") / number(&blocks, "value") - 1.0;

@@ -185,7 +185,7 @@ fn a_dive_is_compared_with_its_plan() {
         (Some(true), Some(false))
     );
     // The interval of mass is that of the fit.
-    let mass = &results["coupled"]["surge-yaw"]["parameters"]["mass.surge"];
+    let mass = &results["plants"]["surge-yaw"]["parameters"]["mass.surge"];
     let half = goal(0)["obtained"].as_f64().expect("found");
     assert!((half - 1.96 * mass["std"].as_f64().expect("fitted")).abs() < 1e-3 * half);
     let open = plan["open"].to_string();
@@ -206,7 +206,7 @@ fn a_plan_that_is_none_or_of_another_vehicle_is_reported() {
     let made = planned(&workshop, &["--rehearse", "dive"]);
     let identify = ["identify", "dive/campaign.toml", "--out", "results", "--plan"];
     let with = |file: &'static str| [&identify[..], &[file]].concat();
-    workshop.write("none.json", "{\"schema\": \"seaplant/results/1\"}");
+    workshop.write("none.json", "{\"schema\": \"seaplant/results/2\"}");
     let message = workshop.failure(&with("none.json"));
     assert!(message.contains("none.json: is not a plan"), "{message}");
     assert!(message.contains("name the plan.json that `seaplant plan` wrote"), "{message}");

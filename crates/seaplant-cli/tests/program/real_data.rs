@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
-use crate::workshop::{Workshop, caveats, number};
+use crate::workshop::{Workshop, caveats, number, only_axis};
 
 /// Returns the folder of all crates.
 pub fn workspace() -> PathBuf {
@@ -58,9 +58,10 @@ fn bolt_in_yaw() -> Option<&'static Value> {
 /// Asserts that mass is significantly positive, and that drag is positive or a caveat reports that
 /// it is not.
 fn assert_physical(plant: &Value) {
-    assert!(number(plant, "parameters.mass.low95") > 0.0, "{}", plant["parameters"]["mass"]);
+    let own = only_axis(plant);
+    assert!(number(own, "mass.low95") > 0.0, "{}", own["mass"]);
     for drag in ["quadratic_drag", "linear_drag"] {
-        let drag = &plant["parameters"][drag];
+        let drag = &own[drag];
         if drag.is_null() {
             continue;
         }
@@ -71,14 +72,14 @@ fn assert_physical(plant: &Value) {
 
 /// Asserts that on held-out trials a plant is better than one that never moves.
 fn assert_better_than_null(plant: &Value) {
-    let of = |key: &str| number(plant, &format!("hold_out.{key}"));
-    let (e, null) = (of("mean_abs_error"), of("null_error"));
+    let score = only_axis(&plant["hold_out"]);
+    let (e, null) = (number(score, "mean_abs_error"), number(score, "null_error"));
     assert!(e < null, "{} is off by {e}, standing still by {null}", plant["method"]);
 }
 
 fn held_out<'a>(plant: &'a Value, trial: &str) -> &'a Value {
-    let trials = plant["hold_out"]["trials"].as_array().expect("trials");
-    let found = trials.iter().find(|score| score["trial"] == trial);
+    let axis = plant["axes"][0].as_str().expect("an axis");
+    let found = plant["hold_out"]["by_trial"].get(trial).and_then(|axes| axes.get(axis));
     found.unwrap_or_else(|| panic!("{trial} is not held out"))
 }
 
@@ -97,11 +98,11 @@ fn bolt_in_heave_is_physical_and_predicts_held_out_dives() {
     let Some(found) = bolt_in_heave() else { return };
     for method in ["filter-error", "equation-error"] {
         let plant = &found["methods"]["heave"][method];
-        assert_eq!(plant["stable"], true, "{method}");
+        assert_eq!(plant["alone"]["stable"], true, "{method}");
         // The intervals of equation error include its unexplained residuals of 25 s.
         match method {
             "filter-error" => assert_physical(plant),
-            _ => assert!(number(plant, "parameters.mass.value") > 0.0, "{plant}"),
+            _ => assert!(number(only_axis(plant), "mass.value") > 0.0, "{plant}"),
         }
         assert_better_than_null(plant);
         for trial in ["depth 1", "depth 2"] {
@@ -109,7 +110,7 @@ fn bolt_in_heave_is_physical_and_predicts_held_out_dives() {
         }
     }
     // Vertical thrusters hold down a vehicle that floats.
-    assert!(number(&found["plants"]["heave"], "parameters.bias_force.value") > 0.0);
+    assert!(number(found, "plants.heave.by_axis.heave.bias_force.value") > 0.0);
 }
 
 #[test]
@@ -134,10 +135,10 @@ const YAW_R_SQUARED: f64 = 0.6;
 fn bolt_in_yaw_is_physical_and_predicts_held_out_turns() {
     let Some(found) = bolt_in_yaw() else { return };
     let plant = &found["plants"]["yaw"];
-    assert_eq!(plant["stable"], true);
+    assert_eq!(plant["alone"]["stable"], true);
     assert_physical(plant);
     assert_better_than_null(plant);
-    assert!(number(plant, "hold_out.r_squared") > YAW_R_SQUARED);
+    assert!(number(only_axis(&plant["hold_out"]), "r_squared") > YAW_R_SQUARED);
     // A careful manual fit reached 0.967 on a held-out turn.
     for trial in ["yaw 4", "yaw 6"] {
         assert_predicts_position(plant, trial, 0.9);
@@ -149,10 +150,9 @@ fn a_plant_that_creeps_or_has_a_negative_drag_says_so() {
     let Some(found) = bolt_in_yaw() else { return };
     for plant in found["methods"]["yaw"].as_object().expect("methods").values() {
         let has = |code: &str| caveats(plant).iter().any(|(found, _, _)| *found == code);
-        assert_eq!(plant["stable"] == false, has("unstable"), "{}", plant["method"]);
-        let negative = ["quadratic_drag", "linear_drag"].into_iter().any(|drag| {
-            plant["parameters"][drag]["value"].as_f64().is_some_and(|value| value <= 0.0)
-        });
+        assert_eq!(plant["alone"]["stable"] == false, has("unstable"), "{}", plant["method"]);
+        let drags = ["quadratic_drag", "linear_drag"].map(|drag| &only_axis(plant)[drag]["value"]);
+        let negative = drags.iter().any(|drag| drag.as_f64().is_some_and(|value| value <= 0.0));
         assert_eq!(negative, has("wrong-sign"), "{}", plant["method"]);
     }
 }
@@ -161,17 +161,17 @@ fn a_plant_that_creeps_or_has_a_negative_drag_says_so() {
 fn the_esso_osaka_is_physical_and_predicts_held_out_runs() {
     let Some(found) = run("esso-osaka/surge.toml") else { return };
     let plant = &found["plants"]["surge"];
-    assert_eq!(plant["stable"], true);
+    assert_eq!(plant["alone"]["stable"], true);
     assert_physical(plant);
     assert_better_than_null(plant);
-    assert!(number(plant, "hold_out.r_squared") > 0.75);
+    assert!(number(only_axis(&plant["hold_out"]), "r_squared") > 0.75);
     // By textbooks a tanker's added mass is half of its mass in sway and a tenth in surge: 1.5 to
     // 1.8 times the turning.
     assert!((1.3..2.0).contains(&number(plant, "nuisances.turning.value")));
     for method in ["filter-error", "equation-error"] {
         // The added mass of a slender hull in surge is a few per cent of its mass; the assumed
         // thrust of the propeller may be wrong by far more, either way.
-        let mass = &found["methods"]["surge"][method]["parameters"]["mass"];
+        let mass = &only_axis(&found["methods"]["surge"][method])["mass"];
         let (low, high) = (number(mass, "low95"), number(mass, "high95"));
         assert!(low < 1.5 * 244.6 && high > 244.6, "{method}: {low} to {high} kg");
     }

@@ -202,7 +202,7 @@ fn a_unit_of_time_without_a_column_is_that_of_the_column_with_a_name_of_time() {
     workshop.write("log.csv", format!("time,prop [rpm],speed [m/s]\n{}", rows.collect::<String>()));
     workshop.change("campaign.toml", SECTION, &format!("[time]\nunit = \"ms\"\n\n{SECTION}"));
     let found = workshop.json(&["identify", "campaign.toml", "--json"]);
-    let mass = |found| number(found, "plants.surge.parameters.mass.value");
+    let mass = |found| number(found, "plants.surge.by_axis.surge.mass.value");
     // The times are equal but for rounding in the last digit of a double.
     assert!((mass(&found) / mass(&sound) - 1.0).abs() < 1e-9, "{} {}", mass(&found), mass(&sound));
 }

@@ -97,7 +97,7 @@ fn files_of_init_are_identified_once_completed() {
     let found = workshop.json(&["identify", "begun/campaign.toml", "--json"]);
     let (mass, drag) = crate::workshop::SLED;
     // Clean data of two minutes.
-    assert_within("mass", number(&found, "plants.surge.parameters.mass.value"), mass, 0.02);
-    let found = number(&found, "plants.surge.parameters.quadratic_drag.value");
+    assert_within("mass", number(&found, "plants.surge.by_axis.surge.mass.value"), mass, 0.02);
+    let found = number(&found, "plants.surge.by_axis.surge.quadratic_drag.value");
     assert_within("drag", found, drag, 0.02);
 }

@@ -39,7 +39,10 @@ fn a_changed_log_is_identified_again() {
     rest.read_to_string(&mut second).expect("UTF-8");
     assert!(child.wait().expect("it ends").success());
     assert!(second.contains("changed: log.csv"), "{second}");
-    assert!(second.contains("surge mass: ") && second.contains("standard deviations"), "{second}");
+    assert!(
+        second.contains("surge mass.surge: ") && second.contains("standard deviations"),
+        "{second}"
+    );
 }
 
 #[test]

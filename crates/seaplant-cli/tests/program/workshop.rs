@@ -172,10 +172,17 @@ impl Workshop {
     }
 }
 
-/// Returns a number in JSON by its path: `plants.surge.parameters.mass.value`.
+/// Returns a number in JSON by its path: `plants.surge.by_axis.surge.mass.value`.
 pub fn number(json: &Value, path: &str) -> f64 {
     let found = path.split('.').fold(json, |json, key| &json[key]);
     found.as_f64().unwrap_or_else(|| panic!("{path} is {found}"))
+}
+
+/// Returns what a plant of one axis, or its score, has of this axis.
+pub fn only_axis(of: &Value) -> &Value {
+    let axes = of["by_axis"].as_object().unwrap_or_else(|| panic!("no axes in {of}"));
+    assert_eq!(axes.len(), 1, "{of}");
+    axes.values().next().expect("one")
 }
 
 /// Asserts that a value is right within a relative tolerance.

@@ -63,7 +63,7 @@ fn new_output_replaces_the_old_and_leaves_other_files() {
     workshop.change("campaign.toml", "run 1", "run 2");
     workshop.success(&IDENTIFY);
     assert!(workshop.read("out/report.html").contains("run 2"));
-    assert!(workshop.read("out/results.json").contains("seaplant/results/1"));
+    assert!(workshop.read("out/results.json").contains("seaplant/results/2"));
     assert_eq!(workshop.read("out/notes.txt"), "mine");
     let hidden = workshop.everything().into_iter().find(|(path, _)| {
         path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))

@@ -92,7 +92,7 @@ fn driven(
         })
         .collect::<Result<_, _>>()?;
     let all: Vec<&TrialRecord> = records.iter().collect();
-    let structure = dive.coupled[0].structure(&dive.vehicle, |_| false)?;
+    let structure = dive.together[0].structure(&dive.vehicle, |_| false)?;
     let fit = fit_plant(&structure, &all, None, false)?;
     let truth = dive.truth.vehicle.map(|own| own.coefficients).unwrap_or_default();
     let names = fit.plant.structure().names();

@@ -11,11 +11,14 @@ use crate::words;
 
 /// Returns `None` if only one method was used: there is nothing to compare.
 pub(super) fn chart(dof: Dof, results: &Results, ids: &mut Paths) -> Option<Chart> {
-    let all = results.methods.get(&dof).filter(|methods| methods.len() > 1)?;
-    let recommended = results.plants.get(&dof)?.method;
-    let mut methods: Vec<(Method, &PlantResult)> = all.iter().map(|(m, p)| (*m, p)).collect();
+    let recommended = results.plants.get(dof.name())?.method;
+    let all = results.methods_of(dof);
+    let mut methods: Vec<(Method, &PlantResult)> = all.map(|(m, plant, _)| (m, plant)).collect();
+    if methods.len() < 2 {
+        return None;
+    }
     methods.sort_by_key(|(method, _)| *method != recommended);
-    let truth = results.truth.as_ref().and_then(|truth| truth.get(&dof));
+    let truth = results.truth_of(dof);
     type Pick = fn(&Parameters) -> Option<&Parameter>;
     let parameters: [(&str, Pick, Option<f64>); 4] = [
         (words::mass(dof), |p| Some(&p.mass), truth.map(|t| t.mass)),
@@ -25,7 +28,7 @@ pub(super) fn chart(dof: Dof, results: &Results, ids: &mut Paths) -> Option<Char
     ];
     let panels = parameters.into_iter().filter_map(|(name, pick, truth)| {
         let found: Vec<Option<&Parameter>> =
-            methods.iter().map(|(_, plant)| pick(&plant.parameters)).collect();
+            methods.iter().map(|(_, plant)| pick(plant.by_axis.get(&dof)?)).collect();
         panel(name, &found, truth)
     });
     let names = methods.iter().map(|(method, _)| words::capitalised(&words::method(*method)));

@@ -38,7 +38,7 @@ impl Motions {
         let Comparison { dof, trial, .. } = &figure.comparison;
         let known = self.0.iter().position(|known| known.dof == *dof && known.trial == *trial);
         let place = known.unwrap_or_else(|| {
-            let plant = results.plants.get(dof);
+            let plant = results.plants.get(dof.name());
             self.0.push(Motion::new(figure, plant.map_or(figure.method, |p| p.method)));
             self.0.len() - 1
         });

@@ -153,13 +153,13 @@ fn excited_hz(figure: &SpectrumFigure, results: &Results) -> Option<f64> {
 /// Returns the filter of the recommended method, or of equation error if that has none, and the
 /// paper's.
 fn gains(figure: &SpectrumFigure, results: &Results) -> Vec<Gain> {
-    let methods = results.methods.get(&figure.dof);
-    let of = |method| methods.and_then(|all| all.get(&method));
+    let of = |method| results.plant_of(figure.dof, Some(method)).ok();
     let filter = |plant: &PlantResult| {
-        let Filters { velocity, every_term } = plant.regression.filters;
+        let Filters { velocity, every_term } = plant.alone.as_ref()?.regression.filters;
         every_term.or(velocity).map(|filter| (plant.method, filter))
     };
-    let recommended = results.plants.get(&figure.dof).filter(|p| p.method != Method::Paper);
+    let recommended = results.plant_of(figure.dof, None).ok();
+    let recommended = recommended.filter(|plant| plant.method != Method::Paper);
     let equal = recommended.and_then(filter).or_else(|| of(Method::EquationError).and_then(filter));
     let paper = of(Method::Paper).and_then(filter);
     let equal = equal.map(|(method, filter)| Gain {

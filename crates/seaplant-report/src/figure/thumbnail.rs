@@ -34,7 +34,7 @@ impl Thumbnails {
         let Series::Comparison(figure) = series else { return };
         let dof = figure.comparison.dof;
         let is_recommended = figure.plant.is_some()
-            || results.plants.get(&dof).is_some_and(|plant| plant.method == figure.method);
+            || results.plants.get(dof.name()).is_some_and(|plant| plant.method == figure.method);
         let key = (figure.plant.clone(), dof);
         let is_better = match self.0.get(&key) {
             None => true,

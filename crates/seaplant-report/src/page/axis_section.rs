@@ -1,6 +1,6 @@
 //! Section of one degree of freedom.
 
-use seaplant::results::{Parameter, Parameters, PlantResult, Results};
+use seaplant::results::{Alone, Parameter, Parameters, PlantResult, Results};
 use seaplant::{Caveat, Dof, Method, Role, ScoredMotion};
 use serde::Serialize;
 
@@ -39,26 +39,28 @@ pub(super) struct Motions {
     charts: Vec<ChartView>,
 }
 
+/// A plant of an axis alone, by a method.
+type OfMethod<'a> = (Method, &'a PlantResult, &'a Alone);
+
 pub(crate) fn view(
-    dof: Dof,
-    plant: &PlantResult,
+    (dof, plant, alone): (Dof, &PlantResult, &Alone),
     results: &Results,
     pictures: Pictures<'_>,
 ) -> AxisSection {
-    let methods = methods(dof, plant, results);
+    let methods = methods((dof, plant, alone), results);
     let of = |subject| pictures.charts(|chart| chart.dof == dof && chart.subject == subject);
     let mut details = vec![regression(&methods, plant.method)];
     details.extend(subsets(dof, results));
     details.push(correlation(plant));
     details.extend(nuisances(plant));
     details.extend(structure(plant));
-    details.extend(steady_test(dof, plant));
+    details.extend(steady_test(dof, alone));
     AxisSection {
         name: dof.name(),
         title: words::capitalised(dof.name()),
         method: words::method(plant.method),
-        terms: words::terms(&plant.terms),
-        stability: stability(dof, &plant.stability),
+        terms: words::terms(&alone.terms),
+        stability: stability(dof, &alone.stability),
         intervals: of(Subject::Intervals),
         motions: motions(
             |role| of(Subject::Motion(role)),
@@ -77,14 +79,12 @@ pub(crate) fn view(
 
 /// Orders the recommended method first, the paper's second, then the rest.
 fn methods<'a>(
-    dof: Dof,
-    plant: &'a PlantResult,
+    (dof, plant, alone): (Dof, &'a PlantResult, &'a Alone),
     results: &'a Results,
-) -> Vec<(Method, &'a PlantResult)> {
-    let mut methods = vec![(plant.method, plant)];
-    let others = results.methods.get(&dof).into_iter().flatten();
-    methods.extend(others.map(|(method, plant)| (*method, plant)).filter(|m| m.0 != plant.method));
-    methods[1..].sort_by_key(|(method, _)| *method != Method::Paper);
+) -> Vec<OfMethod<'a>> {
+    let mut methods = vec![(plant.method, plant, alone)];
+    methods.extend(results.methods_of(dof).filter(|(method, ..)| *method != plant.method));
+    methods[1..].sort_by_key(|(method, ..)| *method != Method::Paper);
     methods
 }
 
@@ -114,7 +114,7 @@ pub(crate) fn with_interval(parameter: Option<&Parameter>) -> String {
     )
 }
 
-fn parameters(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
+fn parameters(dof: Dof, methods: &[OfMethod<'_>], recommended: Method) -> Table {
     let units = dof.units();
     let head = [
         "Method".to_owned(),
@@ -124,17 +124,17 @@ fn parameters(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method)
         format!("{}, {}", words::bias_force(dof), units.force),
         "Stability".to_owned(),
     ];
-    let rows = methods.iter().map(|(method, plant)| {
-        let p = &plant.parameters;
-        Row::new([
+    let rows = methods.iter().filter_map(|(method, plant, alone)| {
+        let p = plant.by_axis.get(&dof)?;
+        let row = Row::new([
             words::capitalised(&words::method(*method)),
             with_interval(Some(&p.mass)),
             with_interval(p.quadratic_drag.as_ref()),
             with_interval(p.linear_drag.as_ref()),
             with_interval(p.bias_force.as_ref()),
-            stability(dof, &plant.stability),
-        ])
-        .strong_if(*method == recommended)
+            stability(dof, &alone.stability),
+        ]);
+        Some(row.strong_if(*method == recommended))
     });
     Table::new(
         "Parameters by method: value ± standard deviation [95 % interval]",
@@ -143,9 +143,12 @@ fn parameters(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method)
     )
 }
 
-fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
+fn scores(dof: Dof, methods: &[OfMethod<'_>], recommended: Method) -> Table {
     let units = dof.units();
-    let quantity = methods.first().map(|(_, plant)| plant.fit.quantity).unwrap_or_default();
+    let quantity = methods
+        .first()
+        .and_then(|(_, plant, _)| Some(plant.fitted(dof)?.quantity))
+        .unwrap_or_default();
     let still = match quantity {
         ScoredMotion::Velocity => "Never moving",
         ScoredMotion::Acceleration => "Never accelerating",
@@ -162,14 +165,14 @@ fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> 
         "Samples".to_owned(),
     ];
     let mut rows = Vec::new();
-    for (method, plant) in methods {
-        let held_out = plant.hold_out.iter().flat_map(|score| &score.trials);
-        let fitted = plant.fit.trials.iter().map(|trial| ("fitted", trial));
-        for (role, trial) in fitted.chain(held_out.map(|trial| ("held out", trial))) {
+    for (method, plant, _) in methods {
+        let held_out = plant.hold_out.iter().flat_map(|score| score.trials(dof));
+        let fitted = plant.fit.trials(dof).map(|trial| ("fitted", trial));
+        for (role, (name, trial)) in fitted.chain(held_out.map(|trial| ("held out", trial))) {
             let e = trial.mean_abs_error;
             let row = Row::new([
                 words::capitalised(&words::method(*method)),
-                trial.trial.clone(),
+                name.clone(),
                 role.to_owned(),
                 e.map_or_else(|| "diverges".to_owned(), |e| significant(e, 3)),
                 significant(trial.null_error, 3),
@@ -190,7 +193,7 @@ fn scores(dof: Dof, methods: &[(Method, &PlantResult)], recommended: Method) -> 
     Table::new(title, head, rows).left(3)
 }
 
-fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table {
+fn regression(methods: &[OfMethod<'_>], recommended: Method) -> Table {
     let head = [
         "Method",
         "Terms",
@@ -201,8 +204,8 @@ fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table 
         "Residual (rms)",
         "Low-pass",
     ];
-    let rows = methods.iter().map(|(method, plant)| {
-        let r = &plant.regression;
+    let rows = methods.iter().map(|(method, plant, alone)| {
+        let r = &alone.regression;
         let inflation: Vec<String> = r
             .variance_inflation
             .iter()
@@ -210,8 +213,8 @@ fn regression(methods: &[(Method, &PlantResult)], recommended: Method) -> Table 
             .collect();
         Row::new([
             words::capitalised(&words::method(*method)),
-            words::terms(&plant.terms),
-            count(r.samples as u64),
+            words::terms(&alone.terms),
+            count(plant.samples as u64),
             significant(r.effective_samples, 3),
             significant(r.condition, 3),
             if inflation.is_empty() { ABSENT.to_owned() } else { inflation.join(", ") },
@@ -257,24 +260,11 @@ fn subsets(dof: Dof, results: &Results) -> Option<Table> {
 }
 
 fn correlation(plant: &PlantResult) -> Table {
-    let parameters = &plant.parameters;
-    let fitted = [
-        ("m", true),
-        ("d_Q", parameters.quadratic_drag.is_some()),
-        ("d_L", parameters.linear_drag.is_some()),
-        ("b", parameters.bias_force.is_some()),
-    ];
-    let shown: Vec<(usize, &str)> = fitted
-        .iter()
-        .enumerate()
-        .filter(|(_, (_, fitted))| *fitted)
-        .map(|(k, (name, _))| (k, *name))
-        .collect();
-    let head = std::iter::once("").chain(shown.iter().map(|(_, name)| *name));
-    let rows = shown.iter().map(|&(i, name)| {
-        let row = shown.iter().map(|&(j, _)| format!("{:.2}", plant.correlation[i][j]));
-        let signed = row.map(|text| text.replace('-', "−"));
-        Row::new(std::iter::once(name.to_owned()).chain(signed))
+    let names = &plant.correlation.names;
+    let head = std::iter::once("").chain(names.iter().map(String::as_str));
+    let rows = names.iter().zip(&plant.correlation.value).map(|(name, row)| {
+        let signed = row.iter().map(|r| format!("{r:.2}").replace('-', "−"));
+        Row::new(std::iter::once(name.clone()).chain(signed))
     });
     Table::new("Correlation of the estimates, recommended method", head, rows.collect())
 }
@@ -307,10 +297,10 @@ fn structure(plant: &PlantResult) -> Option<Table> {
     ];
     let rows = plant.structure.iter().map(|decision| {
         Row::new([
-            words::capitalised(&decision.candidate.name().replace('-', " ")),
+            words::capitalised(&decision.candidate.replace('-', " ")),
             if decision.admitted { "yes" } else { "no" }.to_owned(),
             significant(decision.likelihood_ratio, 3),
-            significant(decision.needed, 3),
+            or_absent(decision.needed, 3),
             or_absent(decision.size.map(|size| 100.0 * size), 2),
         ])
         .strong_if(decision.admitted)
@@ -321,8 +311,8 @@ fn structure(plant: &PlantResult) -> Option<Table> {
 }
 
 /// Returns the table of the test whether steady runs support the same plant.
-fn steady_test(dof: Dof, plant: &PlantResult) -> Option<Table> {
-    let test = plant.steady_test.as_ref()?;
+fn steady_test(dof: Dof, alone: &Alone) -> Option<Table> {
+    let test = alone.steady_test.as_ref()?;
     let units = dof.units();
     let row = |name: &str, parameters: &Parameters| {
         Row::new([
@@ -357,9 +347,9 @@ fn steady_test(dof: Dof, plant: &PlantResult) -> Option<Table> {
 }
 
 /// Returns the other methods' doubts that the first screen lacks.
-fn other_doubts(methods: &[(Method, &PlantResult)], recommended: &PlantResult) -> Doubts {
+fn other_doubts(methods: &[OfMethod<'_>], recommended: &PlantResult) -> Doubts {
     let mut found: Vec<(String, &Caveat)> = Vec::new();
-    for (method, plant) in &methods[1..] {
+    for (method, plant, _) in &methods[1..] {
         let place = words::capitalised(&words::method(*method));
         let new = plant.caveats.iter().filter(|caveat| !recommended.caveats.contains(caveat));
         found.extend(new.map(|caveat| (place.clone(), caveat)));

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use seaplant::exchange::Consequence;
-use seaplant::results::{Parameter, PlantResult, Results, Score, TruePlant};
+use seaplant::plant::Basis;
+use seaplant::results::{Parameter, Parameters, PlantResult, Results, Score, TruePlant};
 use seaplant::{Dof, ScoredMotion, Stability};
 use serde::Serialize;
 
-use super::several_axes_card;
 use crate::figure::Thumbnails;
 use crate::number::{ABSENT, Decimals, Rounded, or_absent, signed_percent, significant};
 use crate::words;
@@ -15,35 +15,35 @@ use crate::words;
 #[derive(Serialize)]
 pub(crate) struct Card {
     /// Section with the details.
-    pub(super) section: String,
-    pub(super) title: String,
-    pub(super) method: String,
-    pub(super) trust: &'static str,
-    pub(super) trust_class: String,
-    pub(super) reason: String,
+    section: String,
+    title: String,
+    method: String,
+    trust: &'static str,
+    trust_class: String,
+    reason: String,
     /// The motion that unseen trials confirm; empty if none was tested.
-    pub(super) good_for: String,
+    good_for: String,
     /// By how much numbers may be off; empty if none is named.
-    pub(super) may_be_off: String,
-    pub(super) picture: Option<Picture>,
-    pub(super) velocity_unit: &'static str,
+    may_be_off: String,
+    picture: Option<Picture>,
+    velocity_unit: &'static str,
     /// Prediction error of a null model.
-    pub(super) still: &'static str,
-    pub(super) rows: Vec<ParameterRow>,
-    pub(super) follows: Vec<Follows>,
+    still: &'static str,
+    rows: Vec<ParameterRow>,
+    follows: Vec<Follows>,
     /// For a plant of one axis.
-    pub(super) stability: Option<String>,
-    pub(super) scores: Vec<ScoreRow>,
+    stability: Option<String>,
+    scores: Vec<ScoreRow>,
 }
 
 #[derive(Serialize)]
-pub(super) struct Picture {
+struct Picture {
     svg: String,
     caption: String,
 }
 
 #[derive(Serialize)]
-pub(super) struct ParameterRow {
+struct ParameterRow {
     label: &'static str,
     symbol: &'static str,
     value: String,
@@ -58,7 +58,7 @@ pub(super) struct ParameterRow {
 
 /// A derived number of the plant.
 #[derive(Serialize)]
-pub(super) struct Follows {
+struct Follows {
     label: String,
     value: String,
     unit: String,
@@ -75,72 +75,80 @@ struct Truth {
 }
 
 #[derive(Serialize)]
-pub(super) struct ScoreRow {
-    pub(super) label: String,
-    pub(super) e: String,
-    pub(super) null: String,
-    pub(super) best_null: String,
-    pub(super) r_squared: String,
+struct ScoreRow {
+    label: String,
+    e: String,
+    null: String,
+    best_null: String,
+    r_squared: String,
 }
 
 /// Returns a card for each axis: of plants of several axes, and of each axis that only has a plant
 /// of its own.
 pub(crate) fn all(results: &Results, thumbnails: &Thumbnails) -> Vec<Card> {
-    let mut cards: BTreeMap<Dof, Card> = results
-        .plants
-        .iter()
-        .map(|(&dof, plant)| (dof, of(dof, plant, results, thumbnails)))
-        .collect();
-    for (name, plant) in &results.coupled {
-        for &dof in &plant.axes {
-            cards.insert(dof, several_axes_card::of(dof, name, plant, results, thumbnails));
+    let alone = results.alone().map(|(_, plant, _)| plant);
+    let together = results.together().map(|(_, plant)| plant);
+    let mut cards: BTreeMap<Dof, Card> = BTreeMap::new();
+    for plant in alone.chain(together) {
+        for (&dof, own) in &plant.by_axis {
+            cards.insert(dof, of(dof, own, plant, results, thumbnails));
         }
     }
     cards.into_values().collect()
 }
 
-fn of(dof: Dof, plant: &PlantResult, results: &Results, thumbnails: &Thumbnails) -> Card {
-    let judged = &plant.verdict;
-    let mut scores = Vec::new();
-    if let Some(held_out) = &plant.hold_out {
-        scores.push(score_row("Held-out trials", held_out));
-    }
-    if let Some(left_out) = &plant.left_out {
-        scores.push(score_row("Trials left out in turn", left_out));
-    }
-    scores.push(score_row("Fitted trials", &plant.fit));
-    let mut follows: Vec<Follows> = added_mass(dof, plant, results).into_iter().collect();
-    follows.extend(consequences(dof, results));
+fn of(
+    dof: Dof,
+    own: &Parameters,
+    plant: &PlantResult,
+    results: &Results,
+    thumbnails: &Thumbnails,
+) -> Card {
+    let judged = plant.verdicts.get(&dof).unwrap_or(&plant.verdict);
+    let left_out = plant.left_out.as_ref().and_then(|score| score.by_axis.get(&dof));
+    let scores = [
+        ("Held-out trials", plant.held_out(dof)),
+        ("Trials left out in turn", left_out),
+        ("Fitted trials", plant.fitted(dof)),
+        ("The axis alone", plant.single_axes.get(&dof)),
+    ];
+    let scores = scores.into_iter().filter_map(|(label, score)| Some(score_row(label, score?)));
+    let added = added_mass(dof, own, plant, results);
+    let method = words::method(plant.method);
+    let quantity = plant.fitted(dof).map(|score| score.quantity).unwrap_or_default();
     Card {
-        section: dof.name().to_owned(),
+        section: plant.name(),
         title: words::capitalised(dof.name()),
-        method: words::method(plant.method),
+        method: if plant.is_alone() { method } else { format!("{method}, axes together") },
         trust: judged.trust.name(),
         trust_class: judged.trust.name().replace(' ', "-"),
         reason: words::capitalised(&judged.reason),
         good_for: words::good_for(judged),
         may_be_off: words::may_be_off(judged),
-        picture: Picture::of(thumbnails.of(None, dof)),
-        velocity_unit: plant.fit.quantity.unit(dof),
-        still: match plant.fit.quantity {
+        picture: {
+            let name = (!plant.is_alone()).then(|| plant.name());
+            Picture::of(thumbnails.of(name.as_deref(), dof))
+        },
+        velocity_unit: quantity.unit(dof),
+        still: match quantity {
             ScoredMotion::Velocity => "Never moving",
             ScoredMotion::Acceleration => "Never accelerating",
         },
-        rows: rows(dof, plant, results.truth.as_ref().and_then(|truth| truth.get(&dof))),
-        follows,
-        stability: Some(stability(dof, &plant.stability)),
-        scores,
+        rows: rows(dof, own, plant, results),
+        follows: added.into_iter().chain(consequences(dof, results)).collect(),
+        stability: plant.alone.as_ref().map(|alone| stability(dof, &alone.stability)),
+        scores: scores.collect(),
     }
 }
 
 impl Picture {
-    pub(super) fn of(thumbnail: Option<(&str, &str)>) -> Option<Self> {
+    fn of(thumbnail: Option<(&str, &str)>) -> Option<Self> {
         thumbnail.map(|(svg, caption)| Self { svg: svg.to_owned(), caption: caption.to_owned() })
     }
 }
 
 /// Returns the derived numbers of an axis' plant.
-pub(super) fn consequences(dof: Dof, results: &Results) -> impl Iterator<Item = Follows> + '_ {
+fn consequences(dof: Dof, results: &Results) -> impl Iterator<Item = Follows> + '_ {
     results.consequences.iter().filter(move |follows| follows.axis == dof).map(consequence)
 }
 
@@ -158,15 +166,21 @@ fn consequence(of: &Consequence) -> Follows {
 }
 
 /// Returns the added mass, if the dry vehicle is known.
-fn added_mass(dof: Dof, plant: &PlantResult, results: &Results) -> Option<Follows> {
-    let body = results.rigid_body.as_ref().and_then(|body| body.body().ok());
-    let of_body = body.map(|body| body.mass_matrix()[(dof.index(), dof.index())]);
+fn added_mass(
+    dof: Dof,
+    own: &Parameters,
+    plant: &PlantResult,
+    results: &Results,
+) -> Option<Follows> {
+    let k = plant.axes.iter().position(|axis| *axis == dof)?;
+    let of_body = plant.rigid_body_mass_matrix.as_ref();
+    let of_body = of_body.and_then(|body| body.get(k)?.get(k).copied());
     let dry = of_body.or(results.dry_mass_kg.filter(|_| !dof.is_rotation()))?;
-    Some(added_to(dof, dry, &plant.parameters.mass))
+    Some(added_to(dof, dry, &own.mass))
 }
 
 /// Subtracts the dry vehicle's mass or inertia.
-pub(super) fn added_to(dof: Dof, dry: f64, mass: &Parameter) -> Follows {
+fn added_to(dof: Dof, dry: f64, mass: &Parameter) -> Follows {
     let Parameter { value, std, low95, high95, unit } = mass.clone();
     let added =
         Parameter { value: value - dry, std, low95: low95 - dry, high95: high95 - dry, unit };
@@ -190,27 +204,33 @@ fn meaning(dof: Dof, bias: &Parameter) -> &'static str {
     }
 }
 
-fn rows(dof: Dof, plant: &PlantResult, truth: Option<&TruePlant>) -> Vec<ParameterRow> {
-    let parameters = &plant.parameters;
+/// Returns mass, drag and constant force of an axis, and the righting moment of roll and pitch.
+fn rows(dof: Dof, own: &Parameters, plant: &PlantResult, results: &Results) -> Vec<ParameterRow> {
+    let truth = results.truth_of(dof);
     let of = |names, parameter: Option<&Parameter>, true_value: fn(&TruePlant) -> f64| {
-        parameter.map(|parameter| parameter_row(names, parameter, truth.map(true_value)))
+        parameter.map(|parameter| parameter_row(names, parameter, truth.as_ref().map(true_value)))
     };
     let all = [
-        of((words::mass(dof), words::mass_symbol(dof)), Some(&parameters.mass), |truth| truth.mass),
-        of(("Quadratic drag", "d_Q"), parameters.quadratic_drag.as_ref(), |truth| {
-            truth.quadratic_drag
-        }),
-        of(("Linear drag", "d_L"), parameters.linear_drag.as_ref(), |truth| truth.linear_drag),
-        of((words::bias_force(dof), "b"), parameters.bias_force.as_ref(), |truth| truth.bias_force),
+        of((words::mass(dof), words::mass_symbol(dof)), Some(&own.mass), |truth| truth.mass),
+        of(("Quadratic drag", "d_Q"), own.quadratic_drag.as_ref(), |truth| truth.quadratic_drag),
+        of(("Linear drag", "d_L"), own.linear_drag.as_ref(), |truth| truth.linear_drag),
+        of((words::bias_force(dof), "b"), own.bias_force.as_ref(), |truth| truth.bias_force),
     ];
     let mut rows: Vec<ParameterRow> = all.into_iter().flatten().collect();
-    if let (Some(bias), Some(row)) = (&parameters.bias_force, rows.last_mut()) {
+    if let (Some(bias), Some(row)) = (&own.bias_force, rows.last_mut()) {
         row.meaning = meaning(dof, bias);
     }
+    let lever = Basis::Lever(2).to_string();
+    let righting = plant.parameters.get(&lever);
+    let righting = righting.filter(|_| matches!(dof, Dof::Roll | Dof::Pitch)).map(|moment| {
+        let of_truth = results.truth.as_ref().and_then(|truth| truth.get(&lever).copied());
+        parameter_row(("Righting moment", "per rad"), &Parameter::from(moment), of_truth)
+    });
+    rows.extend(righting);
     rows
 }
 
-pub(super) fn parameter_row(
+fn parameter_row(
     (label, symbol): (&'static str, &'static str),
     parameter: &Parameter,
     truth: Option<f64>,

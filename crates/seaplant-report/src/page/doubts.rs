@@ -27,14 +27,14 @@ struct Doubt {
 /// curve.
 pub(crate) fn of_campaign(results: &Results) -> Doubts {
     let mut found: Vec<(String, &Caveat)> = Vec::new();
-    for (dof, plant) in &results.plants {
+    for (dof, plant, _) in results.alone() {
         // A plant of several axes has doubts of its own about the same axis.
-        let has_another = results.coupled.values().any(|plant| plant.axes.contains(dof));
+        let has_another = results.together().any(|(_, plant)| plant.axes.contains(&dof));
         let name = words::capitalised(dof.name());
         let place = if has_another { format!("{name} by itself") } else { name };
         found.extend(plant.caveats.iter().map(|caveat| (place.clone(), caveat)));
     }
-    for plant in results.coupled.values() {
+    for (_, plant) in results.together() {
         let place = words::capitalised(&super::several_axes_section::axes(plant));
         found.extend(plant.caveats.iter().map(|caveat| (place.clone(), caveat)));
     }
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn doubts_of_an_axis_by_itself_are_told_from_those_of_a_plant_that_has_it() {
         let mut results = fixture::identification().results;
-        results.coupled.clear();
+        results.plants.retain(|_, plant| plant.is_alone());
         let caveat = Caveat::warning(CaveatCode::CoupledAxes, "turning moves surge");
         for plant in results.plants.values_mut() {
             plant.caveats = vec![caveat.clone()];
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(places(&results), ["Surge"]);
         let mut plant = fixture::plant_of_several_axes();
         plant.axes = vec![Dof::Surge, Dof::Yaw];
-        results.coupled.insert("surge-yaw".to_owned(), plant);
+        results.plants.insert("surge-yaw".to_owned(), plant);
         assert_eq!(places(&results), ["Surge by itself"]);
     }
 }

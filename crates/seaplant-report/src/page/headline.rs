@@ -66,7 +66,7 @@ fn judged(results: &Results) -> Vec<(String, Verdict)> {
     // Unless a method is requested, every axis has its recommended plant.
     let judgements = Judgement::of_results(results, None).unwrap_or_default();
     let of = |judgement: &Judgement| {
-        let plant = results.coupled.values().find(|plant| plant.axes == judgement.axes);
+        let plant = results.plants.values().find(|plant| plant.axes == judgement.axes);
         match plant.map(|plant| &plant.verdicts).filter(|verdicts| !verdicts.is_empty()) {
             Some(verdicts) => verdicts
                 .iter()

@@ -21,19 +21,10 @@ pub(crate) struct OnlinePlant {
 
 /// Returns every plant that has a history.
 pub(crate) fn views(results: &Results) -> Vec<OnlinePlant> {
-    let of_one_axis = results.methods.iter().flat_map(|(dof, methods)| {
-        let with = methods.iter().filter_map(|(method, plant)| {
-            Some((dof.name().to_owned(), *method, plant.history.as_ref()?))
-        });
-        with.collect::<Vec<_>>()
+    let all = results.methods.iter().flat_map(|(name, methods)| {
+        methods.iter().map(move |(method, plant)| (name, *method, plant))
     });
-    let of_several_axes = results.coupled_online.iter().flat_map(|(name, methods)| {
-        let of = methods.iter().map(|(method, plant)| (name.clone(), *method, &plant.history));
-        of.collect::<Vec<_>>()
-    });
-    of_one_axis
-        .chain(of_several_axes)
-        .map(|(name, method, history)| view(&name, method, history))
+    all.filter_map(|(name, method, plant)| Some(view(name, method, plant.history.as_ref()?)))
         .collect()
 }
 

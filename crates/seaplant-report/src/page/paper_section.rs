@@ -1,6 +1,6 @@
 //! The paper's tables and figures, for this campaign.
 
-use seaplant::results::{Parameter, PlantResult, Results, SegmentResult, SteadyResult};
+use seaplant::results::{Alone, Parameter, PlantResult, Results, SegmentResult, SteadyResult};
 use seaplant::{Dof, Method};
 use serde::Serialize;
 
@@ -42,7 +42,7 @@ fn comparisons(results: &Results, placed: &[PlacedFigure]) -> Vec<Vec<FigureView
     let mut pairs: Vec<Vec<&PlacedFigure>> = Vec::new();
     for figure in placed {
         let Subject::Comparison { plant: None, method, .. } = figure.subject else { continue };
-        let recommended = figure.dof.and_then(|dof| results.plants.get(&dof));
+        let recommended = figure.dof.and_then(|dof| results.plants.get(dof.name()));
         let is_paper = method == Method::Paper;
         if !is_paper && recommended.is_none_or(|plant| plant.method != method) {
             continue;
@@ -63,9 +63,9 @@ fn comparisons(results: &Results, placed: &[PlacedFigure]) -> Vec<Vec<FigureView
 fn table_2(results: &Results) -> Table {
     let head =
         ["DOF", "α = 1/m", "β = −d_Q/m", "μ = −d_L/m", "bias = −b/m", "m", "d_Q", "d_L", "b"];
-    let rows = results.plants.iter().map(|(dof, plant)| {
-        let physical = plant.lumped.to_physical();
-        let lumped = plant.lumped;
+    let rows = results.alone().map(|(dof, _, alone)| {
+        let lumped = alone.lumped;
+        let physical = lumped.to_physical();
         let all = [
             lumped.alpha,
             lumped.beta,
@@ -198,17 +198,18 @@ fn table_5(results: &Results) -> Table {
         "b",
     ];
     let mut rows = Vec::new();
-    for (&dof, plant) in &results.plants {
-        rows.push(row_5(dof, plant).strong_if(true));
-        let paper = results.methods.get(&dof).and_then(|methods| methods.get(&Method::Paper));
-        rows.extend(paper.filter(|paper| paper.method != plant.method).map(|p| row_5(dof, p)));
+    for (dof, plant, alone) in results.alone() {
+        rows.extend(row_5(dof, plant, alone).map(|row| row.strong_if(true)));
+        let paper = results.methods_of(dof).find(|(method, ..)| *method == Method::Paper);
+        let paper = paper.filter(|(method, ..)| *method != plant.method);
+        rows.extend(paper.and_then(|(_, plant, alone)| row_5(dof, plant, alone)));
     }
     let note = "The paper’s method filters velocity but not thrust, which inflates mass by about one over the filter’s gain at the excited frequency. That this explains the masses of the paper itself is plausible and unproven: no logs survive.";
     Table::new("Identified plants, as Table 5", head, rows).left(2).noted(note)
 }
 
-fn row_5(dof: Dof, plant: &PlantResult) -> Row {
-    let PlantResult { method, lumped, parameters, fit, hold_out, .. } = plant;
+fn row_5(dof: Dof, plant: &PlantResult, alone: &Alone) -> Option<Row> {
+    let (lumped, parameters) = (&alone.lumped, plant.by_axis.get(&dof)?);
     let units = dof.units();
     let absent = || ABSENT.to_owned();
     let e = |e: Option<f64>| {
@@ -217,19 +218,19 @@ fn row_5(dof: Dof, plant: &PlantResult) -> Row {
     let value = |parameter: Option<&Parameter>| {
         parameter.map_or_else(absent, |p| format!("{} {}", Rounded::of(p).value, p.unit))
     };
-    Row::new([
+    Some(Row::new([
         words::capitalised(dof.name()),
-        words::method(*method),
+        words::method(plant.method),
         significant(lumped.alpha, 3),
         significant(lumped.beta, 3),
         significant(lumped.mu, 3),
         significant(lumped.bias, 3),
-        e(fit.mean_abs_error),
-        e(hold_out.as_ref().and_then(|score| score.mean_abs_error)),
+        e(plant.fitted(dof).and_then(|score| score.mean_abs_error)),
+        e(plant.held_out(dof).and_then(|score| score.mean_abs_error)),
         value(Some(&parameters.mass)),
         value(parameters.quadratic_drag.as_ref()),
         value(parameters.bias_force.as_ref()),
-    ])
+    ]))
 }
 
 fn table_6(dof: Dof, steady: &SteadyResult) -> Vec<Table> {

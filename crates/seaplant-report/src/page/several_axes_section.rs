@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use seaplant::Dof;
 use seaplant::results::{
-    AxisScore, Coefficient, FittedPlant, MatrixResult, Parameter, Part, PrimeCoefficient,
+    Coefficient, MatrixResult, Parameter, Part, PlantResult, PrimeCoefficient, Score,
     ThrusterEstimate, ToldBy,
 };
 use serde::Serialize;
@@ -32,7 +32,7 @@ pub(crate) struct SeveralAxesSection {
     details: Vec<Table>,
 }
 
-pub(crate) fn view(name: &str, plant: &FittedPlant, pictures: Pictures<'_>) -> SeveralAxesSection {
+pub(crate) fn view(name: &str, plant: &PlantResult, pictures: Pictures<'_>) -> SeveralAxesSection {
     let mut tables = vec![scores(plant)];
     tables.extend(changes(plant));
     tables.push(matrix("Mass matrix M, rigid body plus added", plant, &plant.mass_matrix).noted(
@@ -76,32 +76,40 @@ pub(crate) fn view(name: &str, plant: &FittedPlant, pictures: Pictures<'_>) -> S
 }
 
 /// Formats `surge, sway, yaw`.
-pub(super) fn axes(plant: &FittedPlant) -> String {
+pub(super) fn axes(plant: &PlantResult) -> String {
     let names: Vec<&str> = plant.axes.iter().map(|dof| dof.name()).collect();
     names.join(", ")
 }
 
-fn lead(plant: &FittedPlant) -> String {
-    let told = &plant.identifiability;
+fn lead(plant: &PlantResult) -> String {
+    let told = plant.identifiability.as_ref().map_or_else(String::new, |told| {
+        format!(
+            " {} coefficients, of which the motion determines {};",
+            told.coefficients, told.rank
+        )
+    });
+    let axes = match plant.axes.len() {
+        1 => "1 axis".to_owned(),
+        several => format!("{several} axes"),
+    };
     format!(
-        "One plant of {} axes by {}, {} coefficients, of which the motion determines {}; symmetry: {}. Velocities are relative to the water; forces that damp are positive.",
-        plant.axes.len(),
+        "One plant of {axes} by {},{told} symmetry: {}. Velocities are relative to the water; forces that damp are positive.",
         words::method(plant.method),
-        told.coefficients,
-        told.rank,
         plant.symmetry
     )
 }
 
-fn scores(plant: &FittedPlant) -> Table {
+fn scores(plant: &PlantResult) -> Table {
     let own = |dof: &Dof| plant.fit.by_axis.get(dof);
     let held = |dof: &Dof| plant.hold_out.as_ref().and_then(|score| score.by_axis.get(dof));
-    let cells = |score: Option<&AxisScore>| {
+    let cells = |score: Option<&Score>| {
         let of = |x: Option<f64>| or_absent(x, 3);
         [
             of(score.and_then(|score| score.mean_abs_error)),
             of(score.map(|score| score.null_error)),
-            score.and_then(|score| score.r2).map_or(ABSENT.to_owned(), |r2| format!("{r2:.3}")),
+            score
+                .and_then(|score| score.r_squared)
+                .map_or(ABSENT.to_owned(), |r2| format!("{r2:.3}")),
         ]
     };
     let row = |dof: &Dof| {
@@ -111,7 +119,7 @@ fn scores(plant: &FittedPlant) -> Table {
         let scored = held(dof).or(own(dof));
         row.push(or_absent(scored.and_then(|score| score.disturbance_error), 3));
         row.extend(cells(own(dof)));
-        let alone = plant.single_axes.get(dof).and_then(|score| score.r2);
+        let alone = plant.single_axes.get(dof).and_then(|score| score.r_squared);
         row.push(alone.map_or(ABSENT.to_owned(), |r2| format!("{r2:.3}")));
         Row::new(row)
     };
@@ -137,10 +145,10 @@ fn scores(plant: &FittedPlant) -> Table {
 }
 
 /// Returns the changes of mass and drag that the held-out trials support.
-fn changes(plant: &FittedPlant) -> Option<Table> {
+fn changes(plant: &PlantResult) -> Option<Table> {
     let held = &plant.hold_out.as_ref()?.by_axis;
     let row = |dof: &Dof| {
-        let change = held.get(dof)?.change?;
+        let change = held.get(dof)?.likely_change?;
         let part = |part: Part| {
             let half = 50.0 * (part.high95 - part.low95);
             let decimals = Decimals::of_std(half, half);
@@ -161,7 +169,7 @@ fn changes(plant: &FittedPlant) -> Option<Table> {
     })
 }
 
-fn matrix(caption: &str, plant: &FittedPlant, matrix: &MatrixResult) -> Table {
+fn matrix(caption: &str, plant: &PlantResult, matrix: &MatrixResult) -> Table {
     let cell = |value: f64, std: f64| {
         if std == 0.0 {
             return "·".to_owned();
@@ -185,7 +193,7 @@ fn matrix(caption: &str, plant: &FittedPlant, matrix: &MatrixResult) -> Table {
 }
 
 /// Returns the coefficients that are in none of the matrices.
-fn others(plant: &FittedPlant) -> Option<Table> {
+fn others(plant: &PlantResult) -> Option<Table> {
     let in_matrix = |name: &str| name.starts_with("mass.") || is_plain_damping(name);
     let found = plant.parameters.iter().filter(|(name, _)| !in_matrix(name));
     let rows: Vec<Row> = found.map(|(name, x)| coefficient_row(name, x)).collect();
@@ -226,7 +234,7 @@ fn coefficient_row(name: &str, x: &Coefficient) -> Row {
 }
 
 /// Returns the dimensionless coefficients.
-fn prime(plant: &FittedPlant) -> Option<Table> {
+fn prime(plant: &PlantResult) -> Option<Table> {
     let system = plant.nondimensional.as_ref()?;
     let row = |(name, x): (&String, &PrimeCoefficient)| {
         let rounded = Rounded::of(&Parameter {
@@ -253,7 +261,7 @@ fn prime(plant: &FittedPlant) -> Option<Table> {
 }
 
 /// Returns what each thruster gives, as far as the trials determine it.
-fn thrusters(plant: &FittedPlant) -> Option<Table> {
+fn thrusters(plant: &PlantResult) -> Option<Table> {
     let with_std = |x: Option<&Parameter>| {
         x.map_or([ABSENT.to_owned(), ABSENT.to_owned()], |x| {
             let Rounded { value, low95, high95, .. } = Rounded::of(x);
@@ -282,11 +290,11 @@ fn thrusters(plant: &FittedPlant) -> Option<Table> {
     })
 }
 
-fn coefficients(plant: &FittedPlant) -> Table {
-    let inflation = &plant.identifiability.variance_inflation;
+fn coefficients(plant: &PlantResult) -> Table {
+    let inflation = plant.identifiability.as_ref().map(|told| &told.variance_inflation);
     let row = |(name, x): (&String, &Coefficient)| {
         let mut row = coefficient_row(name, x);
-        row.cells.push(or_absent(inflation.get(name).copied(), 2));
+        row.cells.push(or_absent(inflation.and_then(|all| all.get(name).copied()), 2));
         row
     };
     let head = COEFFICIENT_HEAD.into_iter().chain(["variance inflation"]);
@@ -304,14 +312,14 @@ fn nuisances(nuisances: &BTreeMap<String, Parameter>) -> Table {
     Table::new("Currents, disturbances and noise", head, nuisances.iter().map(row).collect())
 }
 
-fn structure(plant: &FittedPlant) -> Option<Table> {
+fn structure(plant: &PlantResult) -> Option<Table> {
     let row = |decision: &seaplant::results::TermDecision| {
         let verdict = if decision.admitted { "kept" } else { "left out" };
         Row::new([
-            decision.terms.join(", "),
+            decision.candidate.clone(),
             verdict.to_owned(),
             significant(decision.likelihood_ratio, 3),
-            significant(decision.p_value, 2),
+            or_absent(decision.p_value, 2),
         ])
     };
     (!plant.structure.is_empty()).then(|| {
@@ -328,7 +336,7 @@ fn structure(plant: &FittedPlant) -> Option<Table> {
 /// Correlation above which coefficients are listed together.
 const SHOWN_CORRELATION: f64 = 0.7;
 
-fn correlation(plant: &FittedPlant) -> Table {
+fn correlation(plant: &PlantResult) -> Table {
     let names = &plant.correlation.names;
     let mut pairs = Vec::new();
     for (i, row) in plant.correlation.value.iter().enumerate() {

@@ -24,7 +24,7 @@ impl<'a> ComparedPlant<'a> {
             }
             Compared::Fit(fit) => fit,
         };
-        let plants = fit.coupled.values();
+        let plants = fit.together().map(|(_, plant)| plant);
         let found = plants.filter(|plant| method.is_none_or(|method| method == plant.method));
         let methods: BTreeMap<Dof, Method> =
             found.flat_map(|plant| plant.axes.iter().map(|dof| (*dof, plant.method))).collect();

@@ -82,7 +82,7 @@ impl DiveThrusters {
     /// Those of all plants of a fit; of a thruster that several estimate, the surest.
     pub fn of_results(results: &Results) -> Self {
         let mut all = Self::default();
-        for plant in results.coupled.values() {
+        for plant in results.plants.values() {
             for (name, own) in &plant.thruster_estimates {
                 let surer = |known: &ThrusterEstimate| known.gain.std <= own.gain.std;
                 if !all.estimates.get(name).is_some_and(surer) {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::caveat::{estimated, spoken};
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{Estimate, Fit, Method};
-use crate::judge::{Judged, PREDICTS, drag_at, free_error, is_better, vouched};
+use crate::judge::{Judged, PREDICTS, Scored, drag_at, free_error, is_better, vouched};
 use crate::results::{PlantResult, Score, SteadyResult, TrialResult};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
@@ -171,7 +171,8 @@ fn contradicts(score: &Score) -> bool {
 }
 
 /// Returns caveats from the score of a plant.
-pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Caveat> {
+pub(crate) fn scoring(dof: Dof, fit: &Score, tested: Option<&Scored>) -> Vec<Caveat> {
+    let hold_out = tested.map(|scored| &scored.score);
     let mut caveats = Vec::new();
     if hold_out.is_none() {
         let message = format!(
@@ -183,7 +184,7 @@ pub(crate) fn scoring(dof: Dof, fit: &Score, hold_out: Option<&Score>) -> Vec<Ca
     let (score, which) = hold_out.map_or((fit, "fitted"), |score| (score, "held-out"));
     let units = dof.units();
     let null = score.null_error;
-    let vouched = hold_out.is_some() && vouched(score);
+    let vouched = tested.is_some_and(|scored| vouched(&scored.score, scored.of_trials()));
     match score.mean_abs_error {
         None => caveats.push(Caveat::severe(
             CaveatCode::NoBetterThanNull,
@@ -221,7 +222,7 @@ pub(crate) fn better_elsewhere(
     recommended: &PlantResult,
     others: &BTreeMap<Method, PlantResult>,
 ) -> Option<Caveat> {
-    let error = |plant: &PlantResult| plant.hold_out.as_ref()?.offset_free_error;
+    let error = |plant: &PlantResult| plant.held_out(dof)?.offset_free_error;
     let own = error(recommended)?;
     let (method, best) = others
         .iter()
@@ -242,13 +243,13 @@ pub(crate) fn better_elsewhere(
 /// Adds caveats on reverse thrust to other degrees of freedom if one shows a wrong ratio: pairs of
 /// thrusters with opposite thrusts hide it in their scale.
 pub(crate) fn reverse_elsewhere(
-    plants: &mut BTreeMap<Dof, PlantResult>,
+    plants: &mut BTreeMap<String, PlantResult>,
     steady: &mut BTreeMap<Dof, SteadyResult>,
 ) {
     const NAME: &str = "reverse_ratio";
-    let off = plants.iter().find_map(|(dof, plant)| {
-        let ratio = plant.nuisances.get(NAME)?;
-        (ratio.low95 > 1.0 || ratio.high95 < 1.0).then_some((*dof, ratio.value))
+    let off = Dof::ALL.into_iter().find_map(|dof| {
+        let ratio = plants.get(dof.name())?.nuisances.get(NAME)?;
+        (ratio.low95 > 1.0 || ratio.high95 < 1.0).then_some((dof, ratio.value))
     });
     let Some((seen_in, ratio)) = off else { return };
     for (dof, steady) in steady {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::caveat::spoken;
-use crate::results::{Parameter, PlantResult};
+use crate::results::{Parameter, Parameters, PlantResult};
 use crate::{Caveat, CaveatCode, Dof, Vehicle};
 
 /// Density of sea water, kg/m³.
@@ -17,10 +17,14 @@ const DRAG_COEFFICIENTS: (f64, f64) = (0.02, 10.0);
 const CLEARLY_LARGER: f64 = 1.3;
 
 /// Adds caveats to implausible plants of a vehicle of known size.
-pub(crate) fn implausible(plants: &mut BTreeMap<Dof, PlantResult>, vehicle: &Vehicle) {
-    for (dof, plant) in plants.iter_mut() {
-        plant.caveats.extend(drag_coefficient(*dof, plant, vehicle));
-        plant.caveats.extend(impossible_mass(*dof, &plant.parameters.mass, vehicle));
+pub(crate) fn implausible(plants: &mut BTreeMap<String, PlantResult>, vehicle: &Vehicle) {
+    for plant in plants.values_mut() {
+        let doubts = |(dof, own): (&Dof, &Parameters)| {
+            let drag = drag_coefficient(*dof, own, vehicle);
+            drag.into_iter().chain(impossible_mass(*dof, &own.mass, vehicle)).collect::<Vec<_>>()
+        };
+        let doubts: Vec<Caveat> = plant.by_axis.iter().flat_map(doubts).collect();
+        plant.caveats.extend(doubts);
     }
     let doubts: Vec<(Dof, Caveat)> = Dof::ALL
         .into_iter()
@@ -28,7 +32,7 @@ pub(crate) fn implausible(plants: &mut BTreeMap<Dof, PlantResult>, vehicle: &Veh
         .filter_map(|(narrow, broad)| out_of_order(narrow, broad, plants, vehicle))
         .collect();
     for (dof, doubt) in doubts {
-        if let Some(plant) = plants.get_mut(&dof) {
+        if let Some(plant) = plants.get_mut(dof.name()) {
             plant.caveats.push(doubt);
         }
     }
@@ -41,9 +45,9 @@ pub(crate) fn impossible_mass(dof: Dof, mass: &Parameter, vehicle: &Vehicle) -> 
 
 /// Returns a caveat for a drag coefficient `C_D = d_Q / (½ ρ A)` outside the possible range, if
 /// both ends of its interval are.
-fn drag_coefficient(dof: Dof, plant: &PlantResult, vehicle: &Vehicle) -> Option<Caveat> {
+fn drag_coefficient(dof: Dof, own: &Parameters, vehicle: &Vehicle) -> Option<Caveat> {
     let area = vehicle.frontal_area_m2(dof)?;
-    let drag = plant.parameters.quadratic_drag.as_ref()?;
+    let drag = own.quadratic_drag.as_ref()?;
     let coefficient = |drag: f64| drag / (0.5 * SEA_WATER * area);
     let (least, most) = DRAG_COEFFICIENTS;
     let is_off = coefficient(drag.high95) < least || coefficient(drag.low95) > most;
@@ -160,12 +164,13 @@ fn too_light(dof: Dof, inertia: &Parameter, vehicle: &Vehicle) -> Option<Caveat>
 fn out_of_order(
     narrow: Dof,
     broad: Dof,
-    plants: &BTreeMap<Dof, PlantResult>,
+    plants: &BTreeMap<String, PlantResult>,
     vehicle: &Vehicle,
 ) -> Option<(Dof, Caveat)> {
     let dry = vehicle.dry_mass_kg?;
     let (small, large) = (vehicle.frontal_area_m2(narrow)?, vehicle.frontal_area_m2(broad)?);
-    let mass = |dof: Dof| -> Option<&Parameter> { Some(&plants.get(&dof)?.parameters.mass) };
+    let mass =
+        |dof: Dof| -> Option<&Parameter> { Some(&plants.get(dof.name())?.by_axis.get(&dof)?.mass) };
     let (less, more) = (mass(narrow)?, mass(broad)?);
     let is_reversed =
         less.low95 > more.high95 && less.low95 - dry > CLEARLY_LARGER * (more.high95 - dry);

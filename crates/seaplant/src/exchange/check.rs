@@ -2,7 +2,7 @@
 
 use super::file::{basis_of_name, is_possible_std};
 use crate::plant::{Basis, Product};
-use crate::results::{FittedPlant, MatrixResult, Parameter, PlantResult, Results};
+use crate::results::{MatrixResult, Parameter, Parameters, PlantResult, Results};
 use crate::{Dof, Error, LumpedParameters};
 
 /// Relative rounding of a writer and a reader.
@@ -10,64 +10,108 @@ const ROUNDING: f64 = 1e-6;
 
 /// Compares numbers that results contain twice, and refuses impossible standard deviations.
 ///
-/// `parameters` and `lumped` describe one plant, as do `plants.DOF` and `methods.DOF.METHOD`, and
-/// the coefficients and matrices of a plant of several axes.
+/// `by_axis`, the matrices and `lumped` follow from `parameters`; `plants.NAME` and `methods.NAME.METHOD` are the same
+/// plant.
 ///
 /// # Errors
 /// [`Error::ResultsNumber`] with both values of the first number that contradicts another; also for
 /// a number that is not finite, or a negative standard deviation.
 pub fn check_results(results: &Results) -> Result<(), Error> {
-    for (dof, plant) in &results.plants {
-        let path = format!("plants.{dof}");
-        check_plant(&path, plant)?;
-        let of_method = results.methods.get(dof).and_then(|methods| methods.get(&plant.method));
+    for (name, plant) in &results.plants {
+        let path = format!("plants.{name}");
+        check_plant(name, &path, plant)?;
+        let of_method = results.methods.get(name).and_then(|methods| methods.get(&plant.method));
         if let Some(other) = of_method {
-            check_same(&path, plant, &format!("methods.{dof}.{}", plant.method), other)?;
+            check_same(&path, plant, &format!("methods.{name}.{}", plant.method), other)?;
         }
     }
-    for (dof, methods) in &results.methods {
+    for (name, methods) in &results.methods {
         for (method, plant) in methods {
-            check_plant(&format!("methods.{dof}.{method}"), plant)?;
+            check_plant(name, &format!("methods.{name}.{method}"), plant)?;
         }
     }
-    results.coupled.iter().try_for_each(|(name, plant)| check_fitted_plant(name, plant))
+    Ok(())
 }
 
-/// Returns the parameters of a plant with their names in results; those not fitted are absent.
-fn named(plant: &PlantResult) -> [(&'static str, Option<&Parameter>); 4] {
-    let p = &plant.parameters;
+fn check_plant(name: &str, path: &str, plant: &PlantResult) -> Result<(), Error> {
+    if plant.name() != name {
+        let reason = format!("are those of {}, but its name is {name}", plant.name());
+        return Err(contradiction(format!("{path}.axes"), &reason));
+    }
+    for (coefficient, x) in &plant.parameters {
+        let numbers = [x.value, x.std, x.low95, x.high95];
+        check_numbers(&format!("{path}.parameters.\"{coefficient}\""), numbers)?;
+    }
+    for (nuisance, parameter) in &plant.nuisances {
+        let Parameter { value, std, low95, high95, .. } = parameter;
+        check_numbers(&format!("{path}.nuisances.{nuisance}"), [*value, *std, *low95, *high95])?;
+    }
+    for (coefficient, x) in &plant.parameters {
+        check_entries(path, plant, coefficient, x.value)?;
+    }
+    for dof in &plant.axes {
+        check_axis(path, plant, *dof)?;
+    }
+    match &plant.alone {
+        Some(alone) => check_lumped(path, plant, &alone.lumped),
+        None => Ok(()),
+    }
+}
+
+/// Returns the numbers of an axis with their names in results; those not fitted are absent.
+fn named(own: &Parameters) -> [(&'static str, Option<&Parameter>); 4] {
     [
-        ("mass", Some(&p.mass)),
-        ("quadratic_drag", p.quadratic_drag.as_ref()),
-        ("linear_drag", p.linear_drag.as_ref()),
-        ("bias_force", p.bias_force.as_ref()),
+        ("mass", Some(&own.mass)),
+        ("quadratic_drag", own.quadratic_drag.as_ref()),
+        ("linear_drag", own.linear_drag.as_ref()),
+        ("bias_force", own.bias_force.as_ref()),
     ]
 }
 
-fn check_plant(path: &str, plant: &PlantResult) -> Result<(), Error> {
-    for (name, parameter) in named(plant) {
-        let Some(parameter) = parameter else { continue };
-        check_parameter(&format!("{path}.parameters.{name}"), parameter)?;
+/// Compares the numbers of an axis with the coefficients that they follow from.
+fn check_axis(path: &str, plant: &PlantResult, dof: Dof) -> Result<(), Error> {
+    let expected = Parameters::of(dof, &plant.parameters);
+    let found = plant.by_axis.get(&dof);
+    let (Some(expected), Some(found)) = (&expected, found) else {
+        let key = if found.is_none() { "by_axis" } else { "parameters" };
+        let reason = format!("lacks the mass of {dof}, which is one of its axes");
+        return Err(contradiction(format!("{path}.{key}"), &reason));
+    };
+    for ((name, here), (_, there)) in named(found).into_iter().zip(named(expected)) {
+        let ends = |x: Option<&Parameter>| x.map(|x| [x.value, x.std, x.low95, x.high95]);
+        let are_same = match (ends(here), ends(there)) {
+            (Some(here), Some(there)) => here.iter().zip(there).all(|(x, y)| are_close(*x, y)),
+            (None, None) => true,
+            _ => false,
+        };
+        if !are_same {
+            let spoken = |x: Option<&Parameter>| {
+                x.map_or("absent".to_owned(), |x| {
+                    format!("{} ± {} ({} to {})", x.value, x.std, x.low95, x.high95)
+                })
+            };
+            let reason = format!("is {}, but {} by {path}.parameters", spoken(here), spoken(there));
+            return Err(contradiction(format!("{path}.by_axis.{dof}.{name}"), &reason));
+        }
     }
-    for (name, parameter) in &plant.nuisances {
-        check_parameter(&format!("{path}.nuisances.{name}"), parameter)?;
-    }
-    check_lumped(path, plant)
+    Ok(())
 }
 
 /// Checks `m = 1/α`, `d_Q = −β m`, `d_L = −μ m`, `b = −bias m`.
-fn check_lumped(path: &str, plant: &PlantResult) -> Result<(), Error> {
-    let LumpedParameters { alpha, beta, mu, bias } = plant.lumped;
-    let mass = plant.parameters.mass.value;
+fn check_lumped(path: &str, plant: &PlantResult, lumped: &LumpedParameters) -> Result<(), Error> {
+    let dof = plant.first_axis();
+    let Some(own) = plant.by_axis.get(&dof) else { return Ok(()) };
+    let LumpedParameters { alpha, beta, mu, bias } = *lumped;
+    let mass = own.mass.value;
     let lumped = [("alpha", alpha), ("beta", beta), ("mu", mu), ("bias", bias)];
-    for ((name, parameter), (lumped_name, lumped)) in named(plant).into_iter().zip(lumped) {
+    for ((name, parameter), (lumped_name, lumped)) in named(own).into_iter().zip(lumped) {
         let value = parameter.map_or(0.0, |parameter| parameter.value);
         let from_parameters = if name == "mass" { 1.0 / value } else { -value / mass };
         if !are_close(from_parameters, lumped) {
             let reason = format!(
-                "is {value}, which makes {lumped_name} {from_parameters}, but {path}.lumped.{lumped_name} is {lumped}"
+                "is {value}, which makes {lumped_name} {from_parameters}, but {path}.alone.lumped.{lumped_name} is {lumped}"
             );
-            return Err(contradiction(format!("{path}.parameters.{name}"), &reason));
+            return Err(contradiction(format!("{path}.by_axis.{dof}.{name}"), &reason));
         }
     }
     Ok(())
@@ -80,28 +124,13 @@ fn check_same(
     other_path: &str,
     other: &PlantResult,
 ) -> Result<(), Error> {
-    let value = |parameter: Option<&Parameter>| parameter.map_or(0.0, |p| p.value);
-    for ((name, here), (_, there)) in named(plant).into_iter().zip(named(other)) {
-        let (here, there) = (value(here), value(there));
+    for name in plant.parameters.keys().chain(other.parameters.keys()) {
+        let value = |of: &PlantResult| of.parameters.get(name).map_or(0.0, |x| x.value);
+        let (here, there) = (value(plant), value(other));
         if !are_close(here, there) {
-            let reason = format!("is {here}, but {other_path}.parameters.{name} is {there}");
-            return Err(contradiction(format!("{path}.parameters.{name}"), &reason));
+            let reason = format!("is {here}, but {other_path}.parameters.\"{name}\" is {there}");
+            return Err(contradiction(format!("{path}.parameters.\"{name}\""), &reason));
         }
-    }
-    Ok(())
-}
-
-fn check_fitted_plant(name: &str, result: &FittedPlant) -> Result<(), Error> {
-    let path = format!("coupled.{name}");
-    for (coefficient, x) in &result.parameters {
-        let numbers = [x.value, x.std, x.low95, x.high95];
-        check_numbers(&format!("{path}.parameters.\"{coefficient}\""), numbers)?;
-    }
-    for (nuisance, parameter) in &result.nuisances {
-        check_parameter(&format!("{path}.nuisances.{nuisance}"), parameter)?;
-    }
-    for (coefficient, x) in &result.parameters {
-        check_entries(&path, result, coefficient, x.value)?;
     }
     Ok(())
 }
@@ -109,7 +138,7 @@ fn check_fitted_plant(name: &str, result: &FittedPlant) -> Result<(), Error> {
 /// Compares a coefficient with its entries in the matrices, if any.
 fn check_entries(
     path: &str,
-    result: &FittedPlant,
+    result: &PlantResult,
     coefficient: &str,
     value: f64,
 ) -> Result<(), Error> {
@@ -130,7 +159,7 @@ fn check_entries(
 type Entry<'a> = (&'static str, &'a MatrixResult, [Dof; 2]);
 
 /// Returns the entries of a coefficient in the matrices: two for a mass that couples two axes.
-fn entries(result: &FittedPlant, term: Basis) -> Vec<Entry<'_>> {
+fn entries(result: &PlantResult, term: Basis) -> Vec<Entry<'_>> {
     match term {
         Basis::Mass(i, j) => {
             [[i, j], [j, i]].map(|at| ("mass_matrix", &result.mass_matrix, at)).into()
@@ -149,11 +178,6 @@ fn entries(result: &FittedPlant, term: Basis) -> Vec<Entry<'_>> {
             .collect(),
         _ => Vec::new(),
     }
-}
-
-fn check_parameter(key: &str, parameter: &Parameter) -> Result<(), Error> {
-    let Parameter { value, std, low95, high95, .. } = parameter;
-    check_numbers(key, [*value, *std, *low95, *high95])
 }
 
 /// Checks a value, its standard deviation, and the ends of its interval.

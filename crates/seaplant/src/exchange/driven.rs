@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::PlantModel;
 use crate::motion::Inputs;
 use crate::random::gauss_markov;
-use crate::results::{FittedPlant, PlantResult};
+use crate::results::PlantResult;
 use crate::{Dof, Error, Timed};
 
 /// A slow unexplained force on an axis, as estimated by the filter error method: a first-order
@@ -78,18 +78,20 @@ fn sum(a: &Timed, b: &Timed) -> Result<Timed, Error> {
     Timed::new("force", times, values)
 }
 
-/// Returns the disturbance of an axis that was identified alone, N or N m.
-pub(super) fn disturbance_of_axis(plant: &PlantResult) -> Option<Disturbance> {
-    let std = plant.nuisances.get("disturbance")?.value * plant.parameters.mass.value;
-    let correlation_s = plant.nuisances.get("disturbance_correlation")?.value;
-    possible(Disturbance { std, correlation_s })
-}
-
-/// Returns the disturbances of a plant of several axes.
-pub(super) fn disturbances_of_plant(plant: &FittedPlant) -> BTreeMap<Dof, Disturbance> {
+/// Returns the disturbances of a plant. That of an axis alone is an acceleration.
+pub(super) fn disturbances_of(plant: &PlantResult) -> BTreeMap<Dof, Disturbance> {
+    let value = |name: String| plant.nuisances.get(&name).map(|x| x.value);
     let disturbance = |&dof: &Dof| {
-        let std = plant.nuisances.get(&format!("disturbance: {dof}"))?.value;
-        let correlation_s = plant.nuisances.get(&format!("disturbance correlation: {dof}"))?.value;
+        let (std, correlation_s) = match plant.is_alone() {
+            true => (
+                value("disturbance".to_owned())? * plant.by_axis.get(&dof)?.mass.value,
+                value("disturbance_correlation".to_owned())?,
+            ),
+            false => (
+                value(format!("disturbance: {dof}"))?,
+                value(format!("disturbance correlation: {dof}"))?,
+            ),
+        };
         Some((dof, possible(Disturbance { std, correlation_s })?))
     };
     plant.axes.iter().filter_map(disturbance).collect()

@@ -4,12 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::DMatrix;
 
-use super::driven::{disturbance_of_axis, disturbances_of_plant};
+use super::driven::disturbances_of;
 use super::{Actuation, Judgement, Origin, PlantModel};
-use crate::plant::{Basis, Effect, Plant, Product, Structure, Symmetry};
+use crate::plant::{Basis, Effect, Plant, Structure, Symmetry};
 use crate::results::{
-    CurveResult, FittedPlant, Parameter, PlantResult, Results, RigidBodyResult, is_gain,
-    plant_of_result,
+    CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_gain, plant_of_result,
 };
 use crate::{Dof, Error, Method, ThrustCurve, Thruster};
 
@@ -41,33 +40,25 @@ impl PlantModel {
         source: &str,
         method: Option<Method>,
     ) -> Result<Self, Error> {
-        let coupled: BTreeSet<Dof> =
-            results.coupled.values().flat_map(|plant| plant.axes.clone()).collect();
+        let chosen = chosen(results, method)?;
         let mut parts = Vec::new();
         let mut notes = Vec::new();
         let mut actuation = BTreeMap::new();
         let mut disturbances = BTreeMap::new();
-        for (name, plant) in &results.coupled {
-            parts.push(part_of_plant(plant)?);
-            note_omissions(name, &plant.nuisances, &mut notes);
-            disturbances.extend(disturbances_of_plant(plant));
+        for plant in &chosen {
+            parts.push(part_of(plant)?);
+            note_omissions(&plant.name(), &plant.nuisances, &mut notes);
+            disturbances.extend(disturbances_of(plant));
             let of_all = actuation_of(&plant.nuisances);
             actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
         }
-        for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
-            let plant = results.plant_of(*dof, method)?;
-            parts.push(part_of_axis(*dof, plant));
-            actuation.insert(*dof, actuation_of(&plant.nuisances));
-            disturbances.extend(disturbance_of_axis(plant).map(|found| (*dof, found)));
-            note_omissions(dof.name(), &plant.nuisances, &mut notes);
-        }
         let (plant, covariance, intervals) = join(parts)?;
-        if results.coupled.is_empty() && plant.axes().len() > 1 {
+        if chosen.iter().all(|plant| plant.is_alone()) && plant.axes().len() > 1 {
             notes.push(ALONE.to_owned());
         }
         let rigid_body = results.rigid_body.as_ref().map(RigidBodyResult::body).transpose()?;
         let mut thrusters = thrusters(results, &mut notes)?;
-        let scale = results.coupled.values().find_map(|plant| plant.nuisances.get("thrust_scale"));
+        let scale = chosen.iter().find_map(|plant| plant.nuisances.get("thrust_scale"));
         if let Some(scale) = scale {
             for own in &mut thrusters {
                 own.curve = scaled(&own.name, &own.curve, [scale.value; 2])?;
@@ -79,7 +70,7 @@ impl PlantModel {
         }
         // Gains are fractions of the thrust of the vehicle file.
         let scale = scale.map_or(1.0, |scale| scale.value);
-        for plant in results.coupled.values() {
+        for plant in &chosen {
             for (name, gain) in plant.thruster_gains() {
                 let both = [gain.forward, gain.reverse].map(|gain| 1.0 + (gain - 1.0) / scale);
                 for own in thrusters.iter_mut().filter(|own| own.name == name) {
@@ -125,14 +116,27 @@ impl Judgement {
     /// # Errors
     /// [`Error::NoPlant`] if `method` has no plant of an axis.
     pub fn of_results(results: &Results, method: Option<Method>) -> Result<Vec<Self>, Error> {
-        let coupled = results.coupled.values().flat_map(|plant| &plant.axes);
-        let coupled: BTreeSet<&Dof> = coupled.collect();
-        let mut all: Vec<Self> = results.coupled.values().map(judgement_of_plant).collect();
-        for dof in results.plants.keys().filter(|dof| !coupled.contains(dof)) {
-            all.push(judgement(*dof, results.plant_of(*dof, method)?));
-        }
-        Ok(all)
+        let of = |plant: &PlantResult| Self {
+            axes: plant.axes.clone(),
+            method: plant.method.to_string(),
+            verdict: plant.verdict.clone(),
+            caveats: plant.caveats.clone(),
+        };
+        Ok(chosen(results, method)?.into_iter().map(of).collect())
     }
+}
+
+/// Returns the plants of several axes, and those of each other axis that was identified alone.
+///
+/// # Errors
+/// [`Error::NoPlant`] if `method` has no plant of an axis alone.
+fn chosen(results: &Results, method: Option<Method>) -> Result<Vec<&PlantResult>, Error> {
+    let mut all: Vec<&PlantResult> = results.together().map(|(_, plant)| plant).collect();
+    let together: BTreeSet<Dof> = all.iter().flat_map(|plant| plant.axes.clone()).collect();
+    for (dof, ..) in results.alone().filter(|(dof, ..)| !together.contains(dof)) {
+        all.push(results.plant_of(dof, method)?);
+    }
+    Ok(all)
 }
 
 const ALONE: &str = "every axis was identified by itself: no coupling in mass or damping is known; \
@@ -157,38 +161,6 @@ fn thrusters(results: &Results, notes: &mut Vec<String>) -> Result<Vec<Thruster>
     Ok(thrusters)
 }
 
-fn part_of_axis(dof: Dof, plant: &PlantResult) -> Part {
-    let p = &plant.parameters;
-    let bias = if dof == Dof::Heave { Basis::WeightExcess } else { Basis::One(dof) };
-    let quadratic = Basis::Product(dof, Product::quadratic(dof));
-    let linear = Basis::Product(dof, Product::linear(dof));
-    let all = [
-        (Basis::Mass(dof, dof), Some(&p.mass)),
-        (quadratic, p.quadratic_drag.as_ref()),
-        (linear, p.linear_drag.as_ref()),
-        (bias, p.bias_force.as_ref()),
-    ];
-    // A buoyant vehicle has an upward force: b on the left is −(W − B).
-    let sign = |basis: &Basis| if *basis == Basis::WeightExcess { -1.0 } else { 1.0 };
-    let fitted: Vec<_> =
-        all.iter().enumerate().filter_map(|(k, (basis, x))| Some((k, *basis, (*x)?))).collect();
-    let covariance = DMatrix::from_fn(fitted.len(), fitted.len(), |i, j| {
-        let ((a, on, x), (b, of, y)) = (fitted[i], fitted[j]);
-        let correlation = if i == j { 1.0 } else { plant.correlation[a][b] };
-        sign(&on) * sign(&of) * correlation * x.std * y.std
-    });
-    let interval = |(_, basis, x): &(usize, Basis, &crate::results::Parameter)| {
-        let ends = [sign(basis) * x.low95, sign(basis) * x.high95];
-        (basis.to_string(), [ends[0].min(ends[1]), ends[0].max(ends[1])])
-    };
-    Part {
-        terms: fitted.iter().map(|(_, basis, x)| (*basis, sign(basis) * x.value)).collect(),
-        covariance,
-        intervals: fitted.iter().map(interval).collect(),
-        effects: Vec::new(),
-    }
-}
-
 /// Scales a curve by gains from trials; a slightly negative gain counts as zero.
 ///
 /// # Errors
@@ -210,7 +182,7 @@ fn scaled(name: &str, curve: &ThrustCurve, gains: [f64; 2]) -> Result<ThrustCurv
 const LEAST_GAIN: f64 = -0.2;
 
 /// Returns the plant of results without gains of thrusters, which are part of the curves.
-fn without_gains(result: &FittedPlant) -> Result<Plant, Error> {
+fn without_gains(result: &PlantResult) -> Result<Plant, Error> {
     let whole = plant_of_result(result)?;
     let structure = whole.structure().without(|term| is_gain(whole.structure(), term));
     let terms = structure.terms().iter();
@@ -218,7 +190,7 @@ fn without_gains(result: &FittedPlant) -> Result<Plant, Error> {
     Plant::new(structure, coefficients)?.pruned()
 }
 
-fn part_of_plant(result: &FittedPlant) -> Result<Part, Error> {
+fn part_of(result: &PlantResult) -> Result<Part, Error> {
     let plant = without_gains(result)?;
     let names = plant.structure().names();
     let index = |name: &String| result.correlation.names.iter().position(|known| known == name);
@@ -287,24 +259,6 @@ pub(super) fn plant_of_terms(terms: &[(Basis, f64)], effects: &[Effect]) -> Resu
     Plant::new(structure, terms.iter().map(|(_, value)| *value).collect())
 }
 
-fn judgement(dof: Dof, plant: &PlantResult) -> Judgement {
-    Judgement {
-        axes: vec![dof],
-        method: plant.method.to_string(),
-        verdict: plant.verdict.clone(),
-        caveats: plant.caveats.clone(),
-    }
-}
-
-fn judgement_of_plant(plant: &FittedPlant) -> Judgement {
-    Judgement {
-        axes: plant.axes.clone(),
-        method: plant.method.to_string(),
-        verdict: plant.verdict.clone(),
-        caveats: plant.caveats.clone(),
-    }
-}
-
 fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
     let fitted = |name: &str| nuisances.get(name).cloned();
     Actuation {
@@ -360,7 +314,7 @@ mod tests {
                 "on": ["sway"], "told_by": "data" })
     }
 
-    /// Results with a coupled boat, and heave alone.
+    /// Results with a boat of sway and yaw, and with heave and yaw alone.
     fn results() -> Results {
         let unit = json!([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         let empty = json!({ "value": [], "std": [] });
@@ -369,32 +323,41 @@ mod tests {
             "parameters": {
                 "mass.sway": x(180.0, 2.0), "mass.sway-yaw": x(12.0, 1.0), "mass.yaw": x(40.0, 0.5)
             },
+            "by_axis": {},
             "mass_matrix": empty, "linear_damping": empty, "quadratic_damping": empty,
             "correlation": { "names": ["mass.yaw", "mass.sway", "mass.sway-yaw"], "value": unit },
             "nuisances": {}, "samples": 10, "log_likelihood": 0.0,
-            "identifiability": { "coefficients": 3, "rank": 3, "variance_inflation": {}, "not_told": [] },
-            "fit": { "by_axis": {}, "trials": {} },
+            "fit": { "by_axis": {}, "by_trial": {} },
             "verdict": { "trust": "do-not-use", "reason": "it drives itself", "codes": ["wrong-sign"] },
             "caveats": [{ "code": "wrong-sign", "severity": "severe", "message": "it drives itself" }]
         });
-        let p = |value: f64| json!({ "value": value, "std": 1.0, "low95": value - 2.0, "high95": value + 2.0, "unit": "" });
-        let heave = json!({
-            "method": "output-error", "terms": ["force", "quadratic", "bias"], "stable": true,
-            "stability": { "kind": "stable" },
-            "parameters": { "mass": p(90.0), "quadratic_drag": p(50.0), "linear_drag": null, "bias_force": p(3.0) },
-            "lumped": { "alpha": 0.01, "beta": -0.5, "mu": 0.0, "bias": 0.0 },
-            "lumped_std": { "alpha": 0.0, "beta": 0.0, "mu": 0.0, "bias": 0.0 },
-            "correlation": [[1.0, 0.2, 0.0, 0.3], [0.2, 1.0, 0.0, 0.1], [0.0, 0.0, 1.0, 0.0], [0.3, 0.1, 0.0, 1.0]],
-            "nuisances": { "lag": p(0.3), "inflow": p(0.1) },
-            "regression": { "samples": 9, "effective_samples": 9.0, "condition": 1.0,
-                            "variance_inflation": {}, "residual_rms": 0.0, "filters": { "velocity": null, "every_term": null } },
-            "fit": { "mean_abs_error": null, "null_error": 0.0, "r_squared": null, "trials": [] },
-            "hold_out": null, "caveats": []
-        });
+        let of_axis = |dof: &str, bias: &str| {
+            let [mass, drag] = [format!("mass.{dof}"), format!("{dof}: |v|v")];
+            let drag = drag.replace("|v|v", if dof == "heave" { "|w|w" } else { "|r|r" });
+            let names = [mass.as_str(), drag.as_str(), bias];
+            json!({
+                "axes": [dof], "method": "output-error", "symmetry": "none",
+                "parameters": { names[0]: x(90.0, 1.0), names[1]: x(50.0, 1.0), names[2]: x(-3.0, 1.0) },
+                "by_axis": {},
+                "mass_matrix": empty, "linear_damping": empty, "quadratic_damping": empty,
+                "correlation": { "names": names, "value": [[1.0, 0.2, -0.3], [0.2, 1.0, -0.1], [-0.3, -0.1, 1.0]] },
+                "nuisances": { "lag": x(0.3, 1.0), "inflow": x(0.1, 1.0) }, "samples": 9,
+                "alone": {
+                    "terms": ["force", "quadratic", "bias"], "stable": true,
+                    "stability": { "kind": "stable" },
+                    "lumped": { "alpha": 0.01, "beta": -0.5, "mu": 0.0, "bias": 0.0 },
+                    "lumped_std": { "alpha": 0.0, "beta": 0.0, "mu": 0.0, "bias": 0.0 },
+                    "regression": { "effective_samples": 9.0, "condition": 1.0, "variance_inflation": {},
+                                    "residual_rms": 0.0, "filters": { "velocity": null, "every_term": null } }
+                },
+                "fit": { "by_axis": {}, "by_trial": {} }, "hold_out": null, "caveats": []
+            })
+        };
+        let (heave, yaw) = (of_axis("heave", "weight-minus-buoyancy"), of_axis("yaw", "yaw: 1"));
         let all = json!({
             "schema": crate::results::SCHEMA, "version": "0.1.0", "vehicle": "boat", "dry_mass_kg": null,
             "provenance": { "command": "seaplant identify", "inputs": [], "seed": null, "settings": {} },
-            "plants": { "heave": heave, "yaw": heave }, "coupled": { "sway-yaw": boat },
+            "plants": { "heave": heave, "yaw": yaw, "sway-yaw": boat },
             "methods": {}, "subsets": {}, "steady": {}, "thrusters": [], "bollard_pull": null,
             "sensors": [], "trials": [], "truth": null, "failures": [], "caveats": []
         });
@@ -402,9 +365,9 @@ mod tests {
     }
 
     #[test]
-    fn coupled_axes_and_single_axes_are_one_plant() {
+    fn plants_of_several_axes_and_of_others_alone_are_one_plant() {
         let model = PlantModel::of_results(&results(), "results.json", None).expect("a plant");
-        // Yaw is in the coupled plant: its single-axis plant is ignored.
+        // Yaw is in the plant of both: that of yaw alone is ignored.
         assert_eq!(model.plant.axes(), [Dof::Sway, Dof::Heave, Dof::Yaw]);
         assert_eq!(model.plant.mass_matrix()[(0, 2)], 12.0);
         // b = 3 N on the left is an upward force.
@@ -422,7 +385,7 @@ mod tests {
         let thruster = json!({ "name": "port", "position_m": [0.0, -0.5, 0.0],
             "direction": [0.0, 1.0, 0.0], "input": "speed", "curve": "a law", "law": law });
         results.thrusters.push(serde_json::from_value(thruster).expect("a thruster"));
-        let plant = results.coupled.get_mut("sway-yaw").expect("the boat");
+        let plant = results.plants.get_mut("sway-yaw").expect("the boat");
         for (what, in_reverse, value) in
             [("excess-thrust", false, gain - 1.0), ("excess-reverse-thrust", true, reverse - gain)]
         {
@@ -447,7 +410,7 @@ mod tests {
     #[test]
     fn exported_curves_include_the_gains_of_thrusters() {
         let results = with_gains(0.9, 0.7);
-        let gain = results.coupled["sway-yaw"].thruster_gains()["port"];
+        let gain = results.plants["sway-yaw"].thruster_gains()["port"];
         assert!((gain.forward - 0.9).abs() < 1e-12 && (gain.reverse - 0.7).abs() < 1e-12);
         // σ² of a sum of two of 0.02 with a correlation of −½ is that of either.
         assert!((gain.std[0] - 0.02).abs() < 1e-12 && (gain.std[1] - 0.02).abs() < 1e-12);

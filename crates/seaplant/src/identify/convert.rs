@@ -11,14 +11,15 @@ use crate::estimate::{
     SteadyTest,
 };
 use crate::excursion::Excursion;
-use crate::judge::{Verdict, box_pierce};
+use crate::judge::box_pierce;
+use crate::plant::{Basis, RigidBody, bias_sign, own_terms};
 use crate::quantity::{Attitude, Axis, World};
 use crate::regression::Intervals;
 use crate::results::{
-    AccumulatedPlant, AxisResult, BuoyancyResult, CurveResult, PairResult, Parameter, Parameters,
-    PlantResult, Provenance, RegressionResult, Results, RigidBodyResult, SCHEMA, Score,
-    SegmentResult, SensorResult, SteadyResult, SteadyTestResult, ThrustPart, ThrusterResult,
-    TrialResult,
+    AccumulatedPlant, Alone, AxisResult, BuoyancyResult, Coefficient, Correlation, CurveResult,
+    MatrixResult, PairResult, Parameter, Parameters, PlantResult, PlantScore, Provenance,
+    RegressionResult, Results, RigidBodyResult, SCHEMA, SegmentResult, SensorResult, SteadyResult,
+    SteadyTestResult, TermDecision, ThrustPart, ThrusterResult, ToldBy, TrialResult,
 };
 use crate::{
     Caveat, Dof, Error, Estimate, LumpedParameters, Model, Motion, Quantity, Sensor, Term, Terms,
@@ -27,38 +28,96 @@ use crate::{
 
 /// Prediction scores of a plant.
 pub(super) struct Scores {
-    pub(super) fit: Score,
-    pub(super) hold_out: Option<Score>,
-    pub(super) left_out: Option<Score>,
+    pub(super) fit: PlantScore,
+    pub(super) hold_out: Option<PlantScore>,
+    pub(super) left_out: Option<PlantScore>,
 }
 
-pub(super) fn plant_result(fit: &Fit, scores: Scores, caveats: Vec<Caveat>) -> PlantResult {
-    let correlation = fit.correlation();
-    let stability = fit.lumped.stability();
+pub(super) fn plant_result(
+    fit: &Fit,
+    body: Option<&RigidBody>,
+    scores: Scores,
+    caveats: Vec<Caveat>,
+) -> PlantResult {
+    let (dof, stability) = (fit.dof, fit.lumped.stability());
     let std = |j: usize| fit.covariance[(j, j)].sqrt();
+    let (parameters, correlation) = coefficients(fit);
+    let [mass, quadratic, linear, _] = own_terms(dof);
+    let matrix = |term: Basis| {
+        let of = |x: fn(&Coefficient) -> f64| parameters.get(&term.to_string()).map_or(0.0, x);
+        MatrixResult { value: vec![vec![of(|x| x.value)]], std: vec![vec![of(|x| x.std)]] }
+    };
+    let rigid = body.map(|body| body.mass_matrix()[(dof.index(), dof.index())]);
+    let mass = matrix(mass);
     PlantResult {
-        method: fit.method,
-        terms: fit.terms.fitted(),
-        stable: stability.is_stable(),
-        stability,
-        parameters: parameters(&fit.estimates(), fit.dof),
-        lumped: fit.lumped,
-        lumped_std: LumpedParameters { alpha: std(0), beta: std(1), mu: std(2), bias: std(3) },
-        correlation: std::array::from_fn(|i| std::array::from_fn(|j| correlation[(i, j)])),
+        by_axis: Parameters::by_axis(&[dof], &parameters),
+        rigid_body_mass_matrix: rigid.map(|rigid| vec![vec![rigid]]),
+        added_mass: rigid.map(|rigid| vec![vec![mass.value[0][0] - rigid]]),
+        linear_damping: matrix(linear),
+        quadratic_damping: matrix(quadratic),
+        mass_matrix: mass,
+        parameters,
+        correlation,
         nuisances: nuisances(fit),
-        structure: fit.structure.clone(),
-        steady_test: fit.steady_test.map(|test| steady_test(&test, fit.dof)),
-        thrust_part: thrust_part(fit),
+        structure: fit.structure.iter().map(TermDecision::from).collect(),
+        samples: fit.samples,
+        alone: Some(Alone {
+            terms: fit.terms.fitted(),
+            stable: stability.is_stable(),
+            stability,
+            lumped: fit.lumped,
+            lumped_std: LumpedParameters { alpha: std(0), beta: std(1), mu: std(2), bias: std(3) },
+            steady_test: fit.steady_test.map(|test| steady_test(&test, dof)),
+            thrust_part: thrust_part(fit),
+            regression: regression(fit),
+        }),
         innovations: fit.innovations.clone(),
+        whiteness: box_pierce(&fit.innovations),
         history: fit.history.clone(),
-        regression: regression(fit),
         fit: scores.fit,
         hold_out: scores.hold_out,
         left_out: scores.left_out,
-        whiteness: box_pierce(&fit.innovations),
         caveats,
-        verdict: Verdict::default(),
+        ..PlantResult::empty(vec![dof], fit.method)
     }
+}
+
+/// Returns the coefficients of a fit of one axis by name, with their correlations.
+fn coefficients(fit: &Fit) -> (BTreeMap<String, Coefficient>, Correlation) {
+    let (dof, units) = (fit.dof, fit.dof.units());
+    let PhysicalEstimates { mass, d_quadratic, d_linear, bias_force } = fit.estimates();
+    let turned = |x: Estimate| match bias_sign(dof) {
+        sign if sign < 0.0 => {
+            Estimate { value: -x.value, std: x.std, low95: -x.high95, high95: -x.low95 }
+        }
+        _ => x,
+    };
+    let estimates = [Some(mass), d_quadratic, d_linear, bias_force.map(turned)];
+    let units = [units.mass, units.quadratic_drag, units.linear_drag, units.force];
+    let fitted: Vec<(usize, Basis, Estimate)> = own_terms(dof)
+        .into_iter()
+        .zip(estimates)
+        .enumerate()
+        .filter_map(|(k, (term, estimate))| Some((k, term, estimate?)))
+        .collect();
+    let named = |(k, term, estimate): &(usize, Basis, Estimate)| {
+        let Estimate { value, std, low95, high95 } = *estimate;
+        // A constant force may well be zero.
+        let is_open = *k < 3 && high95 - low95 > 2.0 * value.abs();
+        let told_by = if is_open { ToldBy::Nothing } else { ToldBy::Data };
+        let (unit, on) = (units[*k].to_owned(), vec![dof]);
+        (term.to_string(), Coefficient { value, std, low95, high95, unit, on, told_by })
+    };
+    let all = fit.correlation();
+    let sign = |k: usize| if k == 3 { bias_sign(dof) } else { 1.0 };
+    let row = |(i, ..): &(usize, Basis, Estimate)| {
+        fitted.iter().map(|(j, ..)| sign(*i) * sign(*j) * all[(*i, *j)]).collect()
+    };
+    let correlation = Correlation {
+        names: fitted.iter().map(|(_, term, _)| term.to_string()).collect(),
+        value: fitted.iter().map(row).collect(),
+    };
+    (fitted.iter().map(named).collect(), correlation)
 }
 
 fn parameters(estimates: &PhysicalEstimates, dof: Dof) -> Parameters {
@@ -97,7 +156,6 @@ fn thrust_part(fit: &Fit) -> Option<ThrustPart> {
 
 fn regression(fit: &Fit) -> RegressionResult {
     RegressionResult {
-        samples: fit.samples,
         effective_samples: fit.effective_samples,
         condition: fit.condition,
         variance_inflation: fit.inflation.iter().copied().collect(),
@@ -113,6 +171,7 @@ pub(super) fn accumulated(fit: &Fit) -> AccumulatedPlant {
         terms: fit.terms.fitted(),
         parameters: parameters(&fit.estimates(), fit.dof),
         lumped: fit.lumped,
+        samples: fit.samples,
         regression: regression(fit),
         caveats: fit.caveats.clone(),
     }
@@ -252,9 +311,7 @@ pub(super) fn empty_results(
             ..Default::default()
         },
         plants: BTreeMap::new(),
-        coupled: BTreeMap::new(),
         steering: Vec::new(),
-        coupled_online: BTreeMap::new(),
         methods: BTreeMap::new(),
         subsets: BTreeMap::new(),
         steady: BTreeMap::new(),
@@ -263,7 +320,6 @@ pub(super) fn empty_results(
         sensors: sensor_results(vehicle, trials),
         trials: trials.iter().map(|trial| trial_result(trial, vehicle)).collect(),
         truth: None,
-        coupled_truth: None,
         consequences: Vec::new(),
         plan: None,
         failures: Vec::new(),

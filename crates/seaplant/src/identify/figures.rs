@@ -29,7 +29,7 @@ impl Identification {
 
     /// Returns the motion of plants of several axes.
     fn of_several_axes<'a>(&'a self, trials: &'a [Trial]) -> impl Iterator<Item = Series> + 'a {
-        self.results.coupled.iter().flat_map(move |(name, plant)| {
+        self.results.together().flat_map(move |(name, plant)| {
             let unsteady = trials.iter().filter(|trial| trial.role() != Role::Steady);
             unsteady.flat_map(move |trial| {
                 let figure = |comparison| {

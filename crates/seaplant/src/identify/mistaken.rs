@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::verdict::verdict;
 use crate::diagnose::{Mistake, certain, mistakes};
-use crate::results::{Failure, FittedPlant, PlantResult, Results, Trust, Verdict};
+use crate::results::{Failure, PlantResult, Results, Trust, Verdict};
 use crate::{Caveat, Dof, Trial, Vehicle};
 
 /// Returns probable mistakes of the user: signs, exchanged channels, frames, mounting, units.
@@ -20,11 +20,9 @@ pub fn likely_mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Caveat> {
 /// A mistake that is not certain is reported only if at least one of its axes is doubtful, and then for all of
 /// them.
 pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
-    let Results { failures, plants, methods, coupled, .. } = results;
-    let verdicts = plants.values().map(|plant| &plant.verdict);
-    let mut verdicts = verdicts.chain(coupled.values().map(|plant| &plant.verdict));
-    let is_sound = failures.is_empty() && !verdicts.any(is_doubtful);
-    let certain = certain(vehicle, trials, heave_kg(plants, coupled));
+    let Results { failures, plants, .. } = results;
+    let is_sound = failures.is_empty() && !plants.values().any(|plant| is_doubtful(&plant.verdict));
+    let certain = certain(vehicle, trials, heave_kg(plants));
     if is_sound && certain.is_empty() {
         return;
     }
@@ -34,34 +32,29 @@ pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
             return true;
         }
         let is_of = |dof: &Dof| mistake.axes.contains(dof);
-        let alone = plants.iter().any(|(dof, plant)| is_of(dof) && is_doubtful(&plant.verdict));
-        let together =
-            |plant: &FittedPlant| is_doubtful(&plant.verdict) && plant.axes.iter().any(&is_of);
-        let failed =
-            |one: &Failure| is_together(one) || is_of(&one.dof) && !plants.contains_key(&one.dof);
-        alone || coupled.values().any(together) || failures.iter().any(failed)
+        let doubtful =
+            |plant: &PlantResult| is_doubtful(&plant.verdict) && plant.axes.iter().any(&is_of);
+        let failed = |one: &Failure| is_together(one) || is_of(&one.dof) && !has_plant(plants, one);
+        plants.values().any(doubtful) || failures.iter().any(failed)
     });
     for failure in failures {
-        if is_together(failure) || !plants.contains_key(&failure.dof) {
+        if is_together(failure) || !has_plant(plants, failure) {
             explain(failure, &found);
         }
     }
-    for (dof, plant) in plants {
-        doubt(*dof, plant, &found);
-        let of_method = methods.get_mut(dof).and_then(|all| all.get_mut(&plant.method));
-        of_method.into_iter().for_each(|same| doubt(*dof, same, &found));
-    }
-    coupled.values_mut().for_each(|plant| doubt_together(plant, &found));
+    plants.values_mut().for_each(|plant| doubt(plant, &found));
+}
+
+/// Returns whether the axis of a failed fit has a plant by another method.
+fn has_plant(plants: &BTreeMap<String, PlantResult>, failure: &Failure) -> bool {
+    plants.get(failure.dof.name()).is_some_and(PlantResult::is_alone)
 }
 
 /// Returns the mass of a plant in heave.
-fn heave_kg(
-    plants: &BTreeMap<Dof, PlantResult>,
-    coupled: &BTreeMap<String, FittedPlant>,
-) -> Option<f64> {
-    let alone = plants.get(&Dof::Heave).map(|plant| plant.parameters.mass.value);
-    let mut together = coupled.values().filter_map(|plant| plant.parameters.get("mass.heave"));
-    alone.or_else(|| Some(together.next()?.value))
+fn heave_kg(plants: &BTreeMap<String, PlantResult>) -> Option<f64> {
+    let mass = |plant: &PlantResult| Some(plant.parameters.get("mass.heave")?.value);
+    let alone = plants.get(Dof::Heave.name()).and_then(mass);
+    alone.or_else(|| plants.values().find_map(mass))
 }
 
 fn is_doubtful(verdict: &Verdict) -> bool {
@@ -80,24 +73,19 @@ fn explain(failure: &mut Failure, found: &[Mistake]) {
     failure.message += &said;
 }
 
-fn doubt(dof: Dof, plant: &mut PlantResult, found: &[Mistake]) {
-    let own = found.iter().filter(|mistake| mistake.axes.contains(&dof));
-    let own: Vec<Caveat> = own.map(Mistake::caveat).collect();
-    if !own.is_empty() {
-        plant.caveats.splice(0..0, own);
-        plant.verdict = verdict(dof, plant);
-    }
-}
-
-fn doubt_together(plant: &mut FittedPlant, found: &[Mistake]) {
+fn doubt(plant: &mut PlantResult, found: &[Mistake]) {
     let is_of = |mistake: &&Mistake| mistake.axes.iter().any(|dof| plant.axes.contains(dof));
     let own: Vec<Caveat> = found.iter().filter(is_of).map(Mistake::caveat).collect();
     let Some(first) = own.first() else { return };
     let reason = format!("severe caveat: {}", first.code.words());
     let mut codes = plant.verdict.codes.clone();
     codes.splice(0..0, own.iter().map(|caveat| caveat.code));
+    plant.caveats.splice(0..0, own);
+    if plant.is_alone() {
+        plant.verdict = verdict(plant);
+        return;
+    }
     let before = std::mem::take(&mut plant.verdict);
     plant.verdict = Verdict { trust: Trust::DoNotUse, reason, codes, ..before };
     plant.verdicts.values_mut().for_each(|verdict| verdict.clone_from(&plant.verdict));
-    plant.caveats.splice(0..0, own);
 }

@@ -16,7 +16,7 @@ pub(super) fn identify(
     results: &mut Results,
 ) {
     let has_yaw = |plan: &&PlantPlan| plan.axes.contains(&Dof::Yaw);
-    let Some(plan) = options.coupled.iter().find(has_yaw) else { return };
+    let Some(plan) = options.together.iter().find(has_yaw) else { return };
     // Missing records are reported as the plant's own failure.
     let Ok(records) = Records::of(trials, &plan.axes) else { return };
     for rudder in vehicle.fins.iter().filter(|fin| fin.kind == Surface::Rudder) {

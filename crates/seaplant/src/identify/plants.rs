@@ -29,8 +29,8 @@ use crate::estimate::{
 use crate::judge::STILL;
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure};
 use crate::results::{
-    AxisScore, Coefficient, Correlation, Driven, Failure, FittedPlant, Identifiability,
-    MatrixResult, Parameter, PlantOnline, PlantScore, Results, TermDecision, ToldBy, Verdict,
+    Coefficient, Correlation, Driven, Failure, Identifiability, MatrixResult, Parameter,
+    Parameters, PlantResult, PlantScore, Results, Score, TermDecision, ToldBy,
 };
 use crate::{
     Caveat, CaveatCode, Dof, Error, Estimate, Method, PlantPlan, Role, Timed, Trial, TrialRecord,
@@ -46,15 +46,13 @@ pub(super) fn identify(
     results: &mut Results,
     begins: &mut dyn FnMut(&[Dof]),
 ) {
-    for plan in &options.coupled {
+    for plan in &options.together {
         begins(&plan.axes);
         match plant(plan, vehicle, trials, options) {
             Ok((name, plant, (online, failures))) => {
-                results.coupled.insert(name.clone(), plant);
+                results.methods.entry(name.clone()).or_default().extend(online);
+                results.plants.insert(name, plant);
                 results.failures.extend(failures);
-                if !online.is_empty() {
-                    results.coupled_online.insert(name, online);
-                }
             }
             Err(error) => {
                 results.failures.push(failure(&plan.axes, Method::FilterError, &error));
@@ -127,14 +125,14 @@ impl<'a> Records<'a> {
 }
 
 /// Plants by methods that work sample by sample, and the failures of such methods.
-type Online = (BTreeMap<Method, PlantOnline>, Vec<Failure>);
+type Online = (BTreeMap<Method, PlantResult>, Vec<Failure>);
 
 fn plant(
     plan: &PlantPlan,
     vehicle: &Vehicle,
     trials: &[Trial],
     options: &IdentifyOptions,
-) -> Result<(String, FittedPlant, Online), Error> {
+) -> Result<(String, PlantResult, Online), Error> {
     let records = Records::of(trials, &plan.axes)?;
     let all = || records.fit.iter().chain(&records.hold_out);
     let is_logged = |signal: &Signal| all().all(|record| record.signals.contains_key(signal));
@@ -217,7 +215,7 @@ impl Scored {
         };
         if let Some(score) = &mut of_hold_out {
             for (dof, change) in change::changes(&fit, held_out)? {
-                score.by_axis.entry(dof).and_modify(|score| score.change = Some(change));
+                score.by_axis.entry(dof).and_modify(|score| score.likely_change = Some(change));
             }
         }
         Ok(Self { fit, of_fit, of_hold_out })
@@ -226,7 +224,7 @@ impl Scored {
     /// Computes Σ ln(1 − R²) over the axes of the held-out trials, or of the fitted ones.
     fn misfit(&self) -> f64 {
         let score = self.of_hold_out.as_ref().unwrap_or(&self.of_fit);
-        let of = |score: &AxisScore| score.r2.map_or(f64::INFINITY, |r2| (1.0 - r2).ln());
+        let of = |score: &Score| score.r_squared.map_or(f64::INFINITY, |r2| (1.0 - r2).ln());
         score.by_axis.values().map(of).sum()
     }
 }
@@ -267,11 +265,7 @@ fn best(
 
 /// Scores a separate fit of each driven axis with measured velocity, on held-out trials if there
 /// are any; thrusters and sensors are as in the fit of all axes.
-fn scores_alone(
-    fit: &PlantFit,
-    records: &Records<'_>,
-    vehicle: &Vehicle,
-) -> BTreeMap<Dof, AxisScore> {
+fn scores_alone(fit: &PlantFit, records: &Records<'_>, vehicle: &Vehicle) -> BTreeMap<Dof, Score> {
     let scored = if records.hold_out.is_empty() { &records.fit } else { &records.hold_out };
     let of = |&dof: &Dof| {
         records.fit.iter().find(|record| record.is_driven(dof))?;
@@ -402,7 +396,7 @@ fn check_scale_across(
 /// sensor.
 const LEVERS: [&str; 3] = ["lever_x", "lever_y", "lever_z"];
 
-fn result(fit: &PlantFit, rigid_body: Option<&RigidBody>) -> FittedPlant {
+fn result(fit: &PlantFit, rigid_body: Option<&RigidBody>) -> PlantResult {
     let structure = fit.plant.structure();
     let named = structure.names().into_iter().enumerate().map(|(k, name)| (name, k));
     let parameters: BTreeMap<String, Coefficient> =
@@ -410,9 +404,7 @@ fn result(fit: &PlantFit, rigid_body: Option<&RigidBody>) -> FittedPlant {
     let not_told = parameters.iter().filter(|(_, x)| x.told_by == ToldBy::Nothing);
     let rigid = rigid_body.map(|body| on_axes(structure.axes(), &body.mass_matrix()));
     let mass = fit.plant.mass_matrix();
-    FittedPlant {
-        axes: structure.axes().to_vec(),
-        method: fit.method,
+    PlantResult {
         symmetry: structure.symmetry(),
         effects: structure.effects().to_vec(),
         mass_matrix: matrix(fit, &mass, |i, j| Basis::Mass(i.min(j), i.max(j))),
@@ -426,33 +418,34 @@ fn result(fit: &PlantFit, rigid_body: Option<&RigidBody>) -> FittedPlant {
         }),
         correlation: correlation(fit),
         nuisances: nuisances(fit),
-        nondimensional: None,
-        identifiability: Identifiability {
+        identifiability: Some(Identifiability {
             coefficients: structure.terms().len(),
             rank: fit.rank,
             variance_inflation: named.map(|(name, k)| (name, fit.inflation[k])).collect(),
             not_told: not_told.map(|(name, _)| name.clone()).collect(),
-        },
+        }),
         structure: fit.tried.iter().map(decision).collect(),
         thruster_faults: fit.faults.clone(),
         thrusters_exchanged: fit.exchanged.clone(),
-        thruster_estimates: BTreeMap::new(),
         samples: fit.samples,
-        log_likelihood: fit.log_likelihood,
-        fit: crate::results::PlantScore::default(),
-        hold_out: None,
-        single_axes: BTreeMap::new(),
-        verdict: Verdict::default(),
-        verdicts: BTreeMap::new(),
-        driven: BTreeMap::new(),
-        caveats: Vec::new(),
+        log_likelihood: Some(fit.log_likelihood),
+        by_axis: Parameters::by_axis(structure.axes(), &parameters),
         parameters,
+        ..PlantResult::empty(structure.axes().to_vec(), fit.method)
     }
 }
 
 fn decision(tried: &Tried) -> TermDecision {
     let Tried { admitted, likelihood_ratio, p_value, .. } = *tried;
-    TermDecision { terms: vec![tried.name.clone()], admitted, likelihood_ratio, p_value }
+    let candidate = tried.name.clone();
+    TermDecision {
+        candidate,
+        admitted,
+        likelihood_ratio,
+        p_value: Some(p_value),
+        needed: None,
+        size: None,
+    }
 }
 
 fn coefficient(fit: &PlantFit, k: usize) -> Coefficient {
@@ -489,6 +482,9 @@ fn coefficient_of(plant: &Plant, k: usize, std: f64, freedom: f64) -> Coefficien
     }
 }
 
+/// The largest standard deviation that results state.
+const MOST_STD: f64 = 1e150;
+
 fn on_axes(axes: &[Dof], six: &Matrix6<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(axes.len(), axes.len(), |i, j| six[(axes[i].index(), axes[j].index())])
 }
@@ -500,7 +496,7 @@ fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
 fn matrix(fit: &PlantFit, value: &DMatrix<f64>, term: impl Fn(Dof, Dof) -> Basis) -> MatrixResult {
     let axes = fit.plant.axes();
     let std = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
-        fit.std(&term(axes[i], axes[j])).unwrap_or(0.0)
+        fit.std(&term(axes[i], axes[j])).unwrap_or(0.0).min(MOST_STD)
     });
     MatrixResult { value: rows(value), std: rows(&std) }
 }
@@ -510,7 +506,8 @@ fn correlation(fit: &PlantFit) -> Correlation {
     let p = fit.covariance.nrows();
     let value = DMatrix::from_fn(p, p, |i, j| {
         let both = std(i) * std(j);
-        if both > 0.0 { fit.covariance[(i, j)] / both } else { f64::from(u8::from(i == j)) }
+        let is_known = both > 0.0 && both.is_finite();
+        if is_known { fit.covariance[(i, j)] / both } else { f64::from(u8::from(i == j)) }
     });
     Correlation { names: fit.plant.structure().names(), value: rows(&value) }
 }

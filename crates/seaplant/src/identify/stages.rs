@@ -53,7 +53,7 @@ pub fn stages(vehicle: &Vehicle, trials: &[Trial], options: &IdentifyOptions) ->
             push(vec![dof], method, samples, cost_s(method, fitted));
         }
     }
-    for plan in &options.coupled {
+    for plan in &options.together {
         let samples = trials.iter().map(|trial| samples_together(trial, plan)).sum();
         push(plan.axes.clone(), Method::FilterError, samples, cost_together_s(plan, samples));
     }

@@ -18,9 +18,7 @@ use crate::judge::{
     may_be_off, one_speed, records, reversed, score, still, turned, vouched, widened, windows_of,
     working_speed,
 };
-use crate::results::{
-    Failure, FittedModel, GoodFor, Identification, PlantChange, Score, TrialScore,
-};
+use crate::results::{Failure, FittedModel, GoodFor, Identification, PlantChange, Results, Score};
 use crate::trial::Beside;
 use crate::{AxisRecord, Caveat, CaveatCode, Error, Fit, Model, Term, Trial, VelocitySource};
 
@@ -230,8 +228,9 @@ impl Work<'_> {
                 found.results.failures.push(self.failure(one.fit.method.name(), &error));
             }
         }
-        if let Some(plant) = found.results.plants.get_mut(&self.dof) {
-            let others = found.results.methods.entry(self.dof).or_default();
+        let Results { plants, methods, .. } = &mut found.results;
+        if let Some(plant) = plants.get_mut(self.dof.name()) {
+            let others = methods.entry(self.dof.name().to_owned()).or_default();
             plant.caveats.extend(better_elsewhere(self.dof, plant, others));
         }
         let fit = recommended?.fit.clone();
@@ -317,26 +316,26 @@ impl Work<'_> {
     }
 
     /// Returns the motion that trials outside the fit confirm.
-    fn good_for(&self, score: &Score, bench: &Bench) -> GoodFor {
-        let is_vouched = vouched(score);
+    fn good_for(&self, scored: &Scored, bench: &Bench) -> GoodFor {
+        let is_vouched = vouched(&scored.score, scored.of_trials());
         let felt = |record: &AxisRecord| -> Option<Vec<f64>> {
             let felt = record.acceleration.as_ref().filter(|_| !record.knows_velocity())?;
             Some(felt.windows().map(|mean| mean.mean).collect())
         };
-        let of = |trial: &'_ TrialScore| {
-            let record = bench.tested().iter().find(|record| record.trial == trial.trial);
+        let of = |name: &str| {
+            let record = bench.tested().iter().find(|record| record.trial == name);
             let moving = record.filter(|record| record.knows_velocity());
             (moving.and_then(|record| record.velocity().ok()), record.and_then(felt))
         };
-        let tested = score.trials.iter().map(|trial| {
-            let (speed, acceleration) = of(trial);
+        let tested = scored.trials.iter().map(|(name, trial)| {
+            let (speed, acceleration) = of(name);
             Tested {
-                trial: &trial.trial,
+                trial: name,
                 axis: self.dof,
                 error: trial.mean_abs_error,
                 free_error: trial.offset_free_error,
                 null_error: trial.null_error,
-                usual_null_error: score.null_error,
+                usual_null_error: scored.score.null_error,
                 r_squared: trial.r_squared,
                 is_explained: false,
                 is_vouched,
@@ -427,29 +426,30 @@ impl Work<'_> {
         let unseen = hold_out.as_ref().and_then(|scored| plant_change(scored, "held-out"));
         doubts.extend(unseen.or_else(|| plant_change(own, "fitted")));
         doubts.extend(whiteness.and_then(|whiteness| self.not_white(whiteness, fit)));
-        let good_for = one.tested().map(|scored| self.good_for(&scored.score, bench));
+        let good_for = one.tested().map(|scored| self.good_for(scored, bench));
         let is_hidden =
             |score: &Score| score.mean_abs_error.is_some_and(|error| error < score.null_error);
         let held = hold_out.iter().filter(|scored| is_hidden(&scored.score));
         let worse = held.zip(&good_for).flat_map(|(_, good_for)| good_for.caveats(|_| true));
         doubts.extend(worse);
         let scores = Scores {
-            fit: own.score.clone(),
-            hold_out: hold_out.as_ref().map(|scored| scored.score.clone()),
-            left_out: left_out.as_ref().map(|scored| scored.score.clone()),
+            fit: own.of_axis(self.dof),
+            hold_out: hold_out.as_ref().map(|scored| scored.of_axis(self.dof)),
+            left_out: left_out.as_ref().map(|scored| scored.of_axis(self.dof)),
         };
-        doubts.extend(scoring(self.dof, &scores.fit, scores.hold_out.as_ref()));
+        doubts.extend(scoring(self.dof, &own.score, hold_out.as_ref()));
         doubts.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
         doubts.dedup();
-        let mut plant = plant_result(fit, scores, doubts);
+        let body = self.vehicle.rigid_body.as_ref();
+        let mut plant = plant_result(fit, body, scores, doubts);
         plant.verdict.good_for = good_for;
         plant.verdict.may_be_off = may_be_off(&self.numbers(one, rivals, bench));
         let (dof, method, model) = (self.dof, fit.method, fit.model());
         found.models.push(FittedModel { dof, method, model });
         if is_recommended {
-            found.results.plants.insert(dof, plant.clone());
+            found.results.plants.insert(plant.name(), plant.clone());
         }
-        found.results.methods.entry(dof).or_default().insert(method, plant);
+        found.results.methods.entry(plant.name()).or_default().insert(method, plant);
         Ok(())
     }
 }

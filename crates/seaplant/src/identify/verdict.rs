@@ -2,7 +2,7 @@
 
 use crate::judge::{PREDICTS, Score, Trust, Verdict, explains, free_error, vouched};
 use crate::results::{GoodFor, MayBeOff, PlantResult};
-use crate::{CaveatCode, Dof, Severity, Stability};
+use crate::{CaveatCode, Severity, Stability};
 
 /// Maximum prediction error of a confirmed plant, relative to that of the best model without a
 /// plant.
@@ -19,8 +19,8 @@ const fn is_doubt(code: CaveatCode) -> bool {
 
 /// Judges a plant by its stability, its caveats and its error on trials outside the fit. Takes the
 /// confirmed motion and the possible errors of numbers from the present verdict.
-pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
-    let mut verdict = judged_by_errors(dof, plant);
+pub(crate) fn verdict(plant: &PlantResult) -> Verdict {
+    let mut verdict = judged_by_errors(plant);
     let Verdict { good_for, mut may_be_off, .. } = plant.verdict.clone();
     if let Some(exceptions) = good_for.as_ref().and_then(GoodFor::exceptions)
         && verdict.trust >= Trust::UsableWithCare
@@ -32,18 +32,19 @@ pub(crate) fn verdict(dof: Dof, plant: &PlantResult) -> Verdict {
     Verdict { good_for, may_be_off, ..verdict }
 }
 
-fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
+fn judged_by_errors(plant: &PlantResult) -> Verdict {
+    let dof = plant.first_axis();
     let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
     let codes: Vec<CaveatCode> =
         with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
     let of = |trust, reason: String| Verdict::new(trust, reason, codes.clone());
     let unit = dof.units().velocity;
-    if !plant.stable {
-        let how = match plant.stability {
+    if let Some(alone) = plant.alone.as_ref().filter(|alone| !alone.stable) {
+        let how = match alone.stability {
             Stability::Stable | Stability::Unstable => String::new(),
             _ => format!(" {unit}"),
         };
-        return of(Trust::DoNotUse, format!("the model {}{how}", plant_is(&plant.stability)));
+        return of(Trust::DoNotUse, format!("the model {}{how}", plant_is(&alone.stability)));
     }
     let severe = with(Severity::Severe).count();
     if let Some(first) = with(Severity::Severe).next() {
@@ -51,10 +52,14 @@ fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
             if severe > 1 { format!(" and {} more below", severe - 1) } else { String::new() };
         return of(Trust::DoNotUse, format!("severe caveat: {}{more}", first.code.words()));
     }
-    let (score, trials) = match (&plant.hold_out, &plant.left_out) {
-        (Some(score), _) => (score, held_out(score)),
-        (None, Some(score)) => (score, "trials that were left out in turn".to_owned()),
-        (None, None) => return of(Trust::Doubtful, "no held-out trial has tested it".to_owned()),
+    let tested = plant.hold_out.as_ref().or(plant.left_out.as_ref());
+    let own = tested.and_then(|tested| Some((tested, tested.by_axis.get(&dof)?)));
+    let Some((tested, score)) = own else {
+        return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
+    };
+    let trials = match &plant.hold_out {
+        Some(held) => held_out(held.by_trial.len()),
+        None => "trials that were left out in turn".to_owned(),
     };
     let unit = score.quantity.unit(dof);
     let Some(e) = score.mean_abs_error else {
@@ -66,7 +71,7 @@ fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
         spoken2(score.null_error),
         score.quantity.null_model(),
     );
-    let vouched = vouched(score);
+    let vouched = vouched(score, tested.trials(dof).map(|(_, score)| score));
     if free_error(score) > PREDICTS * score.null_error
         && !vouched
         && !explains(score.quantity, score.r_squared)
@@ -87,9 +92,9 @@ fn judged_by_errors(dof: Dof, plant: &PlantResult) -> Verdict {
     }
     let warns = |code| with(Severity::Warning).any(|caveat| caveat.code == code);
     if warns(CaveatCode::AnotherPlantFits)
-        && [&plant.fit, score]
-            .iter()
-            .filter_map(|score| score.change)
+        && [plant.fitted(dof), Some(score)]
+            .into_iter()
+            .filter_map(|score| score?.change)
             .any(|change| change.refutes())
     {
         let reason = "what trials ask for is further off than a usable plant may be".to_owned();
@@ -138,8 +143,8 @@ fn no_better_than_null(score: &Score, trials: &str, unit: &str, vouched: bool) -
 }
 
 /// Returns "the held-out trial" or "the 3 held-out trials".
-fn held_out(score: &Score) -> String {
-    match score.trials.len() {
+fn held_out(trials: usize) -> String {
+    match trials {
         0 | 1 => "the held-out trial".to_owned(),
         n => format!("the {n} held-out trials"),
     }
@@ -164,11 +169,13 @@ fn spoken2(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
     use crate::identify;
     use crate::results::{NullModel, NullScore, PlantChange};
     use crate::twin::{TwinSpec, make};
-    use crate::{Caveat, Estimate, IdentifyOptions, Method, Trial, TrialSetup};
+    use crate::{Caveat, Dof, Estimate, IdentifyOptions, Method, Trial, TrialSetup};
 
     /// Returns a plant of the twin by equation error, without caveats.
     fn plant() -> PlantResult {
@@ -182,8 +189,7 @@ mod tests {
         let trials: Vec<Trial> = dive.trials.iter().map(trial).collect();
         let options =
             IdentifyOptions { methods: vec![Method::EquationError], ..IdentifyOptions::default() };
-        let mut plant =
-            identify(&dive.vehicle, &trials, &options).results.plants[&Dof::Surge].clone();
+        let mut plant = identify(&dive.vehicle, &trials, &options).results.plants["surge"].clone();
         plant.caveats.clear();
         plant
     }
@@ -191,17 +197,19 @@ mod tests {
     fn judged(change: impl FnOnce(&mut PlantResult)) -> Verdict {
         let mut plant = plant();
         change(&mut plant);
-        verdict(Dof::Surge, &plant)
+        verdict(&plant)
     }
 
     /// Adds a held-out score in which only the errors matter.
     fn scored(plant: &mut PlantResult, e: Option<f64>, null: Option<f64>) {
-        let score = plant.hold_out.as_mut().expect("the twin has one");
+        let held = plant.hold_out.as_mut().expect("the twin has one");
+        let trials = held.by_trial.values_mut().flat_map(BTreeMap::values_mut);
+        trials.for_each(|trial| trial.position_r_squared = None);
+        let score = held.by_axis.get_mut(&Dof::Surge).expect("its axis");
         (score.mean_abs_error, score.offset_free_error, score.change) = (e, e, None);
         score.null_error = 0.11;
         let model = NullModel::SteadySpeed;
         score.best_null = null.map(|mean_abs_error| NullScore { model, mean_abs_error });
-        score.trials.iter_mut().for_each(|trial| trial.position_r_squared = None);
     }
 
     #[test]
@@ -231,7 +239,8 @@ mod tests {
             judged(|plant| {
                 let part = |value| Estimate::new(value, 0.01, 1e4).into();
                 let change = PlantChange { mass: part(mass), drag: part(0.0), explained: 0.5 };
-                plant.hold_out.as_mut().expect("the twin has one").change = Some(change);
+                let held = plant.hold_out.as_mut().expect("the twin has one");
+                held.by_axis.get_mut(&Dof::Surge).expect("its axis").change = Some(change);
                 plant.caveats = vec![Caveat::warning(CaveatCode::AnotherPlantFits, "x")];
             })
         };
@@ -251,8 +260,9 @@ mod tests {
     fn a_followed_path_confirms_a_plant_despite_noise() {
         let found = judged(|plant| {
             scored(plant, Some(0.1), Some(0.1));
-            let score = plant.hold_out.as_mut().expect("the twin has one");
-            score.trials.iter_mut().for_each(|trial| trial.position_r_squared = Some(0.99));
+            let held = plant.hold_out.as_mut().expect("the twin has one");
+            let trials = held.by_trial.values_mut().flat_map(BTreeMap::values_mut);
+            trials.for_each(|trial| trial.position_r_squared = Some(0.99));
         });
         assert_eq!(found.trust, Trust::Usable);
     }
@@ -263,7 +273,10 @@ mod tests {
         let found = judged(|p| p.caveats = vec![severe]);
         assert_eq!(found.trust, Trust::DoNotUse);
         assert_eq!(found.reason, "severe caveat: wrong sign");
-        assert_eq!(judged(|p| p.stable = false).trust, Trust::DoNotUse);
+        assert_eq!(
+            judged(|p| p.alone.as_mut().expect("alone").stable = false).trust,
+            Trust::DoNotUse
+        );
         assert_eq!(judged(|p| scored(p, None, None)).trust, Trust::DoNotUse);
     }
 }

@@ -247,6 +247,39 @@ impl PlantChange {
     }
 }
 
+/// The change of a plant that unseen trials support: a step of their likelihood from the plant, with
+/// the estimated disturbances and a current for each trial.
+///
+/// Unlogged forces affect an open-loop simulation, but only widen these intervals.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LikelyChange {
+    /// Relative change of mass; its interval is that of a difference.
+    pub mass: Part,
+    /// Relative change of drag at the usual speed.
+    pub drag: Part,
+    /// Whiteness of the filter's innovations on them: Box and Pierce's statistic over 40 lags,
+    /// divided by 40; 1 if they are white.
+    pub whiteness: f64,
+    /// Mean square of the innovations, normalised by their predicted variance: 1 if noise and
+    /// disturbances are as in the fitted trials.
+    pub surprise: f64,
+}
+
+/// Normalised mean square of innovations above which unmodelled forces act in unseen trials.
+const SURPRISED: f64 = 1.5;
+
+impl LikelyChange {
+    /// Returns whether unseen trials confirm mass and drag.
+    pub(crate) fn vouches(&self) -> bool {
+        confirms(self.mass, self.drag) && self.whiteness < NOT_WHITE && self.surprise < SURPRISED
+    }
+
+    /// Returns the significant change, relative to the tolerance of users, if it exceeds 1.
+    pub(crate) fn beyond(&self) -> Option<f64> {
+        Some(beyond(self.mass, self.drag)).filter(|parts| *parts > 1.0)
+    }
+}
+
 /// Returns true if changes of mass and drag are significantly small.
 pub(crate) fn confirms(mass: Part, drag: Part) -> bool {
     let within = |part: Part, limit: f64| part.low95 > -limit && part.high95 < limit;
@@ -493,7 +526,7 @@ mod tests {
         let far = score(part(0.12, 0.02), part(0.0, 0.01));
         let of = |explained| {
             let change = far.change.map(|change| PlantChange { explained, ..change });
-            another_plant(Dof::Surge, &Score { change, ..far.clone() }, "held-out", Some(1.0))
+            another_plant(Dof::Surge, &Score { change, ..far }, "held-out", Some(1.0))
         };
         assert!(of(0.3).is_some() && of(0.05).is_none());
     }

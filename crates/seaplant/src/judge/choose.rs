@@ -4,7 +4,7 @@ use crate::caveat::{estimated, spoken};
 use crate::estimate::t_quantile_975;
 use crate::{Fit, Method, Vehicle};
 
-use super::score::{Score, Scored, TrialScore};
+use super::score::{Score, Scored};
 use super::working::drag_at;
 
 /// A plant of one method that may be recommended.
@@ -129,7 +129,7 @@ const CLEARLY_LARGER: f64 = 1.2;
 /// where position was measured: a velocity sensor with a scale error fits the velocity of another
 /// plant.
 fn loses_position(own: &Scored, than: &Scored) -> bool {
-    let pairs = own.score.trials.iter().zip(&than.score.trials);
+    let pairs = own.of_trials().zip(than.of_trials());
     let (own, than) = pairs
         .filter_map(|(a, b)| a.position_mean_abs_error.zip(b.position_mean_abs_error))
         .fold((0.0, 0.0), |(own, than), (a, b)| (own + a, than + b));
@@ -142,17 +142,17 @@ fn is_better_throughout(own: &Scored, than: &Scored) -> bool {
     let below = |own: Option<f64>, than: Option<f64>, part: f64| {
         own.zip(than).is_some_and(|(own, than)| own < part * than)
     };
-    let (own, than) = (&own.score, &than.score);
     // Where position was measured, velocity is derived from it and contains its noise.
-    let error = |trial: &TrialScore| trial.position_mean_abs_error.or(trial.mean_abs_error);
-    let over_all = |score: &Score| -> Option<f64> {
-        score.trials.iter().map(|trial| Some(error(trial)? * trial.samples as f64)).sum()
+    let error = |trial: &Score| trial.position_mean_abs_error.or(trial.mean_abs_error);
+    let over_all = |scored: &Scored| -> Option<f64> {
+        scored.of_trials().map(|trial| Some(error(trial)? * trial.samples as f64)).sum()
     };
-    let mut pairs = own.trials.iter().zip(&than.trials);
+    let mut pairs = own.of_trials().zip(than.of_trials());
+    let free_errors = (own.score.offset_free_error, than.score.offset_free_error);
     own.trials.len() > 1
         && pairs.all(|(a, b)| below(error(a), error(b), CLEAR_PART))
         && below(over_all(own), over_all(than), CLEAR_PART_OVER_ALL)
-        && below(own.offset_free_error, than.offset_free_error, CLEAR_PART_BESIDE_OFFSETS)
+        && below(free_errors.0, free_errors.1, CLEAR_PART_BESIDE_OFFSETS)
 }
 
 /// Returns the reason why a plant is physically impossible or undetermined; `speed` is the typical
@@ -195,7 +195,7 @@ mod tests {
     fn scored(parts: &[f64]) -> Scored {
         let mean_abs_error = Some(parts.iter().sum::<f64>() / parts.len() as f64);
         let score = Score { mean_abs_error, ..Score::default() };
-        Scored { score, parts: parts.to_vec() }
+        Scored { score, parts: parts.to_vec(), ..Scored::default() }
     }
 
     /// Returns errors about a mean with a deterministic scatter.
@@ -221,16 +221,15 @@ mod tests {
     #[test]
     fn better_prediction_of_all_short_trials_counts() {
         let of = |errors: [f64; 3]| {
-            let trial = |e: f64| TrialScore {
-                mean_abs_error: Some(e),
-                samples: 1,
-                ..TrialScore::default()
+            let trial = |e: f64| {
+                let score = Score { mean_abs_error: Some(e), samples: 1, ..Score::default() };
+                ("a trial".to_owned(), score)
             };
             let mean = errors.iter().sum::<f64>() / 3.0;
             let trials = errors.map(trial).to_vec();
             let (mean_abs_error, offset_free_error) = (Some(mean), Some(mean));
-            let score = Score { mean_abs_error, offset_free_error, trials, ..Score::default() };
-            Scored { score, parts: Vec::new() }
+            let score = Score { mean_abs_error, offset_free_error, ..Score::default() };
+            Scored { score, trials, ..Scored::default() }
         };
         let first = of([1.0, 1.2, 0.8]);
         let choice = |errors: [f64; 3]| {
@@ -251,7 +250,7 @@ mod tests {
             let (r_squared, offset_free_error) = (Some(r2), Some(e));
             let score =
                 Score { r_squared, offset_free_error, mean_abs_error: Some(e), ..Score::default() };
-            Scored { score, parts: Vec::new() }
+            Scored { score, ..Scored::default() }
         };
         let choice = |fitted: [&Scored; 2], tested: [&Scored; 2]| {
             let one = |k: usize, method| Contender {
@@ -273,7 +272,7 @@ mod tests {
         let (first, other) = (scored(&errors(1.0, 0.5)), scored(&errors(0.7, 0.5)));
         let fitted = |e: f64| Scored {
             score: Score { offset_free_error: Some(e), ..Score::default() },
-            parts: Vec::new(),
+            ..Scored::default()
         };
         let choice = |of_first: f64, of_other: f64| {
             let (of_first, of_other) = (fitted(of_first), fitted(of_other));

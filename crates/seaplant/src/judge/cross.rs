@@ -50,9 +50,8 @@ fn folds(axes: &[AxisRecord]) -> Vec<Vec<AxisRecord>> {
 }
 
 fn joined(before: Scored, other: Scored) -> Scored {
-    let weight = |scored: &Scored| {
-        scored.score.trials.iter().map(|trial| trial.samples).sum::<usize>() as f64
-    };
+    let weight =
+        |scored: &Scored| scored.of_trials().map(|trial| trial.samples).sum::<usize>() as f64;
     let (a, b) = (weight(&before), weight(&other));
     let mean = |x: Option<f64>, y: Option<f64>| Some((a * x? + b * y?) / (a + b));
     let (one, two) = (before.score, other.score);
@@ -69,9 +68,8 @@ fn joined(before: Scored, other: Scored) -> Scored {
         null_error: (a * one.null_error + b * two.null_error) / (a + b),
         best_null,
         offset_free_error: mean(one.offset_free_error, two.offset_free_error),
-        change: None,
-        r_squared: None,
-        trials: [one.trials, two.trials].concat(),
+        samples: one.samples + two.samples,
+        ..Score::default()
     };
-    Scored { score, parts }
+    Scored { score, trials: [before.trials, other.trials].concat(), parts }
 }

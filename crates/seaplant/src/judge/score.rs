@@ -1,6 +1,8 @@
 //! Prediction errors of a plant on trials, compared with simpler models.
 
-use super::change::{PlantChange, change};
+use std::collections::BTreeMap;
+
+use super::change::{LikelyChange, PlantChange, change};
 use super::linear::{Window, windows};
 use super::null::{NullScore, Nulls};
 use schemars::JsonSchema;
@@ -12,9 +14,9 @@ use crate::{
     Agreement, AxisRecord, Comparison, Dof, Error, Model, ScoredMotion, Trial, VelocitySource,
 };
 
-/// Prediction error of a plant on some trials; values that do not exist for a diverging simulation
-/// are absent.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// The error of a plant on one axis, of some trials or of one; values are absent if the simulation diverges, and
+/// where a method or an instrument does not give them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Score {
     /// Compared quantity: where velocity was not measured, e and R² are of acceleration, in means
     /// over half a second after removal of the accelerometer's offset.
@@ -31,43 +33,104 @@ pub struct Score {
     /// trial (for long ones, to each 150 s): the criterion for comparison of methods.
     #[serde(default)]
     pub offset_free_error: Option<f64>,
-    /// The change of the plant that would minimise the errors; absent where they do not determine
-    /// it.
+    /// Mean change of the model's velocity by a draw of the estimated disturbance, m/s or rad/s,
+    /// which is the expected error of the true plant; includes the noise of velocities from
+    /// differentiated positions.
+    #[serde(default)]
+    pub disturbance_error: Option<f64>,
+    /// Mean |model − measured| of roll and pitch with the model restarted from the measured state
+    /// every 10 s, rad/s: over a whole trial, an error of phase of these oscillations would
+    /// dominate.
+    #[serde(default)]
+    pub restarted_error: Option<f64>,
+    /// The same error of a constant rate from each restart.
+    #[serde(default)]
+    pub kept_error: Option<f64>,
+    /// The change of the plant that would minimise the errors of its simulation; absent where they
+    /// do not determine it.
     #[serde(default)]
     pub change: Option<PlantChange>,
-    /// 1 − Σ(v_model − v)² / Σ(v − mean v)², over all trials.
-    pub r_squared: Option<f64>,
-    /// Scores of each trial.
-    pub trials: Vec<TrialScore>,
-}
-
-/// Prediction error of a plant on one trial.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct TrialScore {
-    /// Trial.
-    pub trial: String,
-    /// e = mean |v_model − v| on raw velocity; absent if the simulation diverged.
-    pub mean_abs_error: Option<f64>,
-    /// e of a model that never moves.
-    pub null_error: f64,
-    /// e with an initial velocity, a constant force and, for translations, a current fitted to the
-    /// trial; absent where the compared quantity is not velocity.
+    /// The change of the plant that the likelihood of unseen trials supports.
     #[serde(default)]
-    pub offset_free_error: Option<f64>,
-    /// R² of velocity.
+    pub likely_change: Option<LikelyChange>,
+    /// 1 − Σ(v_model − v)² / Σ(v − mean v)².
     pub r_squared: Option<f64>,
-    /// R² of position, where position was measured.
+    /// R² of position, where position was measured; of one trial.
+    #[serde(default)]
     pub position_r_squared: Option<f64>,
-    /// Mean |model − measured| of position, m or rad.
+    /// Mean |model − measured| of position, m or rad; of one trial.
+    #[serde(default)]
     pub position_mean_abs_error: Option<f64>,
     /// Number of compared samples.
     pub samples: usize,
+}
+
+/// Ratio of errors below which a restarted model is better than a constant rate.
+const FOLLOWED: f64 = 0.5;
+
+/// Ratio of the error to that of a disturbance, above which the disturbance does not explain it.
+const DISTURBED: f64 = 1.5;
+
+impl Score {
+    /// Returns whether the disturbance explains the error, which is then not evidence against the
+    /// plant.
+    pub(crate) fn is_of_disturbance(&self) -> bool {
+        let both = self.mean_abs_error.zip(self.disturbance_error);
+        both.is_some_and(|(error, disturbance)| error < DISTURBED * disturbance)
+    }
+
+    /// Returns whether held-out trials confirm the plant, regardless of the effect of unlogged
+    /// forces on an open-loop simulation.
+    pub(crate) fn is_vouched(&self) -> bool {
+        self.likely_change.is_some_and(|change| change.vouches())
+    }
+
+    /// Returns whether the plant predicts roll or pitch over some seconds, if not over a whole
+    /// trial.
+    pub(crate) fn is_followed(&self) -> bool {
+        let both = self.restarted_error.zip(self.kept_error);
+        both.is_some_and(|(error, kept)| error < FOLLOWED * kept)
+    }
+}
+
+/// The error of a plant on some trials, simulated in open loop.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PlantScore {
+    /// Over all trials.
+    pub by_axis: BTreeMap<Dof, Score>,
+    /// By trial.
+    pub by_trial: BTreeMap<String, BTreeMap<Dof, Score>>,
+}
+
+impl PlantScore {
+    /// Creates the score of one axis, over all trials and of each.
+    pub fn of_axis(
+        dof: Dof,
+        score: Score,
+        trials: impl IntoIterator<Item = (String, Score)>,
+    ) -> Self {
+        let mut by_trial = BTreeMap::new();
+        for (trial, own) in trials {
+            // Parts of one trial, each of which was left out in turn, have its name.
+            let part = |k: usize| if k == 1 { trial.clone() } else { format!("{trial}, part {k}") };
+            let name = (1..).map(part).find(|name| !by_trial.contains_key(name));
+            by_trial.insert(name.unwrap_or(trial), BTreeMap::from([(dof, own)]));
+        }
+        Self { by_axis: BTreeMap::from([(dof, score)]), by_trial }
+    }
+
+    /// Returns the score of an axis on each trial.
+    pub fn trials(&self, dof: Dof) -> impl Iterator<Item = (&String, &Score)> + Clone {
+        self.by_trial.iter().filter_map(move |(name, axes)| Some((name, axes.get(&dof)?)))
+    }
 }
 
 /// A score with the errors used for comparison of plants.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scored {
     pub(crate) score: Score,
+    /// The score of each trial.
+    pub(crate) trials: Vec<(String, Score)>,
     /// Mean |error| of each of many parts of the trials after removal of offsets; the same parts
     /// for every plant. Empty if a simulation diverges.
     pub(crate) parts: Vec<f64>,
@@ -77,8 +140,20 @@ pub(crate) struct Scored {
 ///
 /// # Errors
 /// Those of [`Trial::axis`]; for a simulation that diverges, the scores are absent.
-pub fn score_plant(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<Score, Error> {
-    Ok(score(model, &records(dof, trials)?, &Nulls::default())?.score)
+pub fn score_plant(dof: Dof, model: &Model, trials: &[&Trial]) -> Result<PlantScore, Error> {
+    Ok(score(model, &records(dof, trials)?, &Nulls::default())?.of_axis(dof))
+}
+
+impl Scored {
+    /// Returns the scores as those of a plant of one axis.
+    pub(crate) fn of_axis(&self, dof: Dof) -> PlantScore {
+        PlantScore::of_axis(dof, self.score, self.trials.iter().cloned())
+    }
+
+    /// Returns the score of each trial.
+    pub(crate) fn of_trials(&self) -> impl Iterator<Item = &Score> {
+        self.trials.iter().map(|(_, score)| score)
+    }
 }
 
 /// Returns the records of one degree of freedom for comparison with plants.
@@ -95,15 +170,16 @@ pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result
     let quantity = quantity_of(axes);
     let windows: Vec<Window> = outcomes.iter().flat_map(|outcome| outcome.windows(model)).collect();
     let has_run_away = outcomes.iter().any(|outcome| matches!(outcome, Outcome::Diverged { .. }));
-    let mut score = Score { quantity, ..total_score(&outcomes) };
+    let (total, mut trials) = total_score(&outcomes);
+    let mut score = Score { quantity, ..total };
     if has_run_away {
-        return Ok(Scored { score, ..Scored::default() });
+        return Ok(Scored { score, trials, parts: Vec::new() });
     }
     score.best_null =
         nulls.best(&outcomes.iter().filter_map(Outcome::comparison).collect::<Vec<_>>());
     score.offset_free_error = offset_free_error(windows.iter());
-    for trial in &mut score.trials {
-        let own = windows.iter().filter(|window| window.trial == trial.trial);
+    for (name, trial) in &mut trials {
+        let own = windows.iter().filter(|window| window.trial == *name);
         trial.offset_free_error = offset_free_error(own);
     }
     let accelerations = outcomes.iter().filter_map(Outcome::comparison);
@@ -112,7 +188,7 @@ pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result
     drop(outcomes);
     let parts = [parts(&windows), accelerations].concat();
     score.change = change(model, axes, windows)?;
-    Ok(Scored { score, parts })
+    Ok(Scored { score, trials, parts })
 }
 
 /// Returns the compared quantity: acceleration only where velocity was not measured.
@@ -189,56 +265,69 @@ fn outcome(model: &Model, axis: &AxisRecord) -> Result<Outcome, Error> {
     }
 }
 
-fn total_score(outcomes: &[Outcome]) -> Score {
+/// Returns the score over all trials, and that of each.
+fn total_score(outcomes: &[Outcome]) -> (Score, Vec<(String, Score)>) {
     let compared = outcomes.iter().filter_map(Outcome::comparison);
     let pairs = compared.flat_map(|c| c.measured.iter().copied().zip(c.simulated.iter().copied()));
     let all = Agreement::over(pairs, 0.0);
-    let mut diverged = false;
-    let mut null = (0.0, 0);
-    let mut trials = Vec::new();
-    for outcome in outcomes {
-        let score = match outcome {
-            Outcome::Compared(comparison) => trial_score(comparison),
-            Outcome::Diverged { trial, null_error, samples } => {
-                diverged = true;
-                TrialScore {
-                    trial: trial.clone(),
-                    mean_abs_error: None,
-                    null_error: *null_error,
-                    offset_free_error: None,
-                    r_squared: None,
-                    position_r_squared: None,
-                    position_mean_abs_error: None,
-                    samples: *samples,
-                }
-            }
-        };
-        null.0 += score.null_error * score.samples as f64;
-        null.1 += score.samples;
-        trials.push(score);
-    }
-    Score {
-        quantity: ScoredMotion::Velocity,
+    let of = |outcome: &Outcome| match outcome {
+        Outcome::Compared(comparison) => (comparison.trial.clone(), trial_score(comparison)),
+        Outcome::Diverged { trial, null_error, samples } => {
+            let (null_error, samples) = (*null_error, *samples);
+            (trial.clone(), Score { null_error, samples, ..Score::default() })
+        }
+    };
+    let trials: Vec<(String, Score)> = outcomes.iter().map(of).collect();
+    let diverged = outcomes.iter().any(|outcome| outcome.comparison().is_none());
+    let samples = trials.iter().map(|(_, score)| score.samples).sum::<usize>();
+    let null = trials.iter().map(|(_, score)| score.null_error * score.samples as f64);
+    let total = Score {
         mean_abs_error: (!diverged).then_some(all.mean_abs_error),
-        null_error: if null.1 == 0 { 0.0 } else { null.0 / null.1 as f64 },
-        best_null: None,
-        offset_free_error: None,
-        change: None,
+        null_error: if samples == 0 { 0.0 } else { null.sum::<f64>() / samples as f64 },
         r_squared: all.r_squared.filter(|_| !diverged),
-        trials,
-    }
+        samples,
+        ..Score::default()
+    };
+    (total, trials)
 }
 
-fn trial_score(comparison: &Comparison) -> TrialScore {
+fn trial_score(comparison: &Comparison) -> Score {
     let position = comparison.position.as_ref().map(|position| position.agreement);
-    TrialScore {
-        trial: comparison.trial.clone(),
+    Score {
+        quantity: comparison.quantity,
         mean_abs_error: Some(comparison.velocity.mean_abs_error),
         null_error: comparison.velocity.null_error,
-        offset_free_error: None,
         r_squared: comparison.velocity.r_squared,
         position_r_squared: position.and_then(|agreement| agreement.r_squared),
         position_mean_abs_error: position.map(|agreement| agreement.mean_abs_error),
         samples: comparison.velocity.samples,
+        ..Score::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_oscillation_is_predicted_if_the_error_is_below_half_that_of_a_constant_rate() {
+        let score =
+            |restarted_error, kept_error| Score { restarted_error, kept_error, ..Score::default() };
+        assert!(score(Some(0.04), Some(0.1)).is_followed());
+        assert!(!score(Some(0.06), Some(0.1)).is_followed());
+        // Only roll and pitch are restarted.
+        assert!(!score(None, None).is_followed());
+    }
+
+    #[test]
+    fn a_disturbance_explains_an_error_of_its_own_size() {
+        let score = |disturbance_error| Score {
+            mean_abs_error: Some(0.1),
+            disturbance_error,
+            ..Score::default()
+        };
+        assert!(score(Some(0.08)).is_of_disturbance());
+        assert!(!score(Some(0.05)).is_of_disturbance());
+        assert!(!score(None).is_of_disturbance());
     }
 }

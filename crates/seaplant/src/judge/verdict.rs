@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::good_for::GoodFor;
 use super::off::MayBeOff;
-use super::score::{Score, TrialScore};
+use super::score::Score;
 use super::working::drag_at;
 use crate::caveat::spoken;
 use crate::{Caveat, CaveatCode, Estimate, Fit, ScoredMotion, Term};
@@ -155,9 +155,10 @@ const FOLLOWED: f64 = 0.95;
 /// Returns true if unseen trials determine the plant and agree with it, even if velocity noise
 /// hides the quality of its prediction: they support no change, or the simulation follows the
 /// measured path of each.
-pub(crate) fn vouched(score: &Score) -> bool {
-    let follows = |trial: &TrialScore| trial.position_r_squared.is_some_and(|r| r > FOLLOWED);
-    let follows_all = !score.trials.is_empty() && score.trials.iter().all(follows);
+pub(crate) fn vouched<'a>(score: &Score, trials: impl Iterator<Item = &'a Score>) -> bool {
+    let follows = |trial: &Score| trial.position_r_squared.is_some_and(|r| r > FOLLOWED);
+    let mut trials = trials.peekable();
+    let follows_all = trials.peek().is_some() && trials.all(follows);
     follows_all || score.change.is_some_and(|change| change.vouches())
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Judged;
 use crate::exchange::PlantModel;
 use crate::plant::{Basis, Product};
-use crate::results::{Coefficient, FittedPlant, Results, Verdict};
+use crate::results::{Coefficient, PlantResult, Results, Verdict};
 use crate::series::median;
 use crate::twin::{TrueVehicle, VehicleTwinSpec, make_vehicle};
 use crate::{Dof, Error, Estimate, IdentifyOptions, Method, Trial, identify};
@@ -66,12 +66,12 @@ pub fn sample_vehicle(spec: &VehicleTwinSpec, model: &PlantModel) -> Result<Vehi
         twin.trials.iter().map(|trial| trial.trial(&twin)).collect::<Result<_, _>>()?;
     let options = IdentifyOptions {
         methods: vec![Method::FilterError],
-        coupled: twin.coupled.clone(),
+        together: twin.together.clone(),
         ..IdentifyOptions::default()
     };
     let results = identify(&twin.vehicle, &trials, &options).results;
     let truth = twin.truth.vehicle.as_ref();
-    let plant = results.coupled.values().next().zip(truth);
+    let plant = results.together().map(|(_, plant)| plant).next().zip(truth);
     Ok(VehicleSample {
         seed: spec.seed,
         found: plant.map(|(plant, truth)| compare(plant, truth)).ok_or_else(|| why(&results)),
@@ -85,7 +85,7 @@ fn why(results: &Results) -> String {
 }
 
 /// Compares coefficients with the truth, except for fixed ones, which have no interval.
-fn compare(plant: &FittedPlant, truth: &TrueVehicle) -> Vec<FoundCoefficient> {
+fn compare(plant: &PlantResult, truth: &TrueVehicle) -> Vec<FoundCoefficient> {
     let comparison = |(name, found): (&String, &Coefficient)| {
         let Coefficient { value, std, low95, high95, unit, .. } = found.clone();
         (high95 > low95).then(|| FoundCoefficient {
@@ -98,7 +98,7 @@ fn compare(plant: &FittedPlant, truth: &TrueVehicle) -> Vec<FoundCoefficient> {
     plant.parameters.iter().filter_map(comparison).collect()
 }
 
-fn judged(plant: &FittedPlant, truth: &TrueVehicle) -> BTreeMap<Dof, Judged> {
+fn judged(plant: &PlantResult, truth: &TrueVehicle) -> BTreeMap<Dof, Judged> {
     let assess = |(&dof, verdict): (&Dof, &Verdict)| {
         // The error of a model at rest is the mean speed.
         let speed = plant.hold_out.as_ref()?.by_axis.get(&dof)?.null_error;

@@ -392,7 +392,8 @@ impl Structure {
     }
 }
 
-fn name_of_axes(axes: &[Dof]) -> String {
+/// Returns the name of a plant of some axes: `surge`, `surge-sway-yaw`.
+pub(crate) fn name_of_axes(axes: &[Dof]) -> String {
     let names: Vec<&str> = axes.iter().map(|dof| dof.name()).collect();
     names.join("-")
 }

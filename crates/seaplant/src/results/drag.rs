@@ -2,7 +2,7 @@
 
 use nalgebra::Vector6;
 
-use super::{FittedPlant, Parameter, PlantResult, Results, two_digits};
+use super::{Coefficient, PlantResult, Results, two_digits};
 use crate::plant::{Basis, Product};
 use crate::{Dof, Estimate, Role};
 
@@ -30,8 +30,8 @@ impl DragCurve {
 }
 
 impl PlantResult {
-    /// Computes the drag `d_Q v|v| + d_L v` up to a speed; `None` for a plant without drag, or
-    /// without its uncertainty.
+    /// Computes the drag of an axis by its own velocity up to a speed; `None` for an axis without
+    /// drag, or without its uncertainty.
     ///
     /// # Example
     /// ```
@@ -45,7 +45,7 @@ impl PlantResult {
     /// #     Trial::new(setup, &log.recording, &dive.vehicle)
     /// # }).collect::<Result<Vec<_>, _>>()?;
     /// let results = identify(&dive.vehicle, &trials, &IdentifyOptions::default()).results;
-    /// let curve = results.plants[&Dof::Surge].drag_to(0.5).expect("it drags");
+    /// let curve = results.plants["surge"].drag_to(Dof::Surge, 0.5).expect("it drags");
     /// let drag = curve.force.last().expect("a point");
     /// let truth = 2230.9 * 0.5 * 0.5;
     /// assert!(drag.low95 < truth && truth < drag.high95);
@@ -53,26 +53,31 @@ impl PlantResult {
     /// assert!(force.covers(2230.9 * usual_speed * usual_speed));
     /// # Ok::<(), seaplant::Error>(())
     /// ```
-    pub fn drag_to(&self, greatest: f64) -> Option<DragCurve> {
-        DragCurve::new(greatest, |v| self.drag_at(v))
+    pub fn drag_to(&self, dof: Dof, greatest: f64) -> Option<DragCurve> {
+        DragCurve::new(greatest, |v| self.drag_at(dof, v))
     }
 
-    /// Computes the drag `d_Q v|v| + d_L v` at a speed; zero for a plant without drag.
-    pub fn drag_at(&self, speed: f64) -> Estimate {
-        let parameters = &self.parameters;
-        let parts = [
-            (1, parameters.quadratic_drag.as_ref(), speed * speed.abs()),
-            (2, parameters.linear_drag.as_ref(), speed),
-        ];
-        let parts: Vec<(usize, &Parameter, f64)> =
-            parts.into_iter().filter_map(|(k, x, factor)| Some((k, x?, factor))).collect();
-        let value = parts.iter().map(|(_, x, factor)| x.value * factor).sum();
-        let of = |spread: &dyn Fn(&Parameter) -> f64| {
-            let spreads: Vec<f64> = parts.iter().map(|(_, x, factor)| spread(x) * factor).collect();
-            combined(&spreads, |i, j| self.correlation[parts[i].0][parts[j].0])
+    /// Computes the drag of an axis by its own velocity at a speed; zero for an axis without drag.
+    pub fn drag_at(&self, dof: Dof, speed: f64) -> Estimate {
+        let own = |product: &Product| product.factors().all(|factor| factor.of == dof);
+        let mut velocity = Vector6::zeros();
+        velocity[dof.index()] = speed;
+        let parts = self.parameters.iter().filter_map(|(name, x)| match name.parse() {
+            Ok(Basis::Product(on, product)) if on == dof && own(&product) => {
+                Some((product.value(&velocity), x, name))
+            }
+            _ => None,
+        });
+        let parts: Vec<(f64, &Coefficient, &String)> = parts.collect();
+        let correlation = |i: &str, j: &str| self.correlation.of(i, j).unwrap_or(0.0);
+        let value = parts.iter().map(|(factor, x, _)| x.value * factor).sum();
+        let of = |spread: &dyn Fn(&Coefficient) -> f64| {
+            let spreads: Vec<f64> = parts.iter().map(|(factor, x, _)| spread(x) * factor).collect();
+            combined(&spreads, |i, j| correlation(parts[i].2, parts[j].2))
         };
-        // Half intervals add up as standard deviations do, with the quantile that the parameters have.
-        let half = of(&|x| 0.5 * (x.high95 - x.low95));
+        // Half intervals add up as standard deviations do, with the quantile that the coefficients have; lower ends
+        // may be cut off at zero.
+        let half = of(&|x| x.high95 - x.value);
         Estimate { value, std: of(&|x| x.std), low95: value - half, high95: value + half }
     }
 }
@@ -83,11 +88,9 @@ impl Results {
     ///
     /// Empty where no speed was measured, and of a plant whose drag is not known.
     pub fn drag_forces(&self, dof: Dof) -> Vec<(f64, Estimate)> {
-        let several = self.coupled.values().find(|plant| plant.axes.contains(&dof));
-        let at = |speed: f64| match (self.plants.get(&dof), several) {
-            (Some(plant), _) => Some((speed, plant.drag_at(speed))),
-            (None, plant) => Some((speed, plant?.drag_at(dof, speed))),
-        };
+        let several = || self.plants.values().find(|plant| plant.axes.contains(&dof));
+        let plant = self.plants.get(dof.name()).or_else(several);
+        let at = |speed: f64| Some((speed, plant?.drag_at(dof, speed)));
         let fitted = self.trials.iter().filter(|trial| trial.role == Role::Fit);
         let axes = fitted.filter_map(|trial| trial.axes.get(&dof));
         let (mut sum, mut seconds) = (0.0, 0.0);
@@ -102,38 +105,6 @@ impl Results {
         speeds.dedup();
         let is_known = |force: &Estimate| force.std > 0.0 && force.std.is_finite();
         speeds.into_iter().filter_map(at).filter(|(_, force)| is_known(force)).collect()
-    }
-}
-
-impl FittedPlant {
-    /// Computes the drag of an axis by its own velocity up to a speed; `None` for an axis without
-    /// drag.
-    pub fn drag_to(&self, dof: Dof, greatest: f64) -> Option<DragCurve> {
-        DragCurve::new(greatest, |v| self.drag_at(dof, v))
-    }
-
-    /// Computes the drag of an axis by its own velocity at a speed; zero for an axis without drag.
-    pub fn drag_at(&self, dof: Dof, speed: f64) -> Estimate {
-        let own = |product: &Product| product.factors().all(|factor| factor.of == dof);
-        let mut velocity = Vector6::zeros();
-        velocity[dof.index()] = speed;
-        let part = |(name, x): (&String, _)| match name.parse() {
-            Ok(Basis::Product(on, product)) if on == dof && own(&product) => {
-                let index = self.correlation.names.iter().position(|known| known == name);
-                Some((product.value(&velocity), x, index))
-            }
-            _ => None,
-        };
-        let parts: Vec<(f64, &super::Coefficient, Option<usize>)> =
-            self.parameters.iter().filter_map(part).collect();
-        let correlation = |i: Option<usize>, j: Option<usize>| {
-            let row = |i: usize| self.correlation.value.get(i);
-            i.zip(j).and_then(|(i, j)| row(i)?.get(j).copied()).unwrap_or(0.0)
-        };
-        let value = parts.iter().map(|(factor, x, _)| x.value * factor).sum();
-        let spreads: Vec<f64> = parts.iter().map(|(factor, x, _)| x.std * factor).collect();
-        let std = combined(&spreads, |i, j| correlation(parts[i].2, parts[j].2));
-        Estimate::new(value, std, self.samples as f64)
     }
 }
 
@@ -169,10 +140,10 @@ mod tests {
         // So short that the quantile of Student's t is far from that of the normal distribution.
         let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 60.0, ..TwinSpec::jason2() };
         let results = identified(&spec);
-        let plant = &results.plants[&Dof::Surge];
-        let own = plant.parameters.quadratic_drag.as_ref().expect("fitted");
-        assert!(plant.parameters.linear_drag.is_none());
-        let force = plant.drag_at(0.5);
+        let plant = &results.plants["surge"];
+        let own = plant.by_axis[&Dof::Surge].quadratic_drag.as_ref().expect("fitted");
+        assert!(plant.by_axis[&Dof::Surge].linear_drag.is_none());
+        let force = plant.drag_at(Dof::Surge, 0.5);
         for (found, expected) in [(force.low95, own.low95), (force.high95, own.high95)] {
             assert!((found - 0.25 * expected).abs() < 1e-9 * expected.abs(), "{force:?} {own:?}");
         }
@@ -180,10 +151,9 @@ mod tests {
         assert!(force.high95 - usual.high95 > 1e-3 * force.std, "the normal quantile is as good");
         // Results of other programs may state a mass as known for sure.
         let mut known = plant.clone();
-        (known.parameters.mass.std, known.parameters.mass.low95) =
-            (0.0, known.parameters.mass.value);
-        known.parameters.mass.high95 = known.parameters.mass.value;
-        assert_eq!(known.drag_at(0.5), force);
+        let mass = known.parameters.get_mut("mass.surge").expect("fitted");
+        (mass.std, mass.low95, mass.high95) = (0.0, mass.value, mass.value);
+        assert_eq!(known.drag_at(Dof::Surge, 0.5), force);
     }
 
     #[test]

@@ -1,21 +1,19 @@
 //! Models of one axis from results.
 
 use super::PlantResult;
-use crate::estimate::Candidate;
 use crate::{Model, ThrustModel, VelocitySensor};
 
 /// Prefix of the name of a trial's current in results.
 const CURRENT_OF: &str = "current: ";
 
 impl Model {
-    /// Creates the model from results.
-    pub fn of_result(result: &PlantResult) -> Self {
+    /// Creates the model of an axis that was identified alone from results; `None` for other plants.
+    pub fn of_result(result: &PlantResult) -> Option<Self> {
+        let lumped = result.alone.as_ref()?.lumped;
         let value = |name: &str| result.nuisances.get(name).map(|nuisance| nuisance.value);
         let current = result.nuisances.iter().filter_map(|(name, nuisance)| {
             Some((name.strip_prefix(CURRENT_OF)?.to_owned(), nuisance.value))
         });
-        let admitted = result.structure.iter().filter(|decision| decision.admitted);
-        let admitted = admitted.map(|decision| decision.candidate);
         let thrust = ThrustModel {
             lag_s: value("lag").unwrap_or(0.0),
             delay_s: value("delay").unwrap_or(0.0),
@@ -26,7 +24,7 @@ impl Model {
             inflow_ahead: value("inflow_ahead").unwrap_or(0.0),
             exponent: value("thrust_exponent").unwrap_or(2.0),
             full_speed: value("full_speed").unwrap_or(1.0),
-            between: Candidate::between_samples(admitted),
+            between: result.between_samples(),
             turning: value("turning").unwrap_or(0.0),
             current: current.collect(),
         };
@@ -35,7 +33,7 @@ impl Model {
             window_s: value("sensor_window").unwrap_or(0.0),
             scale: value("velocity_scale").unwrap_or(1.0),
         };
-        Self { lumped: result.lumped, thrust, sensor }
+        Some(Self { lumped, thrust, sensor })
     }
 
     /// Formats the name of a trial's current in results.

@@ -1,15 +1,21 @@
-//! A plant of one axis by one method.
+//! A plant by one method.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{OnlineHistory, Score};
-use crate::estimate::{Decision, Filters, Innovations};
+use super::{
+    Coefficient, Correlation, Driven, Identifiability, MatrixResult, OnlineHistory, PlantScore,
+    PrimeSystem, Score, TermDecision, ThrusterEstimate,
+};
+use crate::estimate::{Candidate, Filters, Innovations};
 use crate::judge::Verdict;
+use crate::plant::{Basis, Effect, Symmetry, bias_sign, name_of_axes, own_terms};
 use crate::terms::Term;
-use crate::{Caveat, Dof, Estimate, LumpedParameters, Method, Stability};
+use crate::{
+    BetweenSamples, Caveat, Dof, Estimate, LumpedParameters, Method, Stability, ThrusterFault,
+};
 
 /// A parameter with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,6 +30,13 @@ pub struct Parameter {
     pub high95: f64,
     /// Its unit.
     pub unit: String,
+}
+
+impl From<&Coefficient> for Parameter {
+    fn from(coefficient: &Coefficient) -> Self {
+        let Coefficient { value, std, low95, high95, unit, .. } = coefficient.clone();
+        Self { value, std, low95, high95, unit }
+    }
 }
 
 impl Parameter {
@@ -47,30 +60,196 @@ pub struct Parameters {
     pub bias_force: Option<Parameter>,
 }
 
-/// The plant of one degree of freedom by one method.
+/// The plant of some axes by one method:
+/// `M ν̇_r + C(M, ν_r) ν_r + D(ν_r) ν_r + … + g(η) = τ` with ν_r relative to the water; of one axis
+/// `m v̇ + d_Q v|v| + d_L v + b = τ`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlantResult {
+    /// Its axes, in SNAME order: rows and columns of every matrix.
+    pub axes: Vec<Dof>,
     /// The method of identification.
     pub method: Method,
+    /// The axes that M may couple.
+    pub symmetry: Symmetry,
+    /// Its coefficients by name: `mass.surge`, `mass.surge-pitch`, `surge: |u|u`, `yaw: |v|r`,
+    /// `weight-minus-buoyancy`, `lever.z`, and those of `effects`.
+    pub parameters: BTreeMap<String, Coefficient>,
+    /// Mass, drag by its own velocity and constant force of each axis, from `parameters`.
+    pub by_axis: BTreeMap<Dof, Parameters>,
+    /// Forces of rudders, fins, propellers of unknown strength and wind.
+    #[serde(default)]
+    pub effects: Vec<Effect>,
+    /// M: rigid body plus added mass.
+    pub mass_matrix: MatrixResult,
+    /// M of the rigid body, if known.
+    #[serde(default)]
+    pub rigid_body_mass_matrix: Option<Vec<Vec<f64>>>,
+    /// Added mass, if the rigid body is known.
+    #[serde(default)]
+    pub added_mass: Option<Vec<Vec<f64>>>,
+    /// The matrix that multiplies ν_r; zero without a term.
+    pub linear_damping: MatrixResult,
+    /// The matrix that multiplies |ν|ν of each axis; zero without a term.
+    pub quadratic_damping: MatrixResult,
+    /// Correlations of the coefficients.
+    pub correlation: Correlation,
+    /// Fitted parameters of thrusters, water and instruments: lag, delay, currents by trial, disturbance
+    /// and noise.
+    pub nuisances: BTreeMap<String, Parameter>,
+    /// Dimensionless coefficients, if the vehicle's length is known.
+    #[serde(default)]
+    pub nondimensional: Option<PrimeSystem>,
+    /// Determination of the coefficients of several axes by the trials.
+    #[serde(default)]
+    pub identifiability: Option<Identifiability>,
+    /// The candidates that were tested: terms, what thrusters and sensors may do, and what thrust may do
+    /// between its logged samples, `smooth-speed` and `smooth-thrust`.
+    #[serde(default)]
+    pub structure: Vec<TermDecision>,
+    /// Thrusters that were at rest or reversed in a trial, for which the fit allows.
+    #[serde(default)]
+    pub thruster_faults: Vec<ThrusterFault>,
+    /// Pairs of thrusters of which each does what the log of the other says; they were taken to do so.
+    #[serde(default)]
+    pub thrusters_exchanged: Vec<[String; 2]>,
+    /// What each thruster gives over what its curve says, where most others give what theirs say; without
+    /// those of which the trials do not determine it.
+    #[serde(default)]
+    pub thruster_estimates: BTreeMap<String, ThrusterEstimate>,
+    /// Number of measured values, or of rows of a regression.
+    pub samples: usize,
+    /// Log-likelihood at the optimum; absent for methods without one.
+    #[serde(default)]
+    pub log_likelihood: Option<f64>,
+    /// What a fit of one axis alone has in addition.
+    #[serde(default)]
+    pub alone: Option<Alone>,
+    /// Autocorrelation of the errors of one-step predictions, by fitted trial; empty for methods
+    /// without them.
+    #[serde(default)]
+    pub innovations: Vec<Innovations>,
+    /// Whiteness of innovations: Box–Pierce over 40 lags, divided by 40; 1 if they are white.
+    /// Absent for methods without innovations.
+    #[serde(default)]
+    pub whiteness: Option<f64>,
+    /// Parameters over time; absent for methods that are not recursive.
+    #[serde(default)]
+    pub history: Option<OnlineHistory>,
+    /// Its error on the fitted trials, simulated in open loop.
+    pub fit: PlantScore,
+    /// Its error on unseen trials.
+    #[serde(default)]
+    pub hold_out: Option<PlantScore>,
+    /// Without held-out trials: the error on fitted trials, or thirds of a single one, each
+    /// predicted by a plant fitted to the others.
+    #[serde(default)]
+    pub left_out: Option<PlantScore>,
+    /// The error, on the same trials, of a separate plant of each driven axis, for comparison: the
+    /// difference is due to coupling.
+    #[serde(default)]
+    pub single_axes: BTreeMap<Dof, Score>,
+    /// Range of motion and force on each axis in its trials; for a plant of several axes.
+    #[serde(default)]
+    pub driven: BTreeMap<Dof, Driven>,
+    /// Caveats.
+    pub caveats: Vec<Caveat>,
+    /// The verdict.
+    #[serde(default)]
+    pub verdict: Verdict,
+    /// The verdict on each of several axes: a plant is doubtful if one of them is.
+    #[serde(default)]
+    pub verdicts: BTreeMap<Dof, Verdict>,
+}
+
+impl PlantResult {
+    /// Creates a plant of some axes without coefficients, which are to be filled in.
+    pub fn empty(axes: Vec<Dof>, method: Method) -> Self {
+        let none = MatrixResult { value: Vec::new(), std: Vec::new() };
+        Self {
+            axes,
+            method,
+            symmetry: Symmetry::None,
+            parameters: BTreeMap::new(),
+            by_axis: BTreeMap::new(),
+            effects: Vec::new(),
+            mass_matrix: none.clone(),
+            rigid_body_mass_matrix: None,
+            added_mass: None,
+            linear_damping: none.clone(),
+            quadratic_damping: none,
+            correlation: Correlation { names: Vec::new(), value: Vec::new() },
+            nuisances: BTreeMap::new(),
+            nondimensional: None,
+            identifiability: None,
+            structure: Vec::new(),
+            thruster_faults: Vec::new(),
+            thrusters_exchanged: Vec::new(),
+            thruster_estimates: BTreeMap::new(),
+            samples: 0,
+            log_likelihood: None,
+            alone: None,
+            innovations: Vec::new(),
+            whiteness: None,
+            history: None,
+            fit: PlantScore::default(),
+            hold_out: None,
+            left_out: None,
+            single_axes: BTreeMap::new(),
+            driven: BTreeMap::new(),
+            caveats: Vec::new(),
+            verdict: Verdict::default(),
+            verdicts: BTreeMap::new(),
+        }
+    }
+
+    /// Returns its name in results: its axes, joined by `-`.
+    pub fn name(&self) -> String {
+        name_of_axes(&self.axes)
+    }
+
+    /// Returns the first axis, which is that of a plant of one axis; surge if a file has none.
+    pub fn first_axis(&self) -> Dof {
+        self.axes.first().copied().unwrap_or(Dof::Surge)
+    }
+
+    /// Returns whether it is of one axis that was identified alone, with its lumped parameters.
+    pub fn is_alone(&self) -> bool {
+        self.alone.is_some()
+    }
+
+    /// Returns the error on fitted trials in an axis.
+    pub fn fitted(&self, dof: Dof) -> Option<&Score> {
+        self.fit.by_axis.get(&dof)
+    }
+
+    /// Returns the error on unseen trials in an axis.
+    pub fn held_out(&self, dof: Dof) -> Option<&Score> {
+        self.hold_out.as_ref()?.by_axis.get(&dof)
+    }
+
+    /// Returns what thrust was taken to do between its logged samples.
+    pub fn between_samples(&self) -> BetweenSamples {
+        let is_admitted = |candidate: &Candidate| {
+            let is_of_it = |tried: &TermDecision| tried.candidate == candidate.name();
+            self.structure.iter().any(|tried| tried.admitted && is_of_it(tried))
+        };
+        Candidate::between_samples(Candidate::ALL.into_iter().filter(is_admitted))
+    }
+}
+
+/// What a fit of one axis alone has beyond a plant's coefficients.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Alone {
     /// The fitted terms.
     pub terms: Vec<Term>,
     /// True if the plant comes to rest without thrust.
     pub stable: bool,
     /// Type of its stability.
     pub stability: Stability,
-    /// Physical parameters.
-    pub parameters: Parameters,
     /// Lumped parameters.
     pub lumped: LumpedParameters,
     /// Standard deviations of the lumped parameters.
     pub lumped_std: LumpedParameters,
-    /// Correlations of `[m, d_Q, d_L, b]`.
-    pub correlation: [[f64; 4]; 4],
-    /// Fitted parameters of the thrusters and the water in addition to the plant.
-    pub nuisances: BTreeMap<String, Parameter>,
-    /// Decisions on the candidate terms of the model.
-    #[serde(default)]
-    pub structure: Vec<Decision>,
     /// The test for agreement with steady runs; absent without such runs.
     #[serde(default)]
     pub steady_test: Option<SteadyTestResult>,
@@ -78,32 +257,8 @@ pub struct PlantResult {
     /// curve has an uncertainty.
     #[serde(default)]
     pub thrust_part: Option<ThrustPart>,
-    /// Autocorrelation of the errors of one-step predictions, by fitted trial; empty for methods
-    /// without them.
-    #[serde(default)]
-    pub innovations: Vec<Innovations>,
-    /// Parameters over time; absent for methods that are not recursive.
-    #[serde(default)]
-    pub history: Option<OnlineHistory>,
     /// Statistics of the regression.
     pub regression: RegressionResult,
-    /// Its error on the fitted trials.
-    pub fit: Score,
-    /// Its error on unseen trials.
-    pub hold_out: Option<Score>,
-    /// Without held-out trials: the error on fitted trials, or thirds of a single one, each
-    /// predicted by a plant fitted to the others.
-    #[serde(default)]
-    pub left_out: Option<Score>,
-    /// Whiteness of innovations: Box–Pierce over 40 lags, divided by 40; 1 if they are white.
-    /// Absent for methods without innovations.
-    #[serde(default)]
-    pub whiteness: Option<f64>,
-    /// Caveats.
-    pub caveats: Vec<Caveat>,
-    /// The verdict.
-    #[serde(default)]
-    pub verdict: Verdict,
 }
 
 /// The plant by equation error of a record in shards; it has no score, as the whole record is not
@@ -118,6 +273,8 @@ pub struct AccumulatedPlant {
     pub parameters: Parameters,
     /// Lumped parameters.
     pub lumped: LumpedParameters,
+    /// Number of rows of the regression.
+    pub samples: usize,
     /// Statistics of the regression.
     pub regression: RegressionResult,
     /// Caveats.
@@ -153,8 +310,6 @@ pub struct ThrustPart {
 /// Statistics of a regression.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RegressionResult {
-    /// Number of rows.
-    pub samples: usize,
     /// Equivalent number of independent rows.
     pub effective_samples: f64,
     /// Condition number of the columns, scaled to unit length.
@@ -185,8 +340,8 @@ pub struct SubsetResult {
     pub condition: f64,
 }
 
-/// True values of a twin.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// True values of an axis of a twin.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruePlant {
     /// Rigid-body plus added mass, kg or kg m².
     pub mass: f64,
@@ -196,4 +351,57 @@ pub struct TruePlant {
     pub linear_drag: f64,
     /// b, N or N m.
     pub bias_force: f64,
+}
+
+impl TruePlant {
+    /// Returns the values of an axis among coefficients by name, as in [`Results::truth`]; absent if it has no mass.
+    ///
+    /// [`Results::truth`]: super::Results::truth
+    pub fn of(dof: Dof, truth: &BTreeMap<String, f64>) -> Option<Self> {
+        let [mass, quadratic, linear, bias] = own_terms(dof);
+        let value = |term: Basis| truth.get(&term.to_string()).copied();
+        Some(Self {
+            mass: value(mass)?,
+            quadratic_drag: value(quadratic).unwrap_or(0.0),
+            linear_drag: value(linear).unwrap_or(0.0),
+            bias_force: value(bias).map_or(0.0, |x| bias_sign(dof) * x),
+        })
+    }
+
+    /// Returns its coefficients by name.
+    pub fn coefficients(&self, dof: Dof) -> [(String, f64); 4] {
+        let bias = bias_sign(dof) * self.bias_force;
+        let values = [self.mass, self.quadratic_drag, self.linear_drag, bias];
+        let mut values = values.into_iter();
+        own_terms(dof).map(|term| (term.to_string(), values.next().unwrap_or(0.0)))
+    }
+}
+
+impl Parameters {
+    /// Returns mass, drag by its own velocity and constant force of an axis among coefficients by name; absent without
+    /// a mass.
+    pub(crate) fn of(dof: Dof, coefficients: &BTreeMap<String, Coefficient>) -> Option<Self> {
+        let [mass, quadratic, linear, bias] = own_terms(dof);
+        let own = |term: Basis| coefficients.get(&term.to_string()).map(Parameter::from);
+        let turned = |x: Parameter| match bias_sign(dof) {
+            sign if sign < 0.0 => {
+                Parameter { value: -x.value, low95: -x.high95, high95: -x.low95, ..x }
+            }
+            _ => x,
+        };
+        Some(Self {
+            mass: own(mass)?,
+            quadratic_drag: own(quadratic),
+            linear_drag: own(linear),
+            bias_force: own(bias).map(turned),
+        })
+    }
+
+    /// Returns mass, drag by its own velocity and constant force of each axis among coefficients by name.
+    pub fn by_axis(
+        axes: &[Dof],
+        coefficients: &BTreeMap<String, Coefficient>,
+    ) -> BTreeMap<Dof, Self> {
+        axes.iter().filter_map(|dof| Some((*dof, Self::of(*dof, coefficients)?))).collect()
+    }
 }

@@ -18,8 +18,7 @@ pub enum Series {
 /// Simulated and measured motion of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComparisonFigure {
-    /// The plant of several axes, by its name in [`Results::coupled`]; absent for a plant of one
-    /// axis.
+    /// Name of a plant of several axes in [`Results::plants`]; absent for an axis alone.
     pub plant: Option<String>,
     /// The method of the plant.
     pub method: Method,

@@ -95,8 +95,8 @@ impl Logged {
         pushed().for_each(|series| cut(&mut is_whole, grid, series, series.longest_usual_s()));
 
         let sampled = |series: &Option<Timed>| series.as_ref().map(|series| means(series, grid));
-        let coupled = setup.coupled.iter().flatten().chain(&setup.dofs);
-        let mut axes: Vec<Dof> = coupled.copied().collect();
+        let together = setup.together.iter().flatten().chain(&setup.dofs);
+        let mut axes: Vec<Dof> = together.copied().collect();
         axes.sort();
         axes.dedup();
         let source = Dof::ALL.map(|dof| source(&recording, dof));

@@ -49,7 +49,7 @@ use rig::Rig;
 /// let twin = make_vehicle(&spec, &file.model()?)?;
 /// let names: Vec<&str> = twin.trials.iter().map(|trial| trial.name.as_str()).collect();
 /// assert_eq!(names, ["free 1", "free 2", "hold-out"]);
-/// assert_eq!(twin.coupled[0].axes.len(), 2);
+/// assert_eq!(twin.together[0].axes.len(), 2);
 /// # Ok::<(), seaplant::Error>(())
 /// ```
 pub fn make_vehicle(spec: &VehicleTwinSpec, model: &PlantModel) -> Result<TwinCampaign, Error> {
@@ -78,7 +78,7 @@ pub fn make_vehicle(spec: &VehicleTwinSpec, model: &PlantModel) -> Result<TwinCa
     Ok(TwinCampaign {
         vehicle: rig.believed_vehicle(model)?,
         trials,
-        coupled: vec![plan_of(model)],
+        together: vec![plan_of(model)],
         truth,
         bollard_pull: Vec::new(),
     })

@@ -17,7 +17,7 @@ from typing import Any
 
 from seaplant import _native
 from seaplant._choices import Methods, Terms
-from seaplant._results import FittedPlant, PlantResult, Results
+from seaplant._results import PlantResult, Results
 from seaplant.errors import InputError
 from seaplant.identification import identify_campaign
 
@@ -171,12 +171,8 @@ def rows_of(dive: Row, results: Results) -> list[Row]:
         "thrusters": json.dumps(_thrusters(results), sort_keys=True),
     }
     rows = [
-        {**empty, **dive, **provenance, **_plant(dof, plant)}
-        for dof, plant in results.plants.items()
-    ]
-    rows += [
-        {**empty, **dive, **provenance, **_several_axes(name, plant)}
-        for name, plant in results.coupled.items()
+        {**empty, **dive, **provenance, **_plant(name, plant)}
+        for name, plant in results.plants.items()
     ]
     without: dict[str, list[str]] = {}
     for of in results.failures:
@@ -191,41 +187,37 @@ def rows_of(dive: Row, results: Results) -> list[Row]:
     ]
 
 
-def _plant(dof: str, plant: PlantResult) -> Row:
-    row: Row = {"status": "found", "dof": dof, "method": plant.method, "stable": plant.stable}
-    for name in PARAMETERS:
-        parameter = getattr(plant.parameters, name)
-        if parameter is not None:
-            row[name] = parameter.value
-            for part in ("std", "low95", "high95", "unit"):
-                row[f"{name}_{part}"] = getattr(parameter, part)
-    scores = (("fit", plant.fit), ("hold_out", plant.hold_out))
-    for name, score in scores:
-        if score is not None:
-            row[f"{name}_error"] = score.mean_abs_error
-            row[f"{name}_null_error"] = score.null_error
-    return row | _beside(plant)
-
-
-def _several_axes(name: str, plant: FittedPlant) -> Row:
-    row: Row = {"status": "found", "dof": name, "method": plant.method}
-    return row | _beside(plant)
-
-
-def _beside(plant: PlantResult | FittedPlant) -> Row:
-    nuisances = {name: of.to_dict() for name, of in plant.nuisances.items()}
-    return {
+def _plant(name: str, plant: PlantResult) -> Row:
+    """Returns the row of a plant; parameters and errors have columns for one axis only."""
+    nuisances = {of: parameter.to_dict() for of, parameter in plant.nuisances.items()}
+    row: Row = {
+        "status": "found",
+        "dof": name,
+        "method": plant.method,
+        "stable": None if plant.alone is None else plant.alone.stable,
         "nuisances": json.dumps(nuisances, sort_keys=True),
         "caveats": [of.code for of in plant.caveats],
         "caveat_messages": [of.message for of in plant.caveats],
     }
+    for of in PARAMETERS:
+        parameter = getattr(plant.by_axis.get(name), of, None)
+        if parameter is not None:
+            row[of] = parameter.value
+            for part in ("std", "low95", "high95", "unit"):
+                row[f"{of}_{part}"] = getattr(parameter, part)
+    for what, score in (("fit", plant.fit), ("hold_out", plant.hold_out)):
+        own = None if score is None else score.by_axis.get(name)
+        if own is not None:
+            row[f"{what}_error"] = own.mean_abs_error
+            row[f"{what}_null_error"] = own.null_error
+    return row
 
 
 def _thrusters(results: Results) -> dict[str, Any]:
     """Returns what each thruster gives, in the form that the library follows over dives."""
     estimates: dict[str, Any] = {}
     exchanged: list[list[str]] = []
-    for plant in results.coupled.values():
+    for plant in results.plants.values():
         for name, of in plant.thruster_estimates.items():
             known = estimates.get(name)
             if known is None or of.gain.std < known["gain"]["std"]:

@@ -5,7 +5,7 @@ use super::{Online, OnlineOptions, acting};
 use crate::caveat::spoken;
 use crate::estimate::axis_plant::{axis_structure, lumped_plant, term_of};
 use crate::estimate::{Candidate, Decision, Estimate, Fit, Method, Nuisances, Records};
-use crate::plant::Basis;
+use crate::plant::{bias_sign, own_terms};
 use crate::regression::LeastSquares;
 use crate::terms::Term;
 use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Error, Terms};
@@ -87,20 +87,11 @@ fn borrowed_nuisances_caveat(dof: Dof, method: Method, beside: &Fit) -> Caveat {
     Caveat::note(CaveatCode::TakenFromAnother, message)
 }
 
-/// Returns its name in results.
-fn name_of(term: &Basis) -> &'static str {
-    match term_of(term) {
-        Term::Force => "mass",
-        Term::Quadratic => "quadratic_drag",
-        Term::Linear => "linear_drag",
-        Term::Bias => "bias_force",
-    }
-}
-
 fn axis_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
     let plant = &fit.estimate.plant;
     let all = plant.structure().terms();
-    let names: Vec<String> = all.iter().map(|term| name_of(term).to_owned()).collect();
+    let own = own_terms(dof).map(|term| term.to_string());
+    let names: Vec<String> = all.iter().map(|term| own[term_of(term) as usize].clone()).collect();
     let (lumped, covariance) = lumped_plant(plant, &fit.estimate.covariance);
     let inflation = all.iter().zip(&fit.estimate.inflation);
     let found = LeastSquares {
@@ -118,5 +109,9 @@ fn axis_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
     };
     let caveats = doubts(dof.name(), &names, fit);
     let fitted = Fit::of_regression(dof, method, terms, found, Default::default(), caveats);
-    Fit { history: Some(fit.history.result(&names, fit)), ..fitted }
+    let mut history = fit.history.result(&names, fit);
+    if let Some(bias) = history.parameters.get_mut(&own[Term::Bias as usize]) {
+        bias.iter_mut().for_each(|b| *b *= bias_sign(dof));
+    }
+    Fit { history: Some(history), ..fitted }
 }

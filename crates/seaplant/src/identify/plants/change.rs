@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::known::{drag_terms, usual_speed};
 use crate::estimate::{LikelihoodStep, PlantFit};
 use crate::plant::Basis;
-use crate::results::{AxisChange, Part};
+use crate::results::{LikelyChange, Part};
 use crate::{Dof, Error, Estimate, TrialRecord};
 
 /// Of each axis that has a drag of its own.
@@ -15,12 +15,12 @@ use crate::{Dof, Error, Estimate, TrialRecord};
 pub(super) fn changes(
     fit: &PlantFit,
     records: &[&TrialRecord],
-) -> Result<BTreeMap<Dof, AxisChange>, Error> {
+) -> Result<BTreeMap<Dof, LikelyChange>, Error> {
     let Some(step) = fit.likelihood_step(records)? else { return Ok(BTreeMap::new()) };
     let of = |&dof: &Dof| {
         let place = fit.plant.structure().index_of(&Basis::Mass(dof, dof))?;
         let drag = drag_terms(fit, dof, usual_speed(dof, records));
-        let change = AxisChange {
+        let change = LikelyChange {
             mass: part(fit, &step, dof, &[(place, 1.0)])?,
             drag: part(fit, &step, dof, &drag)?,
             whiteness: *step.whiteness.get(&dof)?,

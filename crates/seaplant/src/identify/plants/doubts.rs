@@ -5,7 +5,7 @@ use crate::caveat::{estimated, spoken};
 use crate::estimate::{Actuator, NEGLIGIBLE_POWER, PlantFit, damping_power};
 use crate::judge::{LEAST_R2, NOT_WHITE, PREDICTS};
 use crate::plant::{Basis, EffectForce};
-use crate::results::{AxisChange, AxisScore, FittedPlant, PlantScore, ToldBy};
+use crate::results::{LikelyChange, PlantResult, PlantScore, Score, ToldBy};
 use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Method, TrialRecord, Vehicle};
 use std::cmp::Ordering;
 
@@ -23,7 +23,7 @@ const BLURRED: f64 = 0.05;
 /// [`known::doubts`]: super::known::doubts
 pub(super) fn doubts(
     fit: &PlantFit,
-    plant: &FittedPlant,
+    plant: &PlantResult,
     records: &Records<'_>,
     vehicle: &Vehicle,
     of_axes: &[(Dof, Caveat)],
@@ -236,7 +236,7 @@ fn changing_thrust(
 /// user minds.
 const CHANGING_PART: f64 = 0.05;
 
-fn untold(plant: &FittedPlant) -> Option<Caveat> {
+fn untold(plant: &PlantResult) -> Option<Caveat> {
     let of = |told_by| {
         let found = plant.parameters.iter().filter(move |(_, x)| x.told_by == told_by);
         found.map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>()
@@ -289,7 +289,7 @@ pub(super) fn is_pushed(fit: &PlantFit, records: &[&TrialRecord], dof: Dof) -> b
         || records.iter().any(|record| record.is_driven(dof))
 }
 
-fn not_driven(fit: &PlantFit, plant: &FittedPlant, records: &[&TrialRecord]) -> Option<Caveat> {
+fn not_driven(fit: &PlantFit, plant: &PlantResult, records: &[&TrialRecord]) -> Option<Caveat> {
     let undriven = |dof: &&Dof| !is_pushed(fit, records, **dof);
     let names: Vec<&str> = plant.axes.iter().filter(undriven).map(|dof| dof.name()).collect();
     (!names.is_empty()).then(|| {
@@ -486,10 +486,10 @@ pub(super) fn scores(fit: &PlantScore, hold_out: Option<&PlantScore>) -> Vec<Cav
 
 /// That held-out trials ask for another mass or drag, in the axis where they do most.
 fn another_plant(score: &PlantScore) -> Option<Caveat> {
-    let beyond = |dof: &Dof| score.by_axis[dof].change.and_then(|change| change.beyond());
+    let beyond = |dof: &Dof| score.by_axis[dof].likely_change.and_then(|change| change.beyond());
     let axes = score.by_axis.keys().filter_map(|dof| Some((dof, beyond(dof)?)));
     let (dof, _) = axes.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let change = score.by_axis[dof].change?;
+    let change = score.by_axis[dof].likely_change?;
     let message = format!(
         "allowing for forces that are not logged, the held-out trials ask for another plant in {dof}: mass {}, drag {}; the model lacks something, or the trials differ in vehicle, trim or thrust",
         change.mass.spoken(),
@@ -499,22 +499,22 @@ fn another_plant(score: &PlantScore) -> Option<Caveat> {
 }
 
 /// Whether the error is too near to that of a model that never moves.
-fn fails(score: &AxisScore) -> bool {
+fn fails(score: &Score) -> bool {
     score.mean_abs_error.is_some_and(|error| error > PREDICTS * score.null_error)
 }
 
 /// Whether it is too near to that of a model that keeps its mean speed.
-fn explains_nothing(score: &AxisScore) -> bool {
-    score.r2.is_some_and(|r2| r2 < LEAST_R2)
+fn explains_nothing(score: &Score) -> bool {
+    score.r_squared.is_some_and(|r2| r2 < LEAST_R2)
 }
 
 /// Whether an axis is predicted no better than without a plant.
-pub(super) fn falls_short(score: &AxisScore) -> bool {
+pub(super) fn falls_short(score: &Score) -> bool {
     fails(score) || explains_nothing(score)
 }
 
 /// How an axis falls short of what it takes over some trials, if it does.
-pub(super) fn shortfall(dof: Dof, score: &AxisScore, where_: &str) -> Option<String> {
+pub(super) fn shortfall(dof: Dof, score: &Score, where_: &str) -> Option<String> {
     let unit = dof.units().velocity;
     if fails(score) {
         let error = score.mean_abs_error.map_or("unbounded".to_owned(), spoken);
@@ -526,19 +526,19 @@ pub(super) fn shortfall(dof: Dof, score: &AxisScore, where_: &str) -> Option<Str
     explains_nothing(score).then(|| {
         format!(
             "on {where_} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
-            100.0 * score.r2.unwrap_or(0.0).max(0.0)
+            100.0 * score.r_squared.unwrap_or(0.0).max(0.0)
         )
     })
 }
 
 fn no_better(score: &PlantScore, where_: &str) -> Vec<Caveat> {
-    let of = |(dof, score): (&Dof, &AxisScore)| {
+    let of = |(dof, score): (&Dof, &Score)| {
         if score.mean_abs_error.is_none() {
             let message = format!("simulated over {where_}, the plant diverges");
             return Some(Caveat::severe(CaveatCode::Unstable, message));
         }
         let what = shortfall(*dof, score, where_)?;
-        if let Some(change) = score.change.filter(AxisChange::vouches) {
+        if let Some(change) = score.likely_change.filter(LikelyChange::vouches) {
             return Some(Caveat::note(
                 CaveatCode::NoBetterThanNull,
                 format!(

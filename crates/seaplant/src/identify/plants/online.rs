@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::{Records, coefficient_of, doubts as batch_doubts, failure, known, rivals, score};
+use super::{
+    MOST_STD, Records, coefficient_of, doubts as batch_doubts, failure, known, result as of_fit,
+    rivals, score,
+};
 use crate::estimate::PlantFit;
 use crate::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_plant, logs::doubts};
 use crate::motion::{body_from_world, interpolated_attitude};
-use crate::results::{Failure, PlantOnline};
+use crate::plant::RigidBody;
+use crate::results::{Failure, Parameters, PlantResult, Trust, Verdict};
 use crate::{Caveat, Error, IdentifyOptions, Method, Timed, TrialRecord, Vehicle};
 
 /// The plants of the methods that were asked for, with the terms that filter error found, under
@@ -19,7 +23,7 @@ pub(super) fn plants(
     records: &Records<'_>,
     vehicle: &Vehicle,
     options: &IdentifyOptions,
-) -> (BTreeMap<Method, PlantOnline>, Vec<Failure>) {
+) -> (BTreeMap<Method, PlantResult>, Vec<Failure>) {
     let asked = options.methods.iter().filter_map(|method| Some((*method, method.scheme()?)));
     let (mut plants, mut failures) = (BTreeMap::new(), Vec::new());
     for (method, scheme) in asked {
@@ -40,7 +44,7 @@ fn plant(
     records: &Records<'_>,
     vehicle: &Vehicle,
     options: &OnlineOptions,
-) -> Result<PlantOnline, Error> {
+) -> Result<PlantResult, Error> {
     records.fit.iter().try_for_each(|record| check_velocity(record))?;
     let as_it_acts: Vec<TrialRecord> =
         records.fit.iter().map(|record| acting(found, record)).collect::<Result<_, Error>>()?;
@@ -48,7 +52,14 @@ fn plant(
     let structure = found.plant.structure();
     let body = vehicle.rigid_body.as_ref();
     let fit = fit_online_plant(structure, scheme, &as_it_acts, body, options)?;
-    let mut plant = result(method, found, &fit);
+    let online = PlantFit {
+        plant: fit.estimate.plant.clone(),
+        covariance: &fit.estimate.covariance + &found.thrust_covariance,
+        method,
+        samples: fit.samples,
+        ..found.clone()
+    };
+    let mut plant = result(&online, found, &fit, body);
     let as_found = &fit.estimate.plant;
     plant.fit = score::score(as_found, &score::Standing::beside(found), &records.fit, |record| {
         found.current_of(&record.trial)
@@ -59,10 +70,15 @@ fn plant(
             found.mean_current()
         })?),
     };
-    plant.caveats.extend(beside_batch(found, &fit, &plant, &records.fit, vehicle));
+    plant.caveats.extend(beside_batch(found, &online, &plant, &records.fit, vehicle));
     plant.caveats.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
+    let codes = plant.caveats.iter().map(|caveat| caveat.code).collect();
+    plant.verdict = Verdict::new(Trust::Doubtful, NOT_JUDGED, codes);
     Ok(plant)
 }
+
+/// Why no plant of several axes by a method that works sample by sample is more than doubtful.
+const NOT_JUDGED: &str = "plants by methods that work sample by sample are not judged; the recommended plant of these axes is";
 
 /// A method that works sample by sample is fed velocities.
 ///
@@ -90,22 +106,15 @@ fn check_velocity(record: &TrialRecord) -> Result<(), Error> {
 /// Doubts that show beside the batch, in what is known of the vehicle, and on trials.
 fn beside_batch(
     found: &PlantFit,
-    fit: &OnlineFit,
-    plant: &PlantOnline,
+    online: &PlantFit,
+    plant: &PlantResult,
     records: &[&TrialRecord],
     vehicle: &Vehicle,
 ) -> Vec<Caveat> {
-    let online = PlantFit {
-        plant: fit.estimate.plant.clone(),
-        covariance: &fit.estimate.covariance + &found.thrust_covariance,
-        method: plant.method,
-        samples: fit.samples,
-        ..found.clone()
-    };
-    let known = known::doubts(&online, &plant.parameters, records, vehicle);
+    let known = known::doubts(online, &plant.parameters, records, vehicle);
     let scores = batch_doubts::scores(&plant.fit, plant.hold_out.as_ref());
     let mut all: Vec<Caveat> = known.into_iter().map(|(_, caveat)| caveat).collect();
-    all.extend(rivals::from_batch(found, &online, records));
+    all.extend(rivals::from_batch(found, online, records));
     all.extend(scores);
     all
 }
@@ -144,26 +153,30 @@ fn through_water(
     Ok(velocity)
 }
 
-fn result(method: Method, found: &PlantFit, fit: &OnlineFit) -> PlantOnline {
+fn result(
+    online: &PlantFit,
+    found: &PlantFit,
+    fit: &OnlineFit,
+    body: Option<&RigidBody>,
+) -> PlantResult {
     let plant = &fit.estimate.plant;
-    let structure = plant.structure();
-    let names = structure.names();
+    let names = plant.structure().names();
     let freedom = fit.estimate.independent_samples;
     let parameter = |(k, name): (usize, &String)| {
         // What nothing tells has no standard deviation that a file could hold.
         let of_thrust = found.thrust_covariance[(k, k)].sqrt();
-        let std = fit.estimate.std[k].hypot(of_thrust).min(f64::MAX.sqrt());
+        let std = fit.estimate.std[k].hypot(of_thrust).min(MOST_STD);
         (name.clone(), coefficient_of(plant, k, std, freedom))
     };
-    PlantOnline {
-        axes: structure.axes().to_vec(),
-        method,
-        symmetry: structure.symmetry(),
-        parameters: names.iter().enumerate().map(parameter).collect(),
-        history: fit.history.result(&names, fit),
-        samples: fit.samples,
-        fit: Default::default(),
-        hold_out: None,
-        caveats: doubts(&structure.name(), &names, fit),
+    let parameters = names.iter().enumerate().map(parameter).collect();
+    PlantResult {
+        by_axis: Parameters::by_axis(plant.axes(), &parameters),
+        parameters,
+        identifiability: None,
+        structure: Vec::new(),
+        log_likelihood: None,
+        history: Some(fit.history.result(&names, fit)),
+        caveats: doubts(&plant.structure().name(), &names, fit),
+        ..of_fit(online, body)
     }
 }

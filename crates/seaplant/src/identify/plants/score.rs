@@ -13,7 +13,7 @@ use crate::exchange::{Actuation, PlantModel};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
 use crate::plant::Plant;
 use crate::random::{gauss_markov, normal, stochastic_cycle};
-use crate::results::{AxisScore, FittedPlant, Parameter, PlantScore, plant_of_result};
+use crate::results::{Parameter, PlantResult, PlantScore, Score, plant_of_result};
 use crate::series::union;
 use crate::signal::sample_noise;
 use crate::statistics::root;
@@ -67,19 +67,19 @@ impl Sums {
         }
     }
 
-    fn score(self) -> AxisScore {
+    fn score(self) -> Score {
         let n = self.n.max(1) as f64;
         let spread = self.of_squares - self.sum * self.sum / n;
         let of = |x: f64| (!self.diverged).then_some(x);
-        AxisScore {
+        Score {
             mean_abs_error: of(self.error / n),
             null_error: self.null / n,
             disturbance_error: of(self.disturbed / n).filter(|x| x.is_finite()),
             restarted_error: Some(self.restarted / n).filter(|x| x.is_finite()),
             kept_error: Some(self.kept / n).filter(|x| x.is_finite()),
-            change: None,
-            r2: of(1.0 - self.squares / spread).filter(|r2| r2.is_finite()),
+            r_squared: of(1.0 - self.squares / spread).filter(|r2| r2.is_finite()),
             samples: self.n,
+            ..Score::default()
         }
     }
 }
@@ -90,7 +90,7 @@ impl Sums {
 ///
 /// # Errors
 /// That of the first trial, if none was read for the plant's axes; as [`plant_of_result`].
-pub fn score_fitted_plant(result: &FittedPlant, trials: &[&Trial]) -> Result<PlantScore, Error> {
+pub fn score_fitted_plant(result: &PlantResult, trials: &[&Trial]) -> Result<PlantScore, Error> {
     let plant = plant_of_result(result)?;
     let exchanged = |record: &TrialRecord| record.with_all_exchanged(&result.thrusters_exchanged);
     let read: Vec<_> =
@@ -144,7 +144,7 @@ fn with_curves_of(
 ///
 /// # Errors
 /// That of the trial, if it was not read for the plant's axes; as [`plant_of_result`].
-pub fn compare_fitted_plant(result: &FittedPlant, trial: &Trial) -> Result<Vec<Comparison>, Error> {
+pub fn compare_fitted_plant(result: &PlantResult, trial: &Trial) -> Result<Vec<Comparison>, Error> {
     let plant = plant_of_result(result)?;
     let record = &trial.record(&result.axes)?.with_all_exchanged(&result.thrusters_exchanged)?;
     let own = |direction: &str| {
@@ -178,7 +178,7 @@ const CURRENT_NORTH: &str = "current north: ";
 const CURRENT_EAST: &str = "current east: ";
 
 /// The mean of the currents that were fitted, each by its certainty, m/s north and east.
-fn mean_current(result: &FittedPlant) -> [f64; 2] {
+fn mean_current(result: &PlantResult) -> [f64; 2] {
     [CURRENT_NORTH, CURRENT_EAST].map(|direction| {
         let own = result.nuisances.iter().filter(|(name, _)| name.starts_with(direction));
         let weighted = own.map(|(_, x)| (x.value, 1.0 / (x.std * x.std).max(f64::MIN_POSITIVE)));
@@ -210,7 +210,7 @@ pub(super) fn score(
             *total = total.plus(*sums);
         }
         let by_axis = sums.into_iter().map(|(dof, sums)| (dof, sums.score())).collect();
-        score.trials.insert(record.trial.clone(), by_axis);
+        score.by_trial.insert(record.trial.clone(), by_axis);
     }
     score.by_axis = all.into_iter().map(|(dof, sums)| (dof, sums.score())).collect();
     Ok(score)
@@ -433,7 +433,7 @@ impl<'a> Standing<'a> {
     }
 
     /// What results hold of it; they do not keep the disturbances as they were fitted.
-    fn of_result(result: &FittedPlant) -> Self {
+    fn of_result(result: &PlantResult) -> Self {
         let number = |name: &str| result.nuisances.get(name).map_or(0.0, |x| x.value);
         let ratio = |name: &str| result.nuisances.get(name).map_or(1.0, |x| x.value);
         let exponent = result.nuisances.get("thrust_exponent");

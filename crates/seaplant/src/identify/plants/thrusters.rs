@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::estimate::PlantFit;
-use crate::results::{FittedPlant, Parameter, ThrusterEstimate, ThrusterGain};
+use crate::results::{Parameter, PlantResult, ThrusterEstimate, ThrusterGain};
 use crate::{Caveat, CaveatCode, Estimate, ThrusterFault};
 
 /// A thruster that gives less than this part of its curve stands still …
@@ -19,7 +19,7 @@ const LOSS: f64 = 0.12;
 const CLEARLY: f64 = 3.0;
 
 /// What is wrong with single thrusters, and how they differ.
-pub(super) fn doubts(plant: &FittedPlant) -> Vec<Caveat> {
+pub(super) fn doubts(plant: &PlantResult) -> Vec<Caveat> {
     let mut all: Vec<Caveat> = plant.thruster_faults.iter().map(of_trial).collect();
     all.extend(plant.thrusters_exchanged.iter().map(exchanged));
     let gains = plant.thruster_gains();
@@ -29,7 +29,7 @@ pub(super) fn doubts(plant: &FittedPlant) -> Vec<Caveat> {
 }
 
 /// What trials say of each thruster.
-pub(super) fn estimates(fit: &PlantFit, plant: &FittedPlant) -> BTreeMap<String, ThrusterEstimate> {
+pub(super) fn estimates(fit: &PlantFit, plant: &PlantResult) -> BTreeMap<String, ThrusterEstimate> {
     let both = plant.thruster_gains();
     let parameter =
         |value: f64, std: f64| Parameter::new(Estimate::new(value, std, fit.samples as f64), "1");
@@ -94,7 +94,7 @@ fn fault(name: &str, gain: &ThrusterGain) -> Option<Caveat> {
 }
 
 /// How gains differ from those of the curves.
-fn differing(plant: &FittedPlant) -> Option<Caveat> {
+fn differing(plant: &PlantResult) -> Option<Caveat> {
     let gains = plant.thruster_gains();
     let said: Vec<String> = gains
         .iter()

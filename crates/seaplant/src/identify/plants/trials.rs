@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::judge::{GoodFor, Tested};
-use crate::results::{AxisScore, PlantScore};
+use crate::results::{PlantScore, Score};
 use crate::{Caveat, Dof};
 
 use super::Records;
@@ -20,10 +20,10 @@ impl<'a> Confirmed<'a> {
     pub(super) fn new(score: &'a PlantScore, records: &Records<'_>) -> Self {
         let record =
             |trial: &str| records.hold_out.iter().find(|record| record.trial == trial).copied();
-        let all = score.trials.iter().flat_map(|(trial, axes)| {
+        let all = score.by_trial.iter().flat_map(|(trial, axes)| {
             axes.iter().map(move |(dof, own)| (trial.as_str(), *dof, own))
         });
-        let tested = |(trial, axis, own): (&'a str, Dof, &AxisScore)| {
+        let tested = |(trial, axis, own): (&'a str, Dof, &Score)| {
             let pooled = score.by_axis.get(&axis)?;
             let series = record(trial).and_then(|record| record.velocity[axis.index()].clone());
             Some(Tested {
@@ -33,7 +33,7 @@ impl<'a> Confirmed<'a> {
                 free_error: None,
                 null_error: own.null_error,
                 usual_null_error: pooled.null_error,
-                r_squared: own.r2,
+                r_squared: own.r_squared,
                 is_explained: own.is_of_disturbance(),
                 is_vouched: pooled.is_vouched(),
                 speed: series,
@@ -69,7 +69,7 @@ impl<'a> Confirmed<'a> {
     pub(super) fn least_r2(&self, axes: &[Dof]) -> Option<f64> {
         let r2 = axes.iter().filter_map(|dof| {
             let own = &self.good_for.motion.get(dof)?.trials;
-            let of = |trial: &String| self.score.trials.get(trial)?.get(dof)?.r2;
+            let of = |trial: &String| self.score.by_trial.get(trial)?.get(dof)?.r_squared;
             own.iter().filter_map(of).min_by(f64::total_cmp)
         });
         r2.min_by(f64::total_cmp)

@@ -5,7 +5,7 @@ use super::Records;
 use crate::caveat::spoken;
 use crate::judge::range;
 use crate::plant::Signal;
-use crate::results::{FittedPlant, ToldBy};
+use crate::results::{PlantResult, ToldBy};
 use crate::signal::rms;
 use crate::{Caveat, CaveatCode, Dof, Fin, TrialRecord, Vehicle};
 
@@ -13,7 +13,7 @@ use crate::{Caveat, CaveatCode, Dof, Fin, TrialRecord, Vehicle};
 const UNDER_WAY: f64 = 0.1;
 
 /// All of them.
-pub(super) fn doubts(plant: &FittedPlant, records: &Records<'_>, vehicle: &Vehicle) -> Vec<Caveat> {
+pub(super) fn doubts(plant: &PlantResult, records: &Records<'_>, vehicle: &Vehicle) -> Vec<Caveat> {
     let mut all = Vec::new();
     all.extend(munk(plant, &records.fit));
     all.extend(one_speed(plant, &records.fit));
@@ -28,7 +28,7 @@ pub(super) fn doubts(plant: &FittedPlant, records: &Records<'_>, vehicle: &Vehic
 const DRIFTS: f64 = 0.02;
 
 /// Munk's moment, `(m22 − m11) u v`, needs surge and sway where yaw is.
-fn munk(plant: &FittedPlant, records: &[&TrialRecord]) -> Option<Caveat> {
+fn munk(plant: &PlantResult, records: &[&TrialRecord]) -> Option<Caveat> {
     let has = |dof| plant.axes.contains(&dof);
     let lacks: Vec<&str> =
         [Dof::Surge, Dof::Sway].into_iter().filter(|dof| !has(*dof)).map(Dof::name).collect();
@@ -59,7 +59,7 @@ fn speed(records: &[&TrialRecord], dof: Dof) -> Option<f64> {
 const ONE_SPEED_PART: f64 = 0.25;
 
 /// Turns at one speed tell no term from the same one times u.
-fn one_speed(plant: &FittedPlant, records: &[&TrialRecord]) -> Option<Caveat> {
+fn one_speed(plant: &PlantResult, records: &[&TrialRecord]) -> Option<Caveat> {
     let turns = [Dof::Surge, Dof::Yaw].iter().all(|dof| plant.axes.contains(dof));
     let of_surge = records.iter().filter_map(|record| record.velocity[0].as_ref());
     let mut speeds: Vec<f64> = of_surge.flat_map(|series| series.values()).copied().collect();
@@ -78,7 +78,7 @@ fn one_speed(plant: &FittedPlant, records: &[&TrialRecord]) -> Option<Caveat> {
 
 /// Where only rudders of unknown lift steer, and hull forces hold `ur`, nothing but the rudder's
 /// own drag ties the forces of sway and yaw to those of surge.
-fn free_scale(plant: &FittedPlant, records: &[&TrialRecord]) -> Option<Caveat> {
+fn free_scale(plant: &PlantResult, records: &[&TrialRecord]) -> Option<Caveat> {
     let is_free =
         |name: &str| plant.parameters.get(name).is_some_and(|x| x.told_by == ToldBy::Data);
     let takes_scale = is_free("sway: Ur") || is_free("sway: ur");
@@ -103,7 +103,7 @@ const FURTHER: f64 = 1.25;
 /// Drift below this is that of straight ahead, rad.
 const SLIGHT: f64 = 0.09;
 
-fn drift_beyond(plant: &FittedPlant, records: &Records<'_>) -> Option<Caveat> {
+fn drift_beyond(plant: &PlantResult, records: &Records<'_>) -> Option<Caveat> {
     let planar = [Dof::Surge, Dof::Sway, Dof::Yaw];
     let is_planar = planar.iter().all(|dof| plant.axes.contains(dof));
     if !is_planar || records.fit.iter().any(|record| is_pushed_sideways(record)) {

@@ -6,7 +6,7 @@ use super::doubts::{falls_short, is_coloured, is_too_early, shortfall, shows_no_
 use super::trials::Confirmed;
 use crate::estimate::PlantFit;
 use crate::judge::{Number, may_be_off};
-use crate::results::{AxisScore, FittedPlant, PlantScore, Trust, Verdict};
+use crate::results::{PlantResult, PlantScore, Score, Trust, Verdict};
 use crate::{Caveat, CaveatCode, Dof, Severity};
 
 /// What a plant is judged by, beside its caveats and scores.
@@ -43,7 +43,7 @@ impl Evidence<'_> {
 /// change the motion along the others, which held-out trials test by themselves. Where thrust acts
 /// before its log says, what an axis lacks may be thrust, which all axes then lack.
 pub(super) fn verdicts(
-    plant: &FittedPlant,
+    plant: &PlantResult,
     evidence: &Evidence<'_>,
     of_axes: &[(Dof, Caveat)],
 ) -> (Verdict, BTreeMap<Dof, Verdict>) {
@@ -76,7 +76,7 @@ pub(super) fn verdicts(
 
 /// Judges a plant as a whole; `own` are the doubts of its axes.
 fn judged(
-    plant: &FittedPlant,
+    plant: &PlantResult,
     evidence: &Evidence<'_>,
     of_axes: &[(Dof, Caveat)],
     own: &BTreeMap<Dof, String>,
@@ -123,7 +123,7 @@ fn judged(
     // What all trials together have says nothing of those that are worse than without a plant.
     let hiding = evidence.of_trials.filter(|trials| trials.has_hidden());
     let seen_axes: Vec<Dof> = seen.iter().map(|(dof, _)| **dof).collect();
-    let pooled = seen.iter().filter_map(|(_, score)| score.r2).fold(f64::INFINITY, f64::min);
+    let pooled = seen.iter().filter_map(|(_, score)| score.r_squared).fold(f64::INFINITY, f64::min);
     let r2 = hiding.map_or(Some(pooled), |trials| trials.least_r2(&seen_axes)).unwrap_or(pooled);
     // Rounded down: "or more" has to hold.
     let least = (100.0 * r2).floor() / 100.0;
@@ -131,7 +131,7 @@ fn judged(
         true => ", which ask for the same plant there where these are allowed for",
         false => "",
     };
-    let names = |of: &[(&Dof, &AxisScore)]| {
+    let names = |of: &[(&Dof, &Score)]| {
         of.iter().map(|(dof, _)| dof.to_string()).collect::<Vec<_>>().join(", ")
     };
     let all = if own.is_empty() { "every axis".to_owned() } else { names(&seen) };
@@ -176,7 +176,7 @@ fn doubt_of_all<'a>(
 /// the others are no test of the plant.
 fn untested(score: &PlantScore) -> Vec<Dof> {
     let is_untested =
-        |score: &AxisScore| falls_short(score) && !score.is_followed() && !score.is_vouched();
+        |score: &Score| falls_short(score) && !score.is_followed() && !score.is_vouched();
     let axes = score.by_axis.iter().filter(|(_, score)| is_untested(score));
     let axes: Vec<Dof> = axes.map(|(dof, _)| *dof).collect();
     if 2 * axes.len() >= score.by_axis.len() { axes } else { Vec::new() }
@@ -203,7 +203,7 @@ fn masked(axes: &[Dof]) -> String {
 /// Why an axis is doubtful, if it is.
 fn doubt(
     dof: Dof,
-    score: Option<&AxisScore>,
+    score: Option<&Score>,
     fit: &PlantFit,
     of_axes: &[(Dof, Caveat)],
 ) -> Option<String> {
@@ -228,13 +228,13 @@ const EXPLAINED: f64 = 0.98;
 /// samples a correlation of 0.02 is clear already; a plant that explains nearly all motion of trials
 /// that it has not seen, from thrust alone, lacks little all the same, and where innovations
 /// show no dependence on thrust, it lacks a disturbance, which is no part of it.
-fn lacks(fit: &PlantFit, dof: Dof, score: Option<&AxisScore>) -> bool {
-    let explained = score.and_then(|score| score.r2).is_some_and(|r2| r2 > EXPLAINED);
+fn lacks(fit: &PlantFit, dof: Dof, score: Option<&Score>) -> bool {
+    let explained = score.and_then(|score| score.r_squared).is_some_and(|r2| r2 > EXPLAINED);
     is_coloured(fit, dof) && !explained && !shows_no_dependence(fit, dof)
 }
 
 /// What held-out trials refute an axis by.
-fn refuted(dof: Dof, score: &AxisScore) -> Option<String> {
+fn refuted(dof: Dof, score: &Score) -> Option<String> {
     let is_explained = score.is_of_disturbance() || score.is_followed() || score.is_vouched();
     if falls_short(score) && !is_explained {
         shortfall(dof, score, "held-out trials")
@@ -244,8 +244,8 @@ fn refuted(dof: Dof, score: &AxisScore) -> Option<String> {
 }
 
 /// An axis without a doubt of its own in a plant that is doubtful for others.
-fn beside_doubtful(score: Option<&AxisScore>, whole: &Verdict) -> Verdict {
-    let r2 = score.and_then(|score| score.r2);
+fn beside_doubtful(score: Option<&Score>, whole: &Verdict) -> Verdict {
+    let r2 = score.and_then(|score| score.r_squared);
     let predicted = match r2.filter(|_| score.is_some_and(|score| !falls_short(score))) {
         Some(r2) => format!("predicts held-out trials with R² of {r2:.2}"),
         None => "forces that are not logged mask it in held-out trials".to_owned(),
@@ -269,45 +269,45 @@ mod tests {
     use super::super::doubts::scores;
     use super::*;
     use crate::Estimate;
-    use crate::results::AxisChange;
+    use crate::results::LikelyChange;
 
     /// A model that never moves has an error of 0.1.
-    fn axis(error: f64, disturbance: f64) -> AxisScore {
-        AxisScore {
+    fn axis(error: f64, disturbance: f64) -> Score {
+        Score {
             mean_abs_error: Some(error),
             null_error: 0.1,
             disturbance_error: Some(disturbance),
-            r2: Some(1.0 - (error / 0.1).powi(2)),
-            ..AxisScore::default()
+            r_squared: Some(1.0 - (error / 0.1).powi(2)),
+            ..Score::default()
         }
     }
 
     /// A trial that knows mass and drag within these parts, and would have so much more mass.
-    fn asks(mass: f64, drag_std: f64) -> Option<AxisChange> {
+    fn asks(mass: f64, drag_std: f64) -> Option<LikelyChange> {
         let part = |value, std| Estimate::new(value, std, 1e4).into();
         let (mass, drag) = (part(mass, 0.01), part(0.0, drag_std));
-        Some(AxisChange { mass, drag, whiteness: 1.0, surprise: 1.0 })
+        Some(LikelyChange { mass, drag, whiteness: 1.0, surprise: 1.0 })
     }
 
     #[test]
     fn a_trial_that_asks_for_the_same_plant_vouches_for_it() {
         // Free, it is off by more than is known to disturb it.
-        let axis = |change| AxisScore { change, ..axis(0.09, 0.01) };
+        let axis = |likely_change| Score { likely_change, ..axis(0.09, 0.01) };
         assert!(refuted(Dof::Sway, &axis(asks(0.0, 0.3))).is_some(), "drag is not known");
         assert!(refuted(Dof::Sway, &axis(asks(0.2, 0.05))).is_some(), "it asks for another mass");
         let vouched = axis(asks(0.01, 0.05));
         assert_eq!(refuted(Dof::Sway, &vouched), None);
         assert_eq!(untested(&scored(&[vouched, vouched])), []);
-        let coloured = AxisChange { whiteness: 3.0, ..asks(0.0, 0.05).expect("some") };
+        let coloured = LikelyChange { whiteness: 3.0, ..asks(0.0, 0.05).expect("some") };
         assert!(refuted(Dof::Sway, &axis(Some(coloured))).is_some(), "the model lacks something");
-        let disturbed = AxisChange { surprise: 2.0, ..asks(0.0, 0.05).expect("some") };
+        let disturbed = LikelyChange { surprise: 2.0, ..asks(0.0, 0.05).expect("some") };
         assert!(refuted(Dof::Sway, &axis(Some(disturbed))).is_some(), "something else moves it");
     }
 
     #[test]
     fn a_trial_that_asks_for_another_plant_is_a_warning() {
-        let of = |change| {
-            let score = AxisScore { change, ..axis(0.01, 0.01) };
+        let of = |likely_change| {
+            let score = Score { likely_change, ..axis(0.01, 0.01) };
             let score = PlantScore { by_axis: [(Dof::Sway, score)].into(), ..scored(&[]) };
             scores(&scored(&[]), Some(&score))
         };
@@ -317,7 +317,7 @@ mod tests {
         assert_eq!(of(asks(0.06, 0.05)), []);
     }
 
-    fn scored(axes: &[AxisScore]) -> PlantScore {
+    fn scored(axes: &[Score]) -> PlantScore {
         let by_axis = Dof::ALL.into_iter().zip(axes.iter().copied()).collect();
         PlantScore { by_axis, ..PlantScore::default() }
     }
@@ -329,7 +329,7 @@ mod tests {
         assert_eq!(untested(&scored(&[masked, good, good, masked])), [Dof::Surge, Dof::Roll]);
         // A swing that is followed for seconds is a test passed.
         let followed =
-            AxisScore { restarted_error: Some(0.01), kept_error: Some(0.1), ..axis(0.09, 0.09) };
+            Score { restarted_error: Some(0.01), kept_error: Some(0.1), ..axis(0.09, 0.09) };
         assert_eq!(untested(&scored(&[masked, good, good, followed])), []);
     }
 
@@ -349,15 +349,15 @@ mod tests {
 
     #[test]
     fn an_axis_is_refuted_by_an_error_that_nothing_else_explains() {
-        let of = |score: AxisScore| refuted(Dof::Sway, &score);
+        let of = |score: Score| refuted(Dof::Sway, &score);
         let reason = of(axis(0.09, 0.01)).expect("0.09 of 0.1, and disturbances make 0.01");
         assert!(reason.contains("the error of sway is 0.09"), "{reason}");
         assert_eq!(of(axis(0.09, 0.09)), None);
         assert_eq!(of(axis(0.01, 0.0)), None);
         let followed =
-            AxisScore { restarted_error: Some(0.01), kept_error: Some(0.1), ..axis(0.09, 0.01) };
+            Score { restarted_error: Some(0.01), kept_error: Some(0.1), ..axis(0.09, 0.01) };
         assert_eq!(of(followed), None);
-        let flat = AxisScore { r2: Some(0.02), ..axis(0.04, 0.0) };
+        let flat = Score { r_squared: Some(0.02), ..axis(0.04, 0.0) };
         assert!(of(flat).expect("explains nothing").contains("2 % of the variation of sway"));
     }
 }
