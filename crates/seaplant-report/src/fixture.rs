@@ -64,6 +64,7 @@ pub(crate) fn plant() -> PlantResult {
                 quadratic_drag: Some(drag),
                 linear_drag: None,
                 bias_force: Some(bias),
+                added_mass: Some(parameter(9570.2, 253.0, "kg")),
             },
         )]),
         mass_matrix: matrix(12970.2),
@@ -294,8 +295,10 @@ pub(crate) fn plant_of_several_axes() -> PlantResult {
         ("sway: v".to_owned(), coefficient(0.0, 1.5, "N/(m/s)", &[Dof::Sway])),
         ("yaw: |v|r".to_owned(), coefficient(3.0, 0.4, "N m/((m/s)(rad/s))", &[Dof::Yaw])),
     ]);
+    let mut by_axis = Parameters::by_axis(&[Dof::Sway, Dof::Yaw], &parameters);
+    by_axis.entry(Dof::Sway).and_modify(|own| own.added_mass = Some(parameter(80.0, 2.0, "kg")));
     PlantResult {
-        by_axis: Parameters::by_axis(&[Dof::Sway, Dof::Yaw], &parameters),
+        by_axis,
         verdict: Verdict::new(Trust::Doubtful, HOSTILE, vec![CaveatCode::NotDetermined]),
         verdicts: BTreeMap::from([
             (

@@ -178,7 +178,7 @@ impl ComparedAxis {
 
     fn of_fit(dof: Dof, plant: &PlantResult) -> Option<Self> {
         let own = plant.by_axis.get(&dof)?;
-        let Parameters { mass, quadratic_drag, linear_drag, bias_force } = own;
+        let Parameters { mass, quadratic_drag, linear_drag, bias_force, .. } = own;
         let all = [Some(mass), quadratic_drag.as_ref(), linear_drag.as_ref(), bias_force.as_ref()];
         let stated = |parameter: &Parameter| Stated {
             value: parameter.value,

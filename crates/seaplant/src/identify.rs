@@ -31,6 +31,7 @@ use crate::estimate::{
 };
 use crate::exchange::{Draws, PlantModel};
 use crate::judge::score_plant;
+use crate::plant::RigidBody;
 use crate::results::{
     AccumulatedPlant, Consequence, Failure, Identification, PlantResult, Results, SteadyResult,
     SubsetResult, two_digits,
@@ -162,10 +163,24 @@ pub fn identify_watched(
     }
     found.results.consequences = consequences(&found.results);
     let Results { plants, methods, .. } = &mut found.results;
+    let methods_of_all = methods.values_mut().flat_map(BTreeMap::values_mut);
+    plants.values_mut().chain(methods_of_all).for_each(|plant| add_added_mass(plant, vehicle));
     for (name, plant) in plants {
         methods.entry(name.clone()).or_default().insert(plant.method, plant.clone());
     }
     found
+}
+
+/// Adds the added mass of each axis, if the vehicle itself is known.
+fn add_added_mass(plant: &mut PlantResult, vehicle: &Vehicle) {
+    let body = vehicle.rigid_body.as_ref().map(RigidBody::mass_matrix);
+    for (&dof, own) in &mut plant.by_axis {
+        let of_body = body.map(|matrix| matrix[(dof.index(), dof.index())]);
+        let dry = of_body.or(vehicle.dry_mass_kg.filter(|_| !dof.is_rotation()));
+        if let Some(dry) = dry {
+            *own = own.clone().with_dry(dry);
+        }
+    }
 }
 
 /// Returns true if known forces determine the scale of thrust of all plants.

@@ -57,6 +57,59 @@
 //! # Ok::<(), seaplant::Error>(())
 //! ```
 //!
+//! # One axis, several, and a simulation
+//!
+//! A plant has the same form whatever its axes, and what is written for one axis works for six:
+//!
+//! ```
+//! use nalgebra::Vector6;
+//! use seaplant::exchange::{PlantFile, PlantModel};
+//! use seaplant::motion::{Inputs, simulate};
+//! use seaplant::results::Results;
+//! use seaplant::twin::{TwinCampaign, TwinSpec, VehicleTwinSpec, make, make_vehicle};
+//! use seaplant::{Dof, Error, IdentifyOptions, Timed, identify};
+//!
+//! fn identified(dive: &TwinCampaign) -> Result<Results, Error> {
+//!     let trials = dive.trials.iter().map(|log| log.trial(dive)).collect::<Result<Vec<_>, _>>()?;
+//!     let options =
+//!         IdentifyOptions { together: dive.together.clone(), ..IdentifyOptions::default() };
+//!     Ok(identify(&dive.vehicle, &trials, &options).results)
+//! }
+//!
+//! // The speed ahead after a minute of 30 N.
+//! fn speed(found: &Results) -> Result<f64, Error> {
+//!     let plant = PlantModel::of_results(found, "results.json", None)?.plant;
+//!     let mut inputs = Inputs::default();
+//!     inputs.force[0] = Some(Timed::new("thrust", vec![0.0], vec![30.0])?);
+//!     Ok(simulate(&plant, &inputs, &Vector6::zeros(), &[0.0, 60.0])?.velocity[1][0])
+//! }
+//!
+//! let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 120.0, ..TwinSpec::jason2() };
+//! let rov = make(&spec)?;
+//! let boat: PlantFile = serde_json::from_value(serde_json::json!({
+//!     "schema": "seaplant/plant/1", "name": "boat", "source": "worked by hand",
+//!     "axes": ["surge", "yaw"], "mass_matrix": [100.0, 20.0], "linear_damping": [30.0, 15.0],
+//!     "thruster": [
+//!         { "name": "port", "position_m": [0.0, -0.5, 0.0], "direction": [1.0, 0.0, 0.0],
+//!           "curve": { "kind": "quadratic", "input": "command", "forward": 40.0, "reverse": 30.0 } },
+//!         { "name": "starboard", "position_m": [0.0, 0.5, 0.0], "direction": [1.0, 0.0, 0.0],
+//!           "curve": { "kind": "quadratic", "input": "command", "forward": 40.0, "reverse": 30.0 } }
+//!     ]
+//! })).expect("a table");
+//! let spec = VehicleTwinSpec { duration_s: 120.0, hold_out_s: 60.0, ..VehicleTwinSpec::default() };
+//! let boat = make_vehicle(&spec, &boat.model()?)?;
+//! for (dive, name, mass) in [(&rov, "surge", 12_970.2), (&boat, "surge-yaw", 100.0)] {
+//!     let found = identified(dive)?;
+//!     let plant = &found.plants[name];
+//!     assert!((plant.parameters["mass.surge"].value / mass - 1.0).abs() < 0.02);
+//!     assert_eq!(plant.by_axis[&Dof::Surge].mass.value, plant.parameters["mass.surge"].value);
+//!     let held_out = plant.held_out(Dof::Surge).expect("each has a held-out trial");
+//!     assert!(held_out.r_squared.expect("bounded") > 0.99);
+//!     assert!(speed(&found)? > 0.3);
+//! }
+//! # Ok::<(), seaplant::Error>(())
+//! ```
+//!
 //! One method by itself takes the records of an axis, as [`Trial::axis`] cuts them:
 //! [`FilterError::default().fit(&records)`](estimate::FilterError::fit); a plant of several axes is
 //! fitted by [`estimate::fit_plant`].

@@ -1438,6 +1438,10 @@ class Parameters(Record):
     mass: Parameter
     """Rigid-body plus added mass."""
 
+    added_mass: Parameter | None
+    """Mass less that of the vehicle itself, if its rigid body is known or, of translations,
+    its mass in air."""
+
     bias_force: Parameter | None
     """b."""
 

@@ -113,7 +113,7 @@ fn of(
         ("The axis alone", plant.single_axes.get(&dof)),
     ];
     let scores = scores.into_iter().filter_map(|(label, score)| Some(score_row(label, score?)));
-    let added = added_mass(dof, own, plant, results);
+    let added = own.added_mass.as_ref().map(|added| added_mass(dof, added));
     let method = words::method(plant.method);
     let quantity = plant.fitted(dof).map(|score| score.quantity).unwrap_or_default();
     Card {
@@ -165,30 +165,12 @@ fn consequence(of: &Consequence) -> Follows {
     }
 }
 
-/// Returns the added mass, if the dry vehicle is known.
-fn added_mass(
-    dof: Dof,
-    own: &Parameters,
-    plant: &PlantResult,
-    results: &Results,
-) -> Option<Follows> {
-    let k = plant.axes.iter().position(|axis| *axis == dof)?;
-    let of_body = plant.rigid_body_mass_matrix.as_ref();
-    let of_body = of_body.and_then(|body| body.get(k)?.get(k).copied());
-    let dry = of_body.or(results.dry_mass_kg.filter(|_| !dof.is_rotation()))?;
-    Some(added_to(dof, dry, &own.mass))
-}
-
-/// Subtracts the dry vehicle's mass or inertia.
-fn added_to(dof: Dof, dry: f64, mass: &Parameter) -> Follows {
-    let Parameter { value, std, low95, high95, unit } = mass.clone();
-    let added =
-        Parameter { value: value - dry, std, low95: low95 - dry, high95: high95 - dry, unit };
-    let Rounded { value, std, low95, high95 } = Rounded::of(&added);
+fn added_mass(dof: Dof, added: &Parameter) -> Follows {
+    let Rounded { value, std, low95, high95 } = Rounded::of(added);
     Follows {
         label: if dof.is_rotation() { "Added inertia" } else { "Added mass" }.to_owned(),
         value: format!("{value} ± {std}"),
-        unit: added.unit,
+        unit: added.unit.clone(),
         interval: format!("{low95} … {high95}"),
         is_minor: false,
     }

@@ -94,6 +94,19 @@ fn check_axis(path: &str, plant: &PlantResult, dof: Dof) -> Result<(), Error> {
             return Err(contradiction(format!("{path}.by_axis.{dof}.{name}"), &reason));
         }
     }
+    let Some(added) = &found.added_mass else { return Ok(()) };
+    let mass = &found.mass;
+    let off = |x: f64, y: f64| ((mass.value - added.value) - (x - y)).abs();
+    if off(mass.low95, added.low95).max(off(mass.high95, added.high95))
+        > ROUNDING * mass.value.abs()
+        || !are_close(mass.std, added.std)
+    {
+        let reason = format!(
+            "has another interval than the mass of {} ({} to {})",
+            mass.value, mass.low95, mass.high95
+        );
+        return Err(contradiction(format!("{path}.by_axis.{dof}.added_mass"), &reason));
+    }
     Ok(())
 }
 

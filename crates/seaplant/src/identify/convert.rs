@@ -127,6 +127,7 @@ fn parameters(estimates: &PhysicalEstimates, dof: Dof) -> Parameters {
         quadratic_drag: estimates.d_quadratic.map(|d| Parameter::new(d, units.quadratic_drag)),
         linear_drag: estimates.d_linear.map(|d| Parameter::new(d, units.linear_drag)),
         bias_force: estimates.bias_force.map(|b| Parameter::new(b, units.force)),
+        added_mass: None,
     }
 }
 

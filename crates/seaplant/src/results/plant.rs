@@ -58,6 +58,9 @@ pub struct Parameters {
     pub linear_drag: Option<Parameter>,
     /// b.
     pub bias_force: Option<Parameter>,
+    /// Mass less that of the vehicle itself, if its rigid body is known or, of translations, its mass in air.
+    #[serde(default)]
+    pub added_mass: Option<Parameter>,
 }
 
 /// The plant of some axes by one method:
@@ -394,7 +397,15 @@ impl Parameters {
             quadratic_drag: own(quadratic),
             linear_drag: own(linear),
             bias_force: own(bias).map(turned),
+            added_mass: None,
         })
+    }
+
+    /// Returns them with added mass, from the mass or inertia of the vehicle itself.
+    pub(crate) fn with_dry(self, dry: f64) -> Self {
+        let Parameter { value, std, low95, high95, unit } = self.mass.clone();
+        let (value, low95, high95) = (value - dry, low95 - dry, high95 - dry);
+        Self { added_mass: Some(Parameter { value, std, low95, high95, unit }), ..self }
     }
 
     /// Returns mass, drag by its own velocity and constant force of each axis among coefficients by name.
