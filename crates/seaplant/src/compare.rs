@@ -220,7 +220,10 @@ impl ComparedAxis {
 }
 
 fn plant(fit: &Results, dof: Dof, method: Option<Method>) -> Option<&PlantResult> {
-    fit.plant_of(dof, method).ok().filter(|plant| plant.is_alone())
+    match method {
+        None => fit.plants.get(dof.name()).filter(|plant| plant.is_alone()),
+        Some(method) => fit.method_of(dof, method),
+    }
 }
 
 fn dof_difference(plants: &[Option<ComparedAxis>]) -> DofDifference {

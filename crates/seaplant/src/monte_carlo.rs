@@ -144,7 +144,7 @@ pub fn sample(spec: &TwinSpec, options: &IdentifyOptions) -> Result<Vec<Sample>,
 
 fn sample_of(spec: &TwinSpec, results: &Results, dof: Dof, method: Method) -> Sample {
     let truth = &spec.plants[&dof];
-    let plant = results.plant_of(dof, Some(method)).ok();
+    let plant = results.method_of(dof, method);
     let failed = || {
         let failed_fit =
             results.failures.iter().find(|f| f.dof == dof && f.method == method.name());

@@ -194,6 +194,11 @@ impl Results {
         all.filter_map(|(method, plant)| Some((*method, plant, plant.alone.as_ref()?)))
     }
 
+    /// Returns the plant of an axis alone by a method, also where none is recommended.
+    pub fn method_of(&self, dof: Dof, method: Method) -> Option<&PlantResult> {
+        self.methods_of(dof).find(|(own, ..)| *own == method).map(|(_, plant, _)| plant)
+    }
+
     /// Returns the plant of a degree of freedom by a method, or the recommended one.
     ///
     /// # Errors

@@ -153,7 +153,7 @@ fn excited_hz(figure: &SpectrumFigure, results: &Results) -> Option<f64> {
 /// Returns the filter of the recommended method, or of equation error if that has none, and the
 /// paper's.
 fn gains(figure: &SpectrumFigure, results: &Results) -> Vec<Gain> {
-    let of = |method| results.plant_of(figure.dof, Some(method)).ok();
+    let of = |method| results.method_of(figure.dof, method);
     let filter = |plant: &PlantResult| {
         let Filters { velocity, every_term } = plant.alone.as_ref()?.regression.filters;
         every_term.or(velocity).map(|filter| (plant.method, filter))

@@ -35,7 +35,8 @@ pub fn check_results(results: &Results) -> Result<(), Error> {
 
 fn check_plant(name: &str, path: &str, plant: &PlantResult) -> Result<(), Error> {
     if plant.name() != name {
-        let reason = format!("are those of {}, but its name is {name}", plant.name());
+        let own = if plant.axes.is_empty() { "no plant".to_owned() } else { plant.name() };
+        let reason = format!("are those of {own}, but its name is {name}");
         return Err(contradiction(format!("{path}.axes"), &reason));
     }
     for (coefficient, x) in &plant.parameters {
