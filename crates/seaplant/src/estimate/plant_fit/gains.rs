@@ -84,7 +84,7 @@ impl Fitted {
             let point = self.optimum.point.clone();
             let Ok(optimum) = problem.descent(point, Tolerance::COARSE) else { break };
             let iterations = self.optimum.iterations + optimum.iterations;
-            let optimum = super::Optimum { iterations, ..optimum };
+            let optimum = super::descent::Optimum { iterations, ..optimum };
             let acting = self.moved_to(problem, optimum);
             // The fault itself colours innovations; what counts is what is left of that.
             let gained = 2.0 * (self.optimum.cost - acting.optimum.cost);

@@ -3,7 +3,9 @@ mod known;
 mod slow_logs;
 mod thrusters;
 
-use nalgebra::{Vector3, Vector6};
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -13,9 +15,11 @@ use super::schedule::Schedule;
 use super::sensor_lag::SensorLag;
 use super::*;
 use crate::motion::{HeldForces, Inputs, Moving, body_from_world, simulate};
-use crate::plant::{Effect, EffectForce, Pusher, Signal, Symmetry};
+use crate::plant::{Basis, Effect, EffectForce, Pusher, Signal, Symmetry};
 use crate::random::gauss_markov;
-use crate::{Grid, MeanAcceleration, PlacedThruster, ThrustUncertainty, ThrusterTrack, Timed};
+use crate::{
+    Grid, MeanAcceleration, PlacedThruster, ThrustUncertainty, ThrusterTrack, Timed, VelocityReport,
+};
 
 /// Differences over parts of 1e-6 of sums of thousands of squares.
 const DIFFERENCE: f64 = 2e-3;

@@ -47,7 +47,7 @@ impl OneAxis<'_> {
         let currents = optimum.point.currents.as_flattened().iter().copied();
         let numbers = coefficients.iter().copied().chain(optimum.point.actuator.numbers());
         let theta: Vec<f64> = numbers.chain(currents).collect();
-        let covariance = fitted.covariance_by_colour().ok()?;
+        let covariance = fitted.covariance_by_colour(&fitted.whiteness_by_axis().ok()?);
         let mut left = Parabola { theta: DVector::from(theta), covariance };
         let mut open: Vec<(Candidate, Vec<usize>)> = self
             .candidates

@@ -1,0 +1,296 @@
+//! What a fit of a plant has found.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+
+use super::equation_error::Solved;
+use super::filter::{InstrumentNoise, Swell};
+use super::gains::{self, OfScale, Scaled};
+use super::problem::CURRENT_STD;
+use super::uncertainty::{
+    attitude_noise, current_drift, disturbances, inflation, instruments, inverse, of_coefficients,
+    swell_force,
+};
+use super::{Actuator, Fitted, GainBeside, ScaleClaim, Tried};
+use crate::plant::{Basis, Plant};
+use crate::{Dof, Error, Method, ThrusterFault, TrialRecord, VelocityReport};
+
+/// Names of the instruments' noise in results, and units.
+pub(crate) const INSTRUMENTS: [(&str, &str); InstrumentNoise::COUNT] = InstrumentNoise::NAMES;
+
+/// A plant fitted to trials.
+#[derive(Clone, Debug)]
+pub struct PlantFit {
+    /// The plant.
+    pub plant: Plant,
+    /// How it was found.
+    pub method: Method,
+    /// Covariance of its coefficients, shape (p, p).
+    pub covariance: DMatrix<f64>,
+    /// The part of it that thrust makes whose scale is not known for sure.
+    pub thrust_covariance: DMatrix<f64>,
+    /// The current of each trial, north and east, m/s, with standard deviations.
+    pub currents: BTreeMap<String, [(f64, f64); 2]>,
+    /// How thrust follows what is logged of it.
+    pub actuator: Actuator,
+    /// Standard deviations of its numbers; none of one that the trials do not show.
+    pub actuator_std: [Option<f64>; Actuator::COUNT],
+    /// Whether propellers lag; else a logged wrench does.
+    pub has_thrusters: bool,
+    /// Disturbance and noise of each axis.
+    pub disturbances: BTreeMap<Dof, AxisNoise>,
+    /// Standard deviation of a sample of roll and of pitch, rad, and that of its estimate, where
+    /// attitude is a state.
+    pub attitude_noise: Option<(f64, f64)>,
+    /// Noise of the instruments that measure position, depth, heading and acceleration, by its name in
+    /// results, and that of its estimate.
+    pub instruments: BTreeMap<&'static str, (f64, f64)>,
+    /// How the current changes about its mean of a trial, if the trials show that.
+    pub current_drift: Option<CurrentDrift>,
+    /// Force of waves on each axis, if the trials show one.
+    pub swell: Option<SwellForce>,
+    /// How translations are reported, late beside thrust and rates or from elsewhere than is stated, if
+    /// the trials show that; they were taken to be as they were before it.
+    pub report: VelocityReport,
+    /// Standard deviations of its delay and lag, s; none of what the trials do not show.
+    pub report_std: [Option<f64>; 2],
+    /// Those of its levers, m.
+    pub lever_std: [Option<f64>; 3],
+    /// ln-likelihood.
+    pub log_likelihood: f64,
+    /// Numbers measured.
+    pub samples: usize,
+    /// Steps to the optimum.
+    pub iterations: usize,
+    /// The start: what least squares on the equation of motion gave.
+    pub start: Plant,
+    /// Box and Pierce's statistic of each axis's innovations over 40 lags, divided by 40: 1 if
+    /// they are white.
+    pub whiteness: BTreeMap<Dof, f64>,
+    /// Probability that innovations which are independent of the thrusters correlate with them as much as
+    /// those of each axis do. Empty where all innovations are white; axes with too little data are
+    /// missing.
+    pub independence: BTreeMap<Dof, f64>,
+    /// How many combinations of coefficients the motion tells, by least squares.
+    pub rank: usize,
+    /// What each coefficient's variance is multiplied with because others look like it.
+    pub inflation: Vec<f64>,
+    /// Couplings in damping that were tried, and smooth thrust.
+    pub tried: Vec<Tried>,
+    /// How far slowly logged thrust on each axis is at a sample from the mean of its neighbours, relative to all
+    /// thrust on it, where it moves smoothly from sample to sample: 1 − cos ωT for a sinusoid.
+    pub beyond_neighbours: BTreeMap<Dof, f64>,
+    /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
+    pub faults: Vec<ThrusterFault>,
+    /// Thrusters that follow each other's log; the plant is that of what they do.
+    pub exchanged: Vec<[String; 2]>,
+    /// What each thruster gives beside the others, where the trials determine it.
+    pub gains: BTreeMap<String, GainBeside>,
+    /// What each known force says of the scale of thrust, where they contradict each other.
+    pub claims: Vec<ScaleClaim>,
+}
+
+/// What stands beside the plant on one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisNoise {
+    /// Standard deviation of the disturbance, N or N m, and that of its estimate.
+    pub disturbance: (f64, f64),
+    /// Its correlation time, s, likewise.
+    pub correlation_s: (f64, f64),
+    /// Standard deviation of a sample of velocity, m/s or rad/s, likewise.
+    pub velocity: (f64, f64),
+}
+
+/// How a current changes in the course of a trial: a Gauss–Markov velocity north, and one east.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurrentDrift {
+    /// Standard deviation of each, m/s, and that of its estimate.
+    pub std_m_s: (f64, f64),
+    /// Their correlation time, s, likewise.
+    pub correlation_s: (f64, f64),
+}
+
+/// A force of waves in a narrow band of frequencies about one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SwellForce {
+    /// Standard deviation on each axis, N or N m, and that of its estimate.
+    pub force: BTreeMap<Dof, (f64, f64)>,
+    /// Period of the band's centre, s, likewise.
+    pub period_s: (f64, f64),
+    /// Damping ratio of the band, likewise: 0 for one frequency.
+    pub damping: (f64, f64),
+}
+
+impl Fitted {
+    pub(super) fn finished(
+        self,
+        start: Plant,
+        least_squares: &Solved,
+        method: Method,
+    ) -> Result<PlantFit, Error> {
+        let thrust_covariance = self.thrust_covariance()?;
+        let alike = self.gains_to_first_order()?;
+        let lost = self.lost_between_samples()?;
+        let whiteness = self.whiteness_by_axis()?;
+        let is_coloured = self.is_coloured(&whiteness);
+        let covariance = self.covariance_by_colour(&whiteness);
+        let Self { problem, optimum, mut tried, reported, faults, exchanged, smooth } = self;
+        tried.extend(smooth);
+        let plant = problem.plant(&optimum.point.free)?;
+        let p = problem.structure.terms().len();
+        let is_tested = is_coloured && !problem.is_free;
+        let independence = is_tested.then(|| problem.independence(&optimum.point));
+        let covariance = problem.with_known_uncertainty(&optimum, covariance);
+        let colour = whiteness.values().copied().fold(1.0, f64::max);
+        let claims = problem.contradictory_claims(&optimum, colour);
+        let noise_covariance = inverse(&optimum.noise_information);
+        let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
+        let q = p + Actuator::COUNT;
+        // Of a current that nothing shows, the scores of blocks leave none of what was known before.
+        let std = |k: usize| {
+            let variance = covariance[(q + k, q + k)];
+            if variance > 0.0 { variance.sqrt() } else { CURRENT_STD }
+        };
+        let current = |(trial, name): (usize, &String)| {
+            let [north, east] = optimum.point.currents[trial];
+            (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
+        };
+        let currents = problem.trials.iter().enumerate().map(current);
+        let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance + lost;
+        let mut inflation = inflation(&optimum.information, p);
+        // Known forces tell the scale of thrust, whatever the mean of the gains.
+        let scaled = match problem.fits[Actuator::SCALE] {
+            true => None,
+            false => Scaled::of(&plant, (&of_plant, &thrust_covariance))?,
+        };
+        let Scaled { plant, covariance: of_plant, thrust_covariance, scale } =
+            scaled.unwrap_or(Scaled { plant, covariance: of_plant, thrust_covariance, scale: 1.0 });
+        inflation.resize(plant.coefficients().len(), 1.0);
+        let mut noise = optimum.point.noise.clone();
+        noise.disturbance *= scale;
+        noise.swell = noise.swell.map(|swell| Swell { std: swell.std * scale, ..swell });
+        let place = p + Actuator::SCALE;
+        let of_scale = problem.fits[Actuator::SCALE].then(|| OfScale {
+            scale: optimum.point.actuator.log_scale.exp(),
+            covariance: covariance.column(place).rows(0, p).into_owned(),
+            variance: covariance[(place, place)],
+        });
+        let gains = match gains::of_plant(&plant, &of_plant, of_scale.as_ref()) {
+            Some(fitted) => fitted,
+            None => {
+                alike.into_iter().map(|(name, own)| (name, own.scaled(of_scale.as_ref()))).collect()
+            }
+        };
+        let axes = problem.structure.axes().iter().copied();
+        Ok(PlantFit {
+            plant: plant.pruned()?,
+            method,
+            inflation,
+            covariance: of_plant,
+            thrust_covariance,
+            actuator: optimum.point.actuator,
+            actuator_std: std::array::from_fn(std_of_actuator),
+            has_thrusters: problem.has_thrusters,
+            currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
+            disturbances: disturbances(&problem.structure, &noise, &noise_covariance, |i| {
+                problem.is_unmeasured(i)
+            }),
+            attitude_noise: attitude_noise(&optimum.point.noise, &noise_covariance),
+            instruments: instruments(&optimum.point.noise, &noise_covariance),
+            report: reported.how,
+            report_std: reported.std,
+            lever_std: reported.lever_std,
+            current_drift: current_drift(&optimum.point.noise, &noise_covariance),
+            swell: swell_force(&problem.structure, &noise, &noise_covariance),
+            log_likelihood: -optimum.cost,
+            samples: problem.samples(),
+            iterations: optimum.iterations,
+            start,
+            whiteness,
+            independence: independence.unwrap_or_default(),
+            rank: (least_squares.rank + p).saturating_sub(least_squares.terms),
+            tried,
+            beyond_neighbours: match optimum.point.actuator.is_smooth() {
+                true => axes.zip(problem.beyond_neighbours).collect(),
+                false => BTreeMap::new(),
+            },
+            faults,
+            exchanged,
+            gains,
+            claims,
+        })
+    }
+}
+
+impl PlantFit {
+    /// Records with thrusters as they acted; none where all acted as logged.
+    ///
+    /// # Errors
+    /// Those of [`crate::Timed::new`] if a force is not finite.
+    pub(crate) fn as_driven(&self, records: &[&TrialRecord]) -> Result<Vec<TrialRecord>, Error> {
+        if self.faults.is_empty() && self.exchanged.is_empty() {
+            return Ok(Vec::new());
+        }
+        let acting = |record: &&TrialRecord| {
+            let own = self.faults.iter().filter(|fault| fault.trial == record.trial);
+            let first = record.with_all_exchanged(&self.exchanged)?;
+            own.into_iter()
+                .try_fold(first, |record, fault| record.with_gain(&fault.thruster, fault.gain))
+        };
+        records.iter().map(acting).collect()
+    }
+
+    /// Records that were not fitted, with exchanged thrusters as they act; none where none are.
+    ///
+    /// # Errors
+    /// As [`Self::as_driven`].
+    pub(crate) fn as_wired(&self, records: &[&TrialRecord]) -> Result<Vec<TrialRecord>, Error> {
+        if self.exchanged.is_empty() {
+            return Ok(Vec::new());
+        }
+        records.iter().map(|record| record.with_all_exchanged(&self.exchanged)).collect()
+    }
+
+    /// Noise of instruments as a filter takes it.
+    pub(super) fn instrument_noise(&self) -> InstrumentNoise {
+        let mut noise = InstrumentNoise::NONE;
+        for (k, (name, _)) in InstrumentNoise::NAMES.iter().enumerate() {
+            if let Some((value, _)) = self.instruments.get(name) {
+                (noise.numbers[k], noise.active[k]) = (*value, true);
+            }
+        }
+        noise
+    }
+
+    /// The current of a trial, north and east, m/s; zero of one that was not fitted.
+    pub fn current_of(&self, trial: &str) -> [f64; 2] {
+        self.currents.get(trial).map_or([0.0; 2], |current| current.map(|(value, _)| value))
+    }
+
+    /// The mean of the trials' currents, by their variances, m/s.
+    pub fn mean_current(&self) -> [f64; 2] {
+        std::array::from_fn(|direction| {
+            let all = self.currents.values().map(|current| current[direction]);
+            let (sum, weight) = all.fold((0.0, 0.0), |(sum, weight), (value, std)| {
+                let own = 1.0 / (std * std).max(f64::MIN_POSITIVE);
+                (sum + own * value, weight + own)
+            });
+            if weight > 0.0 { sum / weight } else { 0.0 }
+        })
+    }
+
+    /// The same as if the scale of thrust were known for sure: what the motion tells, and what can be
+    /// compared with another fit of the same trials.
+    pub(crate) fn of_sure_thrust(&self) -> Self {
+        let covariance = &self.covariance - &self.thrust_covariance;
+        let thrust_covariance = DMatrix::zeros(covariance.nrows(), covariance.ncols());
+        Self { covariance, thrust_covariance, ..self.clone() }
+    }
+
+    /// Standard deviation of a coefficient.
+    pub fn std(&self, term: &Basis) -> Option<f64> {
+        let k = self.plant.structure().index_of(term)?;
+        Some(self.covariance[(k, k)].sqrt())
+    }
+}
