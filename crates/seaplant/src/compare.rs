@@ -17,7 +17,7 @@ pub use self::thrusters::{
     other_thrusters,
 };
 use crate::exchange::PlantModel;
-use crate::plant::{bias_sign, own_terms};
+use crate::plant::own_terms;
 use crate::results::{Parameter, Parameters, PlantResult, Results};
 use crate::{Caveat, CaveatCode, Dof, Method};
 
@@ -186,10 +186,10 @@ impl ComparedAxis {
             interval95: Some([parameter.low95, parameter.high95]),
             unit: parameter.unit.clone(),
         };
-        let terms = own_terms(dof).map(|term| term.to_string());
-        let sign = |k: usize| if k == 3 { bias_sign(dof) } else { 1.0 };
+        let terms = own_terms(dof).map(|(term, sign)| (term.to_string(), sign));
         let correlation = |i: usize, j: usize| {
-            sign(i) * sign(j) * plant.correlation.of(&terms[i], &terms[j]).unwrap_or(0.0)
+            let [(a, of_a), (b, of_b)] = [&terms[i], &terms[j]];
+            of_a * of_b * plant.correlation.of(a, b).unwrap_or(0.0)
         };
         Some(Self {
             method: Some(plant.method),
@@ -202,8 +202,7 @@ impl ComparedAxis {
         if !model.plant.axes().contains(&dof) {
             return None;
         }
-        let [mass, quadratic, linear, bias] = own_terms(dof);
-        let bases = [(mass, 1.0), (quadratic, 1.0), (linear, 1.0), (bias, bias_sign(dof))];
+        let bases = own_terms(dof);
         let structure = model.plant.structure();
         let places = bases.map(|(basis, _)| structure.index_of(&basis));
         let stated = |k: usize| Some(stated(model, places[k]?, bases[k].1, bases[k].0.unit()));

@@ -20,8 +20,8 @@ mod parameterisation;
 mod rigid_body;
 mod structure;
 
+pub(crate) use basis::own_terms;
 pub use basis::{Basis, Factor, Instant, NO_WAY, Product};
-pub(crate) use basis::{bias_sign, own_terms};
 pub(crate) use basis::{kirchhoff, kirchhoff_slope};
 pub use coefficients::Plant;
 pub(crate) use effect::MOST_READ;

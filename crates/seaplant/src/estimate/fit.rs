@@ -86,6 +86,13 @@ impl Estimate {
         Self { value: value + by, std, low95: low95 + by, high95: high95 + by }
     }
 
+    /// Returns the estimate multiplied by a number.
+    pub(crate) fn times(self, by: f64) -> Self {
+        let Self { value, std, low95, high95 } = self;
+        let (a, b) = (by * low95, by * high95);
+        Self { value: by * value, std: by.abs() * std, low95: a.min(b), high95: a.max(b) }
+    }
+
     /// Returns true if the interval includes a number.
     pub fn covers(&self, truth: f64) -> bool {
         (self.low95..=self.high95).contains(&truth)

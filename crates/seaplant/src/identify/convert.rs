@@ -12,7 +12,7 @@ use crate::estimate::{
 };
 use crate::excursion::Excursion;
 use crate::judge::box_pierce;
-use crate::plant::{Basis, RigidBody, bias_sign, own_terms};
+use crate::plant::{Basis, RigidBody, own_terms};
 use crate::quantity::{Attitude, Axis, World};
 use crate::regression::Intervals;
 use crate::results::{
@@ -42,7 +42,7 @@ pub(super) fn plant_result(
     let (dof, stability) = (fit.dof, fit.lumped.stability());
     let std = |j: usize| fit.covariance[(j, j)].sqrt();
     let (parameters, correlation) = coefficients(fit);
-    let [mass, quadratic, linear, _] = own_terms(dof);
+    let [(mass, _), (quadratic, _), (linear, _), _] = own_terms(dof);
     let matrix = |term: Basis| {
         let of = |x: fn(&Coefficient) -> f64| parameters.get(&term.to_string()).map_or(0.0, x);
         MatrixResult { value: vec![vec![of(|x| x.value)]], std: vec![vec![of(|x| x.std)]] }
@@ -86,19 +86,14 @@ pub(super) fn plant_result(
 fn coefficients(fit: &Fit) -> (BTreeMap<String, Coefficient>, Correlation) {
     let (dof, units) = (fit.dof, fit.dof.units());
     let PhysicalEstimates { mass, d_quadratic, d_linear, bias_force } = fit.estimates();
-    let turned = |x: Estimate| match bias_sign(dof) {
-        sign if sign < 0.0 => {
-            Estimate { value: -x.value, std: x.std, low95: -x.high95, high95: -x.low95 }
-        }
-        _ => x,
-    };
-    let estimates = [Some(mass), d_quadratic, d_linear, bias_force.map(turned)];
+    let estimates = [Some(mass), d_quadratic, d_linear, bias_force];
     let units = [units.mass, units.quadratic_drag, units.linear_drag, units.force];
-    let fitted: Vec<(usize, Basis, Estimate)> = own_terms(dof)
+    let own = own_terms(dof);
+    let fitted: Vec<(usize, Basis, Estimate)> = own
         .into_iter()
         .zip(estimates)
         .enumerate()
-        .filter_map(|(k, (term, estimate))| Some((k, term, estimate?)))
+        .filter_map(|(k, ((term, sign), estimate))| Some((k, term, estimate?.times(sign))))
         .collect();
     let named = |(k, term, estimate): &(usize, Basis, Estimate)| {
         let Estimate { value, std, low95, high95 } = *estimate;
@@ -109,9 +104,8 @@ fn coefficients(fit: &Fit) -> (BTreeMap<String, Coefficient>, Correlation) {
         (term.to_string(), Coefficient { value, std, low95, high95, unit, on, told_by })
     };
     let all = fit.correlation();
-    let sign = |k: usize| if k == 3 { bias_sign(dof) } else { 1.0 };
     let row = |(i, ..): &(usize, Basis, Estimate)| {
-        fitted.iter().map(|(j, ..)| sign(*i) * sign(*j) * all[(*i, *j)]).collect()
+        fitted.iter().map(|(j, ..)| own[*i].1 * own[*j].1 * all[(*i, *j)]).collect()
     };
     let correlation = Correlation {
         names: fitted.iter().map(|(_, term, _)| term.to_string()).collect(),

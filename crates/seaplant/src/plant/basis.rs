@@ -363,19 +363,19 @@ pub(crate) fn kirchhoff_slope(mass: &Matrix6<f64>, velocity: &Vector6<f64>) -> M
     slope
 }
 
-/// Returns the terms of mass, quadratic drag, linear drag and constant force of an axis.
+/// Returns the terms of m, d_Q, d_L and b of `m v̇ + d_Q v|v| + d_L v + b = τ` in an axis, each with the sign of its
+/// coefficient there.
 ///
-/// That of heave is weight minus buoyancy; elsewhere it is b of `m v̇ + d_Q v|v| + d_L v + b = τ`.
-pub(crate) fn own_terms(dof: Dof) -> [Basis; 4] {
-    let bias = if dof == Dof::Heave { Basis::WeightExcess } else { Basis::One(dof) };
-    let [quadratic, linear] = [Product::quadratic(dof), Product::linear(dof)];
-    [Basis::Mass(dof, dof), Basis::Product(dof, quadratic), Basis::Product(dof, linear), bias]
-}
-
-/// Returns the sign of b in the constant force of an axis: a buoyant vehicle has an upward force, so that b of heave
-/// is −(W − B).
-pub(crate) const fn bias_sign(dof: Dof) -> f64 {
-    if matches!(dof, Dof::Heave) { -1.0 } else { 1.0 }
+/// The constant force of heave is weight minus buoyancy: a buoyant vehicle has an upward force, so that b is
+/// −(W − B).
+pub(crate) fn own_terms(dof: Dof) -> [(Basis, f64); 4] {
+    let bias = match dof {
+        Dof::Heave => (Basis::WeightExcess, -1.0),
+        _ => (Basis::One(dof), 1.0),
+    };
+    let drag = [Product::quadratic(dof), Product::linear(dof)];
+    let [quadratic, linear] = drag.map(|product| (Basis::Product(dof, product), 1.0));
+    [(Basis::Mass(dof, dof), 1.0), quadratic, linear, bias]
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::estimate::{Candidate, Filters, Innovations};
 use crate::judge::Verdict;
-use crate::plant::{Basis, Effect, Symmetry, bias_sign, name_of_axes, own_terms};
+use crate::plant::{Basis, Effect, Symmetry, name_of_axes, own_terms};
 use crate::terms::Term;
 use crate::{
     BetweenSamples, Caveat, Dof, Estimate, LumpedParameters, Method, Stability, ThrusterFault,
@@ -361,22 +361,21 @@ impl TruePlant {
     ///
     /// [`Results::truth`]: super::Results::truth
     pub fn of(dof: Dof, truth: &BTreeMap<String, f64>) -> Option<Self> {
-        let [mass, quadratic, linear, bias] = own_terms(dof);
-        let value = |term: Basis| truth.get(&term.to_string()).copied();
+        let value = |(term, sign): (Basis, f64)| Some(sign * truth.get(&term.to_string())?);
+        let [mass, quadratic_drag, linear_drag, bias_force] = own_terms(dof).map(value);
         Some(Self {
-            mass: value(mass)?,
-            quadratic_drag: value(quadratic).unwrap_or(0.0),
-            linear_drag: value(linear).unwrap_or(0.0),
-            bias_force: value(bias).map_or(0.0, |x| bias_sign(dof) * x),
+            mass: mass?,
+            quadratic_drag: quadratic_drag.unwrap_or(0.0),
+            linear_drag: linear_drag.unwrap_or(0.0),
+            bias_force: bias_force.unwrap_or(0.0),
         })
     }
 
     /// Returns its coefficients by name.
     pub fn coefficients(&self, dof: Dof) -> [(String, f64); 4] {
-        let bias = bias_sign(dof) * self.bias_force;
-        let values = [self.mass, self.quadratic_drag, self.linear_drag, bias];
-        let mut values = values.into_iter();
-        own_terms(dof).map(|term| (term.to_string(), values.next().unwrap_or(0.0)))
+        let values = [self.mass, self.quadratic_drag, self.linear_drag, self.bias_force];
+        let terms = own_terms(dof);
+        std::array::from_fn(|k| (terms[k].0.to_string(), terms[k].1 * values[k]))
     }
 }
 
@@ -384,21 +383,15 @@ impl Parameters {
     /// Returns mass, drag by its own velocity and constant force of an axis among coefficients by name; absent without
     /// a mass.
     pub(crate) fn of(dof: Dof, coefficients: &BTreeMap<String, Coefficient>) -> Option<Self> {
-        let [mass, quadratic, linear, bias] = own_terms(dof);
-        let own = |term: Basis| coefficients.get(&term.to_string()).map(Parameter::from);
-        let turned = |x: Parameter| match bias_sign(dof) {
-            sign if sign < 0.0 => {
-                Parameter { value: -x.value, low95: -x.high95, high95: -x.low95, ..x }
-            }
-            _ => x,
+        let own = |(term, sign): (Basis, f64)| {
+            let Coefficient { value, std, low95, high95, unit, .. } =
+                coefficients.get(&term.to_string())?;
+            let (value, std, low95, high95) = (*value, *std, *low95, *high95);
+            let estimate = Estimate { value, std, low95, high95 };
+            Some(Parameter::new(estimate.times(sign), unit))
         };
-        Some(Self {
-            mass: own(mass)?,
-            quadratic_drag: own(quadratic),
-            linear_drag: own(linear),
-            bias_force: own(bias).map(turned),
-            added_mass: None,
-        })
+        let [mass, quadratic_drag, linear_drag, bias_force] = own_terms(dof).map(own);
+        Some(Self { mass: mass?, quadratic_drag, linear_drag, bias_force, added_mass: None })
     }
 
     /// Returns them with added mass, from the mass or inertia of the vehicle itself.

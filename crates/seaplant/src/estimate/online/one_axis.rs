@@ -5,7 +5,7 @@ use super::{Online, OnlineOptions, acting};
 use crate::caveat::spoken;
 use crate::estimate::axis_plant::{axis_structure, lumped_plant, term_of};
 use crate::estimate::{Candidate, Decision, Estimate, Fit, Method, Nuisances, Records};
-use crate::plant::{bias_sign, own_terms};
+use crate::plant::own_terms;
 use crate::regression::LeastSquares;
 use crate::terms::Term;
 use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Error, Terms};
@@ -90,8 +90,8 @@ fn borrowed_nuisances_caveat(dof: Dof, method: Method, beside: &Fit) -> Caveat {
 fn axis_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
     let plant = &fit.estimate.plant;
     let all = plant.structure().terms();
-    let own = own_terms(dof).map(|term| term.to_string());
-    let names: Vec<String> = all.iter().map(|term| own[term_of(term) as usize].clone()).collect();
+    let own = own_terms(dof).map(|(term, sign)| (term.to_string(), sign));
+    let names: Vec<String> = all.iter().map(|term| own[term_of(term) as usize].0.clone()).collect();
     let (lumped, covariance) = lumped_plant(plant, &fit.estimate.covariance);
     let inflation = all.iter().zip(&fit.estimate.inflation);
     let found = LeastSquares {
@@ -110,8 +110,10 @@ fn axis_fit(dof: Dof, method: Method, terms: Terms, fit: &OnlineFit) -> Fit {
     let caveats = doubts(dof.name(), &names, fit);
     let fitted = Fit::of_regression(dof, method, terms, found, Default::default(), caveats);
     let mut history = fit.history.result(&names, fit);
-    if let Some(bias) = history.parameters.get_mut(&own[Term::Bias as usize]) {
-        bias.iter_mut().for_each(|b| *b *= bias_sign(dof));
+    for (name, sign) in &own {
+        if let Some(values) = history.parameters.get_mut(name) {
+            values.iter_mut().for_each(|value| *value *= sign);
+        }
     }
     Fit { history: Some(history), ..fitted }
 }
