@@ -34,8 +34,8 @@ pub use score::{PlantScore, Score, score_plant};
 pub(crate) use score::{Scored, records, score};
 pub(crate) use thrust::{STILL, feedback, one_speed, reversed, still};
 pub(crate) use verdict::{
-    KNOWN_DRAG, KNOWN_MASS, MORE, PREDICTS, WIDEST_DRAG, WIDEST_MASS, explains, free_error,
-    intervals, vouched,
+    Judge, KNOWN_DRAG, KNOWN_MASS, MORE, PREDICTS, WIDEST_DRAG, WIDEST_MASS, explains, free_error,
+    intervals, statement, vouched,
 };
 pub use verdict::{Trust, Verdict};
 pub(crate) use working::{drag_at, working_speed};

@@ -1,8 +1,10 @@
 //! The verdict on a plant of one axis.
 
-use crate::judge::{PREDICTS, Score, Trust, Verdict, explains, free_error, vouched};
+use crate::judge::{
+    Judge, PREDICTS, Score, Trust, Verdict, explains, free_error, statement, vouched,
+};
 use crate::results::{GoodFor, MayBeOff, PlantResult};
-use crate::{CaveatCode, Severity, Stability};
+use crate::{CaveatCode, Stability};
 
 /// Maximum prediction error of a confirmed plant, relative to that of the best model without a
 /// plant.
@@ -34,10 +36,8 @@ pub(crate) fn verdict(plant: &PlantResult) -> Verdict {
 
 fn judged_by_errors(plant: &PlantResult) -> Verdict {
     let dof = plant.first_axis();
-    let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
-    let codes: Vec<CaveatCode> =
-        with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
-    let of = |trust, reason: String| Verdict::new(trust, reason, codes.clone());
+    let judge = Judge(&plant.caveats);
+    let of = |trust, reason: String| judge.verdict(trust, reason);
     let unit = dof.units().velocity;
     if let Some(alone) = plant.alone.as_ref().filter(|alone| !alone.stable) {
         let how = match alone.stability {
@@ -46,11 +46,8 @@ fn judged_by_errors(plant: &PlantResult) -> Verdict {
         };
         return of(Trust::DoNotUse, format!("the model {}{how}", plant_is(&alone.stability)));
     }
-    let severe = with(Severity::Severe).count();
-    if let Some(first) = with(Severity::Severe).next() {
-        let more =
-            if severe > 1 { format!(" and {} more below", severe - 1) } else { String::new() };
-        return of(Trust::DoNotUse, format!("severe caveat: {}{more}", first.code.words()));
+    if let Some(verdict) = judge.severe() {
+        return verdict;
     }
     let tested = plant.hold_out.as_ref().or(plant.left_out.as_ref());
     let own = tested.and_then(|tested| Some((tested, tested.by_axis.get(&dof)?)));
@@ -84,13 +81,10 @@ fn judged_by_errors(plant: &PlantResult) -> Verdict {
     if plant.verdict.good_for.as_ref().is_some_and(GoodFor::is_nothing) && !vouched {
         return of(Trust::Doubtful, format!("none of {trials} by itself confirms it"));
     }
-    if let Some(doubt) = with(Severity::Warning).find(|caveat| is_doubt(caveat.code)) {
-        return of(
-            Trust::Doubtful,
-            doubt.message.split(": ").next().unwrap_or_default().to_owned(),
-        );
+    if let Some(doubt) = judge.warnings().find(|caveat| is_doubt(caveat.code)) {
+        return of(Trust::Doubtful, statement(&doubt.message));
     }
-    let warns = |code| with(Severity::Warning).any(|caveat| caveat.code == code);
+    let warns = |code| judge.warnings().any(|caveat| caveat.code == code);
     if warns(CaveatCode::AnotherPlantFits)
         && [plant.fitted(dof), Some(score)]
             .into_iter()
@@ -117,14 +111,10 @@ fn judged_by_errors(plant: &PlantResult) -> Verdict {
         let reason = "its interval is wide, and something moves the vehicle that the model lacks";
         return of(Trust::Doubtful, reason.to_owned());
     }
-    match with(Severity::Warning).count() {
-        0 if plant.hold_out.is_none() => {
-            of(Trust::UsableWithCare, format!("no trial was held out; it predicts {against}"))
-        }
-        0 => of(Trust::Usable, format!("no warning, predicts {against}")),
-        1 => of(Trust::UsableWithCare, format!("1 warning, predicts {against}")),
-        n => of(Trust::UsableWithCare, format!("{n} warnings, predicts {against}")),
+    if plant.hold_out.is_none() && judge.warnings().next().is_none() {
+        return of(Trust::UsableWithCare, format!("no trial was held out; it predicts {against}"));
     }
+    judge.confirmed(Trust::Usable, &format!("predicts {against}"))
 }
 
 /// Null models get the trials' offsets, so that the plant does as well.

@@ -8,7 +8,7 @@ use super::off::MayBeOff;
 use super::score::Score;
 use super::working::drag_at;
 use crate::caveat::spoken;
-use crate::{Caveat, CaveatCode, Estimate, Fit, ScoredMotion, Term};
+use crate::{Caveat, CaveatCode, Estimate, Fit, ScoredMotion, Severity, Term};
 
 /// Level of trust in a plant.
 #[derive(
@@ -88,6 +88,54 @@ impl Default for Verdict {
         let reason = "it was not judged when these results were written".to_owned();
         Self::new(Trust::Doubtful, reason, Vec::new())
     }
+}
+
+/// Judges plants by their caveats.
+#[derive(Clone, Copy)]
+pub(crate) struct Judge<'a>(pub(crate) &'a [Caveat]);
+
+impl<'a> Judge<'a> {
+    fn with(self, severity: Severity) -> impl Iterator<Item = &'a Caveat> {
+        self.0.iter().filter(move |caveat| caveat.severity == severity)
+    }
+
+    /// Returns the warnings.
+    pub(crate) fn warnings(self) -> impl Iterator<Item = &'a Caveat> {
+        self.with(Severity::Warning)
+    }
+
+    /// Returns a verdict with the codes of all caveats but notes.
+    pub(crate) fn verdict(self, trust: Trust, reason: impl Into<String>) -> Verdict {
+        let codes = self.with(Severity::Severe).chain(self.warnings()).map(|caveat| caveat.code);
+        Verdict::new(trust, reason, codes.collect())
+    }
+
+    /// Returns the verdict on a plant that has a severe caveat.
+    pub(crate) fn severe(self) -> Option<Verdict> {
+        let first = self.with(Severity::Severe).next()?;
+        let more = match self.with(Severity::Severe).count() - 1 {
+            0 => String::new(),
+            more => format!(" and {more} more below"),
+        };
+        let reason = format!("severe caveat: {}{more}", first.code.words());
+        Some(self.verdict(Trust::DoNotUse, reason))
+    }
+
+    /// Returns the verdict on a plant that unseen trials confirm: with care where there are warnings, or where a
+    /// plant without them is no more than that.
+    pub(crate) fn confirmed(self, best: Trust, predicts: &str) -> Verdict {
+        match self.warnings().count() {
+            0 if best == Trust::Usable => self.verdict(best, format!("no warning, {predicts}")),
+            0 => self.verdict(best, predicts),
+            1 => self.verdict(Trust::UsableWithCare, format!("1 warning, {predicts}")),
+            n => self.verdict(Trust::UsableWithCare, format!("{n} warnings, {predicts}")),
+        }
+    }
+}
+
+/// Returns what a caveat says, without its advice.
+pub(crate) fn statement(message: &str) -> String {
+    message.split(": ").next().unwrap_or_default().to_owned()
 }
 
 /// Maximum prediction error of a confirmed plant, relative to that of a model that never moves.

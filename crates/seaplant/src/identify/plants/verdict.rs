@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::doubts::{falls_short, is_coloured, is_too_early, shortfall, shows_no_dependence};
 use super::trials::Confirmed;
 use crate::estimate::PlantFit;
-use crate::judge::{Number, may_be_off};
+use crate::judge::{Judge, Number, may_be_off, statement};
 use crate::results::{PlantResult, PlantScore, Score, Trust, Verdict};
 use crate::{Caveat, CaveatCode, Dof, Severity};
 
@@ -82,12 +82,10 @@ fn judged(
     own: &BTreeMap<Dof, String>,
 ) -> Verdict {
     let fit = evidence.fit;
-    let with = |severity| plant.caveats.iter().filter(move |c| c.severity == severity);
-    let codes: Vec<CaveatCode> =
-        with(Severity::Severe).chain(with(Severity::Warning)).map(|c| c.code).collect();
-    let of = |trust, reason: String| Verdict::new(trust, reason, codes.clone());
-    if let Some(severe) = with(Severity::Severe).next() {
-        return of(Trust::DoNotUse, format!("severe caveat: {}", severe.code.words()));
+    let judge = Judge(&plant.caveats);
+    let of = |trust, reason: String| judge.verdict(trust, reason);
+    if let Some(verdict) = judge.severe() {
+        return verdict;
     }
     let Some(score) = &plant.hold_out else {
         return of(Trust::Doubtful, "no held-out trial has tested it".to_owned());
@@ -98,8 +96,8 @@ fn judged(
     let is_of_axis = |caveat: &Caveat| of_axes.iter().any(|(_, own)| own == caveat);
     let is_unknown =
         |caveat: &&Caveat| caveat.code == CaveatCode::NotDetermined && !is_of_axis(caveat);
-    if let Some(doubt) = with(Severity::Warning).find(is_unknown) {
-        return of(Trust::Doubtful, first_sentence(&doubt.message));
+    if let Some(doubt) = judge.warnings().find(is_unknown) {
+        return of(Trust::Doubtful, statement(&doubt.message));
     }
     if is_too_early(fit) {
         return of(Trust::Doubtful, TOO_EARLY.to_owned());
@@ -151,12 +149,9 @@ fn judged(
     let exceptions = hiding.and_then(|trials| trials.good_for.exceptions());
     let but = exceptions.map_or(String::new(), |trials| format!("; but not {trials}"));
     let predicts = format!("{predicts}{but}{}", doubts.concat());
-    match with(Severity::Warning).count() {
-        0 if hiding.is_some() || !own.is_empty() => of(Trust::UsableWithCare, predicts),
-        0 => of(Trust::Usable, format!("no warning, {predicts}")),
-        1 => of(Trust::UsableWithCare, format!("1 warning, {predicts}")),
-        n => of(Trust::UsableWithCare, format!("{n} warnings, {predicts}")),
-    }
+    let has_exceptions = hiding.is_some() || !own.is_empty();
+    let best = if has_exceptions { Trust::UsableWithCare } else { Trust::Usable };
+    judge.confirmed(best, &predicts)
 }
 
 /// The doubt of a single axis that makes a plant of some axes doubtful as a whole: of another axis than
@@ -213,7 +208,7 @@ fn doubt(
             && caveat.code == CaveatCode::NotDetermined
     };
     if let Some((_, caveat)) = of_axes.iter().find(is_own) {
-        return Some(first_sentence(&caveat.message));
+        return Some(statement(&caveat.message));
     }
     if let Some(reason) = score.and_then(|score| refuted(dof, score)) {
         return Some(reason);
@@ -252,10 +247,6 @@ fn beside_doubtful(score: Option<&Score>, whole: &Verdict) -> Verdict {
     };
     let reason = format!("{predicted}; other axes of the plant are doubtful");
     Verdict::new(Trust::UsableWithCare, reason, whole.codes.clone())
-}
-
-fn first_sentence(message: &str) -> String {
-    message.split(": ").next().unwrap_or_default().to_owned()
 }
 
 fn lacks_something(dof: Dof) -> String {
