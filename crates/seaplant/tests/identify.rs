@@ -1,23 +1,45 @@
 //! The whole identification, as those see it who wait for it.
 
-use seaplant::twin::{TwinSpec, make};
+use seaplant::twin::{TwinCampaign, TwinSpec, make};
 use seaplant::{
-    Dof, IdentifyOptions, Method, Stage, Trial, TrialSetup, identify, identify_watched, stages,
+    Compared, Dof, IdentifyOptions, Method, Stage, Trial, TrialSetup, differences, identify,
+    identify_watched, stages,
 };
+
+/// Returns a twin of some axes, one minute each, with its trials.
+fn dive(dofs: &[Dof]) -> (TwinCampaign, Vec<Trial>) {
+    let dofs = dofs.iter().copied().collect();
+    let spec = TwinSpec { dofs, duration_s: 60.0, ..TwinSpec::jason2() };
+    let dive = make(&spec).expect("a dive");
+    let logs = dive.trials.iter();
+    let trials = logs.map(|log| {
+        let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
+        let setup = TrialSetup { name, role, dofs, ..TrialSetup::default() };
+        Trial::new(setup, &log.recording, &dive.vehicle).expect("a trial")
+    });
+    let trials = trials.collect();
+    (dive, trials)
+}
+
+#[test]
+fn plants_of_a_method_are_compared_also_where_none_is_recommended() {
+    let (dive, trials) = dive(&[Dof::Surge]);
+    let methods = vec![Method::EquationError];
+    let options = IdentifyOptions { methods, ..IdentifyOptions::default() };
+    let mut results = identify(&dive.vehicle, &trials, &options).results;
+    results.plants.clear();
+    assert!(results.method_of(Dof::Surge, Method::EquationError).is_some());
+    assert!(results.method_of(Dof::Surge, Method::Paper).is_none());
+    let both = [Compared::Fit(&results), Compared::Fit(&results)];
+    let found = differences(&both, Some(Method::EquationError));
+    assert_eq!(found.dofs.keys().collect::<Vec<_>>(), [&Dof::Surge]);
+    assert!(differences(&both, None).dofs.is_empty());
+}
 
 #[test]
 fn each_fit_is_told_before_it_is_made() {
     let dofs = [Dof::Surge, Dof::Yaw];
-    let spec = TwinSpec { dofs: dofs.into(), duration_s: 60.0, ..TwinSpec::jason2() };
-    let dive = make(&spec).expect("a dive");
-    let logs = dive.trials.iter();
-    let trials: Vec<Trial> = logs
-        .map(|log| {
-            let (name, role, dofs) = (log.name.clone(), log.role, log.dofs.clone());
-            let setup = TrialSetup { name, role, dofs, ..TrialSetup::default() };
-            Trial::new(setup, &log.recording, &dive.vehicle).expect("a trial")
-        })
-        .collect();
+    let (dive, trials) = dive(&dofs);
     let methods = vec![Method::EquationError, Method::Paper];
     let options = IdentifyOptions { methods: methods.clone(), ..IdentifyOptions::default() };
     let mut told = Vec::new();
