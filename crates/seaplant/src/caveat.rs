@@ -35,7 +35,7 @@ pub enum CaveatCode {
     FewEffectiveSamples,
     /// Terms that can hardly be told apart.
     Collinear,
-    /// An axis of a coupled plant on which nothing pushes.
+    /// An axis of a plant of several on which nothing pushes.
     UndrivenAxis,
     /// Trials drift further than polynomials of sway and yaw rate hold, or than those fitted.
     DriftBeyond,

@@ -16,7 +16,7 @@ pub enum Error {
         /// The text given.
         found: String,
     },
-    /// A term of a coupled plant that cannot be parsed.
+    /// A term of a plant that cannot be parsed.
     #[error("the term \"{text}\" {reason} (at character {at})")]
     PlantTerm {
         /// The text given.
@@ -26,7 +26,7 @@ pub enum Error {
         /// The cause and the remedy.
         reason: String,
     },
-    /// An inconsistent coupled plant.
+    /// An inconsistent plant of several axes.
     #[error("the plant of {axes}: {reason}")]
     Plant {
         /// Its axes.

@@ -82,7 +82,7 @@ fn words(validations: &[Validation]) -> String {
         let all = axes.flat_map(|&dof| validation.score.trials(dof).map(move |own| (dof, own)));
         for (dof, (name, trial)) in all {
             let own = validation.fitted_to.contains(name);
-            let with = if validation.axes.len() > 1 { ", coupled" } else { "" };
+            let with = if validation.axes.len() > 1 { ", together" } else { "" };
             table.add_row([
                 format!("{dof}{with}"),
                 name.clone(),

@@ -1,4 +1,4 @@
-//! Equation error estimation of a coupled plant: least squares on the equation of motion, without
+//! Equation error estimation of a plant: least squares on the equation of motion, without
 //! accelerations.
 
 mod accelerations;

@@ -1,4 +1,4 @@
-//! Output error estimation of a coupled plant: open-loop simulation, with all misfit attributed to
+//! Output error estimation of a plant: open-loop simulation, with all misfit attributed to
 //! the measurement.
 //!
 //! In terms of the filter: no disturbance, so that its gain decays to zero, and measurement noise

@@ -336,7 +336,7 @@ fn not_dissipative(fit: &PlantFit, records: &[&TrialRecord]) -> Option<Caveat> {
         ranges.fold((0.0_f64, 0.0_f64), |all, own| (all.0.min(own.0), all.1.max(own.1)));
     (worst < -NEGLIGIBLE_POWER * greatest).then(|| {
         let message = format!(
-            "damping adds up to {} W to the motion at speeds of the trials, which is unphysical; drop a coupled damping term, or use trials in which its axes move apart",
+            "damping adds up to {} W to the motion at speeds of the trials, which is unphysical; drop a damping term of another axis, or use trials in which its axes move apart",
             spoken(-worst)
         );
         Caveat::warning(CaveatCode::NotDissipative, message)

@@ -84,7 +84,7 @@ impl Sums {
     }
 }
 
-/// The error of a coupled plant of results on trials, each simulated freely from its start.
+/// The error of a plant of several axes on trials, each simulated freely from its start.
 ///
 /// Water is taken to move as in the trials that the plant was fitted to, in their mean.
 ///
