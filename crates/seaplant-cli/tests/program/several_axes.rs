@@ -205,7 +205,7 @@ fn a_table_of_several_axes_is_scored_with_its_axes_together() {
     let wrong = scores("wrong.toml");
     assert!(wrong[0] < 0.9, "{wrong:?}");
     let said = workshop.success(&["validate", "truth.toml", "campaign.toml"]);
-    assert!(said.contains("sway, coupled"), "{said}");
+    assert!(said.contains("sway, together"), "{said}");
 }
 
 #[test]
