@@ -29,8 +29,6 @@ pub(crate) use values::{Cut, Values};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
     Motion(Role),
-    /// All axes of a plant of several.
-    Together(Role),
     /// Autocorrelation of the simulation's error.
     Memory,
     Spectrum,
@@ -46,11 +44,9 @@ pub(crate) enum Subject {
 pub(crate) struct Chart {
     #[serde(skip)]
     pub(crate) subject: Subject,
+    /// Name of its plant.
     #[serde(skip)]
-    pub(crate) dof: Dof,
-    /// Name of the plant of several axes, if it is of one.
-    #[serde(skip)]
-    pub(crate) plant: Option<String>,
+    pub(crate) plant: String,
     /// Unique on the page.
     pub(crate) id: String,
     pub(crate) title: String,
@@ -162,17 +158,13 @@ impl Charts {
         charts.extend(others);
         let driven = results.driven();
         let greatest = |dof: Dof| driven.get(&dof).map_or(0.0, |driven| driven.speed_max);
-        for (name, plant) in results.together() {
+        for (name, plant) in &results.plants {
             for &dof in &plant.axes {
                 let curve = plant.drag_to(dof, greatest(dof));
-                charts.extend(curve.map(|curve| drag::chart(dof, Some(name), &curve, &mut ids)));
+                charts.extend(curve.map(|curve| drag::chart(dof, name, &curve, &mut ids)));
+                charts.extend(intervals::chart(dof, name, results, &mut ids));
             }
-        }
-        for (dof, plant, _) in results.alone() {
-            let curve = plant.drag_to(dof, greatest(dof));
-            charts.extend(curve.map(|curve| drag::chart(dof, None, &curve, &mut ids)));
-            charts.extend(intervals::chart(dof, results, &mut ids));
-            charts.extend(innovations::chart(dof, plant, &mut ids));
+            charts.extend(innovations::chart(name, plant, &mut ids));
         }
         charts
     }

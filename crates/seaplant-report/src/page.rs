@@ -1,15 +1,14 @@
 //! Writes the report: one HTML file without dependencies.
 
 mod advice;
-mod axis_section;
 mod card;
 mod doubts;
 mod headline;
 mod online_section;
 mod paper_section;
 mod plan_section;
+mod plant_section;
 mod provenance;
-mod several_axes_section;
 mod steering_section;
 mod table;
 
@@ -19,7 +18,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value, escape_formatter};
 use seaplant::Dof;
-use seaplant::results::Results;
+use seaplant::results::{PlantResult, Results};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
@@ -33,15 +32,14 @@ use crate::visible::{visible, visible_json};
 use crate::{Error, words};
 
 /// Templates by the names with which they include each other.
-const TEMPLATES: [(&str, &str); 13] = [
+const TEMPLATES: [(&str, &str); 12] = [
     ("report.html", include_str!("../templates/report.html")),
     ("charts.html", include_str!("../templates/charts.html")),
     ("head.html", include_str!("../templates/head.html")),
     ("scripts.html", include_str!("../templates/scripts.html")),
     ("macros.html", include_str!("../templates/macros.html")),
     ("summary.html", include_str!("../templates/summary.html")),
-    ("several_axes.html", include_str!("../templates/several_axes.html")),
-    ("axis.html", include_str!("../templates/axis.html")),
+    ("plant.html", include_str!("../templates/plant.html")),
     ("online.html", include_str!("../templates/online.html")),
     ("steering.html", include_str!("../templates/steering.html")),
     ("plan.html", include_str!("../templates/plan.html")),
@@ -164,8 +162,9 @@ struct Page<'a> {
     cards: Vec<card::Card>,
     has_truth: bool,
     doubts: doubts::Doubts,
-    several_axes: Vec<several_axes_section::SeveralAxesSection>,
-    axes: Vec<axis_section::AxisSection>,
+    /// True if some axes were identified together.
+    has_together: bool,
+    plants: Vec<plant_section::PlantSection>,
     online: Vec<online_section::OnlinePlant>,
     steering: Option<steering_section::SteeringSection>,
     plan: Option<plan_section::PlanSection>,
@@ -185,15 +184,9 @@ impl<'a> Page<'a> {
             cards: card::all(results, pictures.thumbnails),
             has_truth: results.truth.is_some(),
             doubts: doubts::of_campaign(results),
-            several_axes: results
-                .together()
-                .map(|(name, plant)| several_axes_section::view(name, plant, pictures))
-                .collect(),
-            axes: results
-                .alone()
-                .map(|(dof, plant, alone)| {
-                    axis_section::view((dof, plant, alone), results, pictures)
-                })
+            has_together: results.together().next().is_some(),
+            plants: plants(results)
+                .map(|(name, plant)| plant_section::view(name, plant, results, pictures))
                 .collect(),
             online: online_section::views(results),
             steering: steering_section::view(&results.steering),
@@ -226,6 +219,12 @@ pub(crate) fn environment() -> Result<Environment<'static>, Error> {
         environment.add_template(name, source)?;
     }
     Ok(environment)
+}
+
+/// Returns the plants of several axes, then those of each axis alone, with their names.
+fn plants(results: &Results) -> impl Iterator<Item = (&str, &PlantResult)> {
+    let together = results.together().map(|(name, plant)| (name.as_str(), plant));
+    together.chain(results.alone().map(|(dof, plant, _)| (dof.name(), plant)))
 }
 
 /// Returns the failures: where, and why.

@@ -178,6 +178,29 @@ fn every_parameter_and_every_caveat_is_on_the_page() {
 }
 
 #[test]
+fn sections_of_one_axis_and_of_several_have_the_same_parts() {
+    let all = artifacts(&fixture::identification());
+    let html = unescaped(text(&all, "report.html"));
+    for name in ["surge", "sway-yaw"] {
+        let section = html.split(&format!("<section id=\"{name}\"")).nth(1).expect("a section");
+        let section = section.split("</section>").next().expect("its end");
+        for part in [
+            "<p class=\"verdict",
+            "<caption>Parameters by method",
+            "<caption>Prediction from forces alone",
+            "<caption>Error e of each plant on each trial",
+            "<caption>Every coefficient",
+            "<caption>Nuisance parameters",
+            "<caption>Which parts of the model the logs support",
+            "<caption>Correlation of the estimates",
+            "held-out\">\n<h3>Held-out trials",
+        ] {
+            assert!(section.contains(part), "{name}: {part}");
+        }
+    }
+}
+
+#[test]
 fn figures_are_xml_and_png() {
     let all = artifacts(&fixture::identification());
     let (mut svgs, mut pngs) = (0, 0);

@@ -3,7 +3,7 @@
 use seaplant::estimate::Filters;
 use seaplant::results::Verdict;
 use seaplant::signal::LowPass;
-use seaplant::{CaveatCode, Dof, Method, Role, Severity, Term};
+use seaplant::{CaveatCode, Dof, Method, Role, ScoredMotion, Severity, Term};
 
 use crate::number::{chosen, with_minus};
 use crate::visible::visible;
@@ -31,6 +31,14 @@ pub(crate) fn role(role: Role) -> &'static str {
         Role::Fit => "fitted",
         Role::HoldOut => "held out",
         Role::Steady => "steady",
+    }
+}
+
+/// Names the error of a model without a plant.
+pub(crate) const fn still(quantity: ScoredMotion) -> &'static str {
+    match quantity {
+        ScoredMotion::Velocity => "Never moving",
+        ScoredMotion::Acceleration => "Never accelerating",
     }
 }
 

@@ -8,8 +8,8 @@ use crate::figure::Ink;
 use crate::number::{Decimals, significant};
 use crate::paths::Paths;
 
-/// Draws the drag of an axis of the named plant, or of a one-axis plant if there is no name.
-pub(super) fn chart(dof: Dof, plant: Option<&str>, curve: &DragCurve, ids: &mut Paths) -> Chart {
+/// Draws the drag of an axis of the named plant.
+pub(super) fn chart(dof: Dof, plant: &str, curve: &DragCurve, ids: &mut Paths) -> Chart {
     let units = dof.units();
     let values = |pick: fn(&seaplant::Estimate) -> f64| {
         Values::pack(&curve.force.iter().map(pick).collect::<Vec<_>>())
@@ -34,8 +34,7 @@ pub(super) fn chart(dof: Dof, plant: Option<&str>, curve: &DragCurve, ids: &mut 
     let last = curve.speed.len() - 1;
     Chart {
         subject: Subject::Drag,
-        dof,
-        id: ids.unique(&["drag", plant.unwrap_or("alone"), dof.name()]),
+        id: ids.unique(&["drag", plant, dof.name()]),
         title: format!("Drag in {dof}"),
         description: format!(
             "Drag along this axis alone, up to the greatest speed of the trials, with 95 % intervals: {}, {}. The force may be well known where linear and quadratic drag are not told apart; beyond these speeds nothing is known of it.",
@@ -43,7 +42,7 @@ pub(super) fn chart(dof: Dof, plant: Option<&str>, curve: &DragCurve, ids: &mut 
             said(last)
         ),
         files: Vec::new(),
-        plant: plant.map(str::to_owned),
+        plant: plant.to_owned(),
         stills: Vec::new(),
         x: Horizontal { label: "speed".to_owned(), unit: units.velocity, ..Horizontal::default() },
         panels: vec![Panel {

@@ -1,6 +1,5 @@
 //! Chart of the innovations' autocorrelation, which reveals whether they are white.
 
-use seaplant::Dof;
 use seaplant::estimate::Innovations;
 use seaplant::results::PlantResult;
 
@@ -10,16 +9,15 @@ use crate::number::significant;
 use crate::paths::Paths;
 
 /// Returns `None` for a method without one-step predictions.
-pub(super) fn chart(dof: Dof, plant: &PlantResult, ids: &mut Paths) -> Option<Chart> {
+pub(super) fn chart(name: &str, plant: &PlantResult, ids: &mut Paths) -> Option<Chart> {
     let panels: Vec<Panel> = plant.innovations.chunks(INKS.len()).map(panel).collect();
     (!panels.is_empty()).then(|| Chart {
         subject: Subject::Memory,
-        dof,
-        id: ids.unique(&["innovations", dof.name()]),
+        id: ids.unique(&["innovations", name]),
         title: "Whiteness of one-step prediction errors".to_owned(),
         description: description(&plant.innovations),
         files: Vec::new(),
-        plant: None,
+        plant: name.to_owned(),
         stills: Vec::new(),
         x: Horizontal { label: "lag".to_owned(), unit: "samples", ..Horizontal::default() },
         panels,

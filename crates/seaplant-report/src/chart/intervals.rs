@@ -10,14 +10,14 @@ use crate::paths::Paths;
 use crate::words;
 
 /// Returns `None` if only one method was used: there is nothing to compare.
-pub(super) fn chart(dof: Dof, results: &Results, ids: &mut Paths) -> Option<Chart> {
-    let recommended = results.plants.get(dof.name())?.method;
-    let all = results.methods_of(dof);
-    let mut methods: Vec<(Method, &PlantResult)> = all.map(|(m, plant, _)| (m, plant)).collect();
+pub(super) fn chart(dof: Dof, plant: &str, results: &Results, ids: &mut Paths) -> Option<Chart> {
+    let own = results.plants.get(plant)?;
+    let (recommended, is_alone) = (own.method, own.is_alone());
+    let mut methods: Vec<(&Method, &PlantResult)> = results.methods.get(plant)?.iter().collect();
     if methods.len() < 2 {
         return None;
     }
-    methods.sort_by_key(|(method, _)| *method != recommended);
+    methods.sort_by_key(|(method, _)| **method != recommended);
     let truth = results.truth_of(dof);
     type Pick = fn(&Parameters) -> Option<&Parameter>;
     let parameters: [(&str, Pick, Option<f64>); 4] = [
@@ -31,18 +31,20 @@ pub(super) fn chart(dof: Dof, results: &Results, ids: &mut Paths) -> Option<Char
             methods.iter().map(|(_, plant)| pick(plant.by_axis.get(&dof)?)).collect();
         panel(name, &found, truth)
     });
-    let names = methods.iter().map(|(method, _)| words::capitalised(&words::method(*method)));
+    let names = methods.iter().map(|(method, _)| words::capitalised(&words::method(**method)));
     let of_truth = if truth.is_some() { " The thin line is the truth." } else { "" };
     Some(Chart {
         subject: Subject::Intervals,
-        dof,
-        id: ids.unique(&["intervals", dof.name()]),
-        title: "Parameters by method".to_owned(),
+        id: ids.unique(&["intervals", plant, dof.name()]),
+        title: format!("Parameters of {dof} by method"),
         description: format!(
             "Estimates with 95 % intervals, the recommended method first.{of_truth} Intervals that do not overlap are methods that contradict each other: at least one of them understates its uncertainty."
         ),
-        files: vec![("CSV".to_owned(), "tables/table-5.csv".to_owned())],
-        plant: None,
+        files: match is_alone {
+            true => vec![("CSV".to_owned(), "tables/table-5.csv".to_owned())],
+            false => Vec::new(),
+        },
+        plant: plant.to_owned(),
         stills: Vec::new(),
         x: Horizontal { names: names.collect(), ..Horizontal::default() },
         panels: panels.collect(),

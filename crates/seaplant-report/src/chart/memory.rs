@@ -83,12 +83,11 @@ pub(super) fn chart(dof: Dof, memories: Vec<&Memory>, ids: &mut Paths) -> Option
     }
     Some(Chart {
         subject: Subject::Memory,
-        dof,
         id: ids.unique(&["memory", dof.name()]),
         title: "Autocorrelation of simulated − measured".to_owned(),
         description: description(&memories),
         files: Vec::new(),
-        plant: None,
+        plant: dof.name().to_owned(),
         stills: Vec::new(),
         x: Horizontal::seconds("lag"),
         panels: panels.into_iter().map(|(_, panel)| panel).collect(),

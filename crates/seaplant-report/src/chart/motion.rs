@@ -136,12 +136,11 @@ impl Motion {
         panels.push(panel("Force", units.force, 130, &force));
         Chart {
             subject: Subject::Motion(self.role),
-            dof: self.dof,
             id: ids.unique(&["motion", self.dof.name(), &self.trial]),
             title: format!("{} · {} trial", self.trial, words::role(self.role)),
             description: self.description(),
             files: ["svg", "png", "csv"].map(|kind| file(kind, &self.stem)).to_vec(),
-            plant: None,
+            plant: self.dof.name().to_owned(),
             stills: Vec::new(),
             x: Horizontal::seconds("time"),
             panels,

@@ -24,12 +24,11 @@ pub(super) fn chart(figure: &SpectrumFigure, results: &Results, id: String, stem
     let marks = view.excited_hz.map(|f| (f, format!("{} Hz", significant(f, 3))));
     Chart {
         subject: Subject::Spectrum,
-        dof: figure.dof,
         id,
         title: format!("{} · spectrum of force and velocity", figure.trial),
         description: view.description,
         files: ["svg", "png"].map(|kind| file(kind, stem)).to_vec(),
-        plant: None,
+        plant: figure.dof.name().to_owned(),
         stills: vec![stem.to_owned()],
         x: Horizontal {
             label: "frequency".to_owned(),

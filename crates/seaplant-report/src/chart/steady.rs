@@ -41,12 +41,11 @@ pub(super) fn chart(figure: &SteadyFigure, results: &Results, id: String, stem: 
     panels.push(Panel { height: 130, ..panel("Force", units.force, &cut, force) });
     Chart {
         subject: Subject::Steady,
-        dof: figure.dof,
         id,
         title: format!("{} · steady stretches", figure.trial),
         description: steady_description(figure, &segments),
         files: ["svg", "png"].map(|kind| file(kind, stem)).to_vec(),
-        plant: None,
+        plant: figure.dof.name().to_owned(),
         stills: vec![stem.to_owned()],
         x: Horizontal::seconds("time"),
         panels,

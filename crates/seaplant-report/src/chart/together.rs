@@ -22,7 +22,6 @@ struct Together {
     plant: String,
     trial: String,
     role: Role,
-    first: Dof,
     panels: Vec<Panel>,
     /// Description of each axis.
     says: Vec<String>,
@@ -39,7 +38,6 @@ impl Togethers {
                 plant: plant.to_owned(),
                 trial: trial.clone(),
                 role: figure.role,
-                first: figure.comparison.dof,
                 panels: Vec::new(),
                 says: Vec::new(),
                 stems: Vec::new(),
@@ -88,8 +86,7 @@ impl Together {
         let csv =
             |(dof, stem): &(Dof, String)| (format!("{dof} CSV"), format!("series/{stem}.csv"));
         Chart {
-            subject: Subject::Together(self.role),
-            dof: self.first,
+            subject: Subject::Motion(self.role),
             id: ids.unique(&["together", &self.plant, &self.trial]),
             title: format!("{} · {role} trial", self.trial),
             description: format!(
@@ -103,7 +100,7 @@ impl Together {
                 Role::HoldOut => self.stems.into_iter().map(|(_, stem)| stem).collect(),
                 _ => Vec::new(),
             },
-            plant: Some(self.plant),
+            plant: self.plant,
             x: Horizontal::seconds("time"),
             panels: self.panels,
         }

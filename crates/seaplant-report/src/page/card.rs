@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use seaplant::exchange::Consequence;
 use seaplant::plant::Basis;
 use seaplant::results::{Parameter, Parameters, PlantResult, Results, Score, TruePlant};
-use seaplant::{Dof, ScoredMotion, Stability};
+use seaplant::{Dof, Stability};
 use serde::Serialize;
 
 use crate::figure::Thumbnails;
@@ -130,10 +130,7 @@ fn of(
             Picture::of(thumbnails.of(name.as_deref(), dof))
         },
         velocity_unit: quantity.unit(dof),
-        still: match quantity {
-            ScoredMotion::Velocity => "Never moving",
-            ScoredMotion::Acceleration => "Never accelerating",
-        },
+        still: words::still(quantity),
         rows: rows(dof, own, plant, results),
         follows: added.into_iter().chain(consequences(dof, results)).collect(),
         stability: plant.alone.as_ref().map(|alone| stability(dof, &alone.stability)),

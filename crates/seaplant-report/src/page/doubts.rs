@@ -27,15 +27,13 @@ struct Doubt {
 /// curve.
 pub(crate) fn of_campaign(results: &Results) -> Doubts {
     let mut found: Vec<(String, &Caveat)> = Vec::new();
-    for (dof, plant, _) in results.alone() {
+    let alone = results.alone().map(|(_, plant, _)| plant);
+    for plant in alone.chain(results.together().map(|(_, plant)| plant)) {
         // A plant of several axes has doubts of its own about the same axis.
-        let has_another = results.together().any(|(_, plant)| plant.axes.contains(&dof));
-        let name = words::capitalised(dof.name());
+        let has_another = plant.is_alone()
+            && results.together().any(|(_, other)| other.axes.contains(&plant.first_axis()));
+        let name = words::capitalised(&super::plant_section::axes(plant));
         let place = if has_another { format!("{name} by itself") } else { name };
-        found.extend(plant.caveats.iter().map(|caveat| (place.clone(), caveat)));
-    }
-    for (_, plant) in results.together() {
-        let place = words::capitalised(&super::several_axes_section::axes(plant));
         found.extend(plant.caveats.iter().map(|caveat| (place.clone(), caveat)));
     }
     for (dof, steady) in &results.steady {

@@ -4,7 +4,7 @@ use seaplant::results::{Alone, Parameter, PlantResult, Results, SegmentResult, S
 use seaplant::{Dof, Method};
 use serde::Serialize;
 
-use super::axis_section::with_interval;
+use super::plant_section::with_interval;
 use super::table::{Row, Table};
 use super::{ChartView, FigureView, Pictures};
 use crate::chart;

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::number::ABSENT;
+
 /// A table with a caption, a head and row heads.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Table {
@@ -43,6 +45,22 @@ impl Table {
         self
     }
 
+    /// Removes the columns in which no row has a value.
+    pub(crate) fn without_empty_columns(mut self) -> Self {
+        let has_value = |column: usize| {
+            self.rows.iter().any(|row| row.cells.get(column).is_some_and(|cell| cell != ABSENT))
+        };
+        let kept: Vec<bool> = (0..self.head.len()).map(has_value).collect();
+        let keep = |cells: &mut Vec<String>| {
+            let mut kept = kept.iter();
+            cells.retain(|_| *kept.next().unwrap_or(&true));
+        };
+        self.left = kept.iter().take(self.left).filter(|kept| **kept).count();
+        keep(&mut self.head);
+        self.rows.iter_mut().for_each(|row| keep(&mut row.cells));
+        self
+    }
+
     pub(crate) fn noted(mut self, note: &str) -> Self {
         note.clone_into(&mut self.note);
         self
@@ -57,5 +75,22 @@ impl Row {
     pub(crate) fn strong_if(mut self, strong: bool) -> Self {
         self.strong = strong;
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_without_a_value_are_left_out() {
+        let rows = vec![Row::new(["a", ABSENT, "1"]), Row::new(["b", ABSENT, ABSENT])];
+        let table =
+            Table::new("", ["name", "word", "number"], rows).left(2).without_empty_columns();
+        assert_eq!(table.head, ["name", "number"]);
+        assert_eq!(table.rows[0].cells, ["a", "1"]);
+        assert_eq!((table.rows[1].cells.len(), table.left), (2, 1));
+        let empty = Table::new("", ["name"], Vec::new()).without_empty_columns();
+        assert!(empty.rows.is_empty());
     }
 }
