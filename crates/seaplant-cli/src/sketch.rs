@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use seaplant::results::{ComparisonFigure, Results, Series};
+use seaplant::results::{ComparisonFigure, PlantResult, Results, Series};
 use seaplant::{Comparison, Dof, Role};
 use seaplant_report::number::significant;
 
@@ -16,32 +16,36 @@ const COLUMNS_A_PERIOD: f64 = 8.0;
 
 const LEVELS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// One sketch for each degree of freedom, from series that are processed one at a time.
+/// A sketch of each axis of each recommended plant, from series that are processed one at a time.
 #[derive(Default)]
-pub struct Sketches(BTreeMap<Dof, (Role, String)>);
+pub struct Sketches(BTreeMap<(String, Dof), (Role, String)>);
 
 impl Sketches {
-    /// Adds a series, if it is of the recommended plant; a held-out trial is preferred.
+    /// Adds a series, if it is of a recommended plant; a held-out trial is preferred.
     pub fn see(&mut self, series: &Series, results: &Results) {
         let Series::Comparison(figure) = series else { return };
         let dof = figure.comparison.dof;
-        let recommended = results.plants.get(dof.name()).map(|plant| plant.method);
-        if figure.plant.is_some() || recommended != Some(figure.method) {
-            return;
-        }
-        let known = self.0.get(&dof);
+        let name = figure.plant.clone().unwrap_or_else(|| dof.name().to_owned());
+        let is_of = |plant: &&PlantResult| {
+            plant.is_alone() == figure.plant.is_none() && plant.method == figure.method
+        };
+        let Some(plant) = results.plants.get(&name).filter(is_of) else { return };
+        let key = (name, dof);
+        let known = self.0.get(&key);
         if known.is_none_or(|(role, _)| *role == Role::Fit && figure.role == Role::HoldOut) {
-            self.0.insert(dof, (figure.role, sketch(figure, results)));
+            // Below the name of the axis, if there are several.
+            let indent = if plant.axes.len() > 1 { 6 } else { 2 };
+            self.0.insert(key, (figure.role, sketch(figure, results, indent)));
         }
     }
 
-    /// Returns the lines of a degree of freedom; empty if there is nothing to show.
-    pub fn of(&self, dof: Dof) -> String {
-        self.0.get(&dof).map(|(_, lines)| lines.clone()).unwrap_or_default()
+    /// Returns the lines of an axis of a plant; empty if there is nothing to show.
+    pub fn of(&self, plant: &PlantResult, dof: Dof) -> &str {
+        self.0.get(&(plant.name(), dof)).map_or("", |(_, lines)| lines)
     }
 }
 
-fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
+fn sketch(figure: &ComparisonFigure, results: &Results, indent: usize) -> String {
     let Comparison { quantity, dof, trial, time_s, measured, simulated, .. } = &figure.comparison;
     let axis = results.trials.iter().find(|t| t.name == *trial).and_then(|t| t.axes.get(dof));
     let window = window(time_s, measured, axis.and_then(|axis| axis.dominant_hz));
@@ -55,8 +59,10 @@ fn sketch(figure: &ComparisonFigure, results: &Results) -> String {
         (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let bar = |line: &[f64]| line.iter().map(|x| level(*x, low, high)).collect::<String>();
     let number = |x: f64| significant(x, 2);
+    let indent = " ".repeat(indent);
     format!(
-        "  measured  {}  {FAINT}{} to {} {}{FAINT:#}\n  simulated {}  {FAINT}{trial}, {} to {} s{FAINT:#}\n",
+        "{indent}measured  {}  {FAINT}{} to {} {}{FAINT:#}\n\
+         {indent}simulated {}  {FAINT}{trial}, {} to {} s{FAINT:#}\n",
         bar(&lines[0]),
         number(low),
         number(high),

@@ -1,18 +1,17 @@
 //! The summary that `identify` prints in the terminal.
 
 mod planned;
-mod several_axes;
+mod plant;
+mod steering;
 
 use std::fmt::Write;
 use std::path::Path;
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
-use seaplant::results::{
-    NullModel, Parameter, PlantResult, PlantScore, Results, SteadyResult, TruePlant, Trust, Verdict,
-};
-use seaplant::{Caveat, Dof, Estimate, Severity};
-use seaplant_report::number::{Rounded, decimals, signed_percent, significant, with_minus};
+use seaplant::results::{Parameter, Results, SteadyResult, Trust, Verdict};
+use seaplant::{Caveat, Dof, Severity};
+use seaplant_report::number::{Rounded, signed_percent, significant, with_minus};
 
 use crate::output::{FAINT, SEVERE, STRONG, WARNING};
 use crate::sketch::Sketches;
@@ -21,16 +20,11 @@ use crate::sketch::Sketches;
 pub fn of(results: &Results, sketches: &Sketches, folder: &Path) -> String {
     let mut text = String::new();
     for model in &results.steering {
-        text.push_str(&several_axes::steering(model));
+        text.push_str(&steering::block(model));
     }
-    for (_, plant) in results.together() {
-        let usual = |dof: &Dof| Some((*dof, *results.drag_forces(*dof).first()?));
-        let drag: Vec<(Dof, (f64, Estimate))> = plant.axes.iter().filter_map(usual).collect();
-        text.push_str(&several_axes::block(plant, &drag, results.truth.as_ref()));
-    }
-    for (dof, plant, _) in results.alone() {
-        let drag = results.drag_forces(dof);
-        text.push_str(&plant_block((dof, plant), &drag, results.truth_of(dof), sketches));
+    let together = results.together().map(|(_, plant)| plant);
+    for plant in together.chain(results.alone().map(|(_, plant, _)| plant)) {
+        text.push_str(&plant::block(plant, results, sketches));
     }
     for (dof, steady) in &results.steady {
         text.push_str(&steady_block(*dof, steady));
@@ -91,89 +85,6 @@ fn push_good_for(text: &mut String, verdict: &Verdict) {
     }
 }
 
-/// Writes the block of one axis; `drag` has speeds and the drag at each.
-fn plant_block(
-    (dof, plant): (Dof, &PlantResult),
-    drag: &[(f64, Estimate)],
-    truth: Option<TruePlant>,
-    sketches: &Sketches,
-) -> String {
-    let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "{STRONG}{dof}{STRONG:#} by {}: {}",
-        plant.method,
-        spoken_verdict(&plant.verdict)
-    );
-    push_good_for(&mut text, &plant.verdict);
-    let p = plant.by_axis.get(&dof);
-    let mass = if dof.is_rotation() { "inertia" } else { "mass" };
-    let rows = [
-        (mass, p.map(|p| &p.mass), truth.map(|t| t.mass)),
-        (
-            "quadratic drag",
-            p.and_then(|p| p.quadratic_drag.as_ref()),
-            truth.map(|t| t.quadratic_drag),
-        ),
-        ("linear drag", p.and_then(|p| p.linear_drag.as_ref()), truth.map(|t| t.linear_drag)),
-        ("bias force", p.and_then(|p| p.bias_force.as_ref()), truth.map(|t| t.bias_force)),
-    ];
-    let mut table = plain_table();
-    for (name, parameter, truth) in rows {
-        if let Some(parameter) = parameter {
-            table.add_row(parameter_row(name, parameter, truth));
-        }
-    }
-    let units = dof.units();
-    for (speed, force) in drag {
-        let name = format!("drag at {speed} {}", units.velocity);
-        let truth = truth.map(|t| t.quadratic_drag * speed * speed + t.linear_drag * speed);
-        table.add_row(parameter_row(&name, &Parameter::new(*force, units.force), truth));
-    }
-    align(&mut table, 1..4);
-    let _ = writeln!(text, "{}", table.to_string().trim_end());
-    let score = |name: &str, of: &PlantScore| -> Option<String> {
-        let score = of.by_axis.get(&dof)?;
-        let unit = score.quantity.unit(dof);
-        let error = score.mean_abs_error.map_or_else(
-            || "the simulation diverges".to_owned(),
-            |e| format!("e = {} {unit}", significant(e, 3)),
-        );
-        let mut r2 =
-            score.r_squared.map_or(String::new(), |r2| format!(", R² {}", decimals(r2, 3)));
-        let positions: Vec<String> = of
-            .trials(dof)
-            .filter_map(|(_, trial)| trial.position_r_squared)
-            .map(|r2| decimals(r2, 3))
-            .collect();
-        if !positions.is_empty() {
-            r2 += &format!("; of position, by trial: R² {}", positions.join(", "));
-        }
-        let plain = [NullModel::NeverMoves, NullModel::NeverAccelerates];
-        let best = score.best_null.filter(|null| !plain.contains(&null.model));
-        let best = best.map_or_else(String::new, |null| {
-            format!(", {} for {}", significant(null.mean_abs_error, 3), null.model.description())
-        });
-        Some(format!(
-            "  {name}: {error}, {} {unit} for {}{best}{r2}\n",
-            significant(score.null_error, 3),
-            score.quantity.null_model()
-        ))
-    };
-    let scores = match &plant.hold_out {
-        Some(hold_out) => [score("held out", hold_out), None],
-        None => [
-            plant.left_out.as_ref().and_then(|left_out| score("left out in turn", left_out)),
-            score("on its own trial", &plant.fit),
-        ],
-    };
-    text.extend(scores.into_iter().flatten());
-    text.push_str(&sketches.of(dof));
-    push_caveats(&mut text, &plant.caveats);
-    text.push('\n');
-    text
-}
-
 fn parameter_row(name: &str, parameter: &Parameter, truth: Option<f64>) -> Vec<String> {
     let Rounded { value, std, low95, high95 } = Rounded::of(parameter);
     let mut row = vec![
@@ -183,7 +94,7 @@ fn parameter_row(name: &str, parameter: &Parameter, truth: Option<f64>) -> Vec<S
         format!("[{low95}, {high95}]"),
         parameter.unit.clone(),
     ];
-    row.extend(truth.filter(|truth| *truth != 0.0).map(|x| beside_truth(parameter.value, x)));
+    row.extend(truth.map(|truth| beside_truth(parameter.value, truth)));
     row
 }
 

@@ -111,7 +111,14 @@ fn a_boat_that_turns_while_it_advances_has_all_its_coefficients_recovered() {
     let workshop = boat(CAMPAIGN);
     let shown = identify(&workshop).success();
     let shown = String::from_utf8_lossy(&shown.get_output().stdout).into_owned();
-    assert!(shown.contains("surge, sway, yaw together"), "{shown}");
+    assert!(shown.contains("surge, sway, yaw together, by filter-error"), "{shown}");
+    // Three axes together, then surge by itself.
+    for (words, times) in
+        [("  mass  ", 3), ("  inertia ", 1), ("  measured ", 4), (" alone: R² ", 3)]
+    {
+        assert_eq!(shown.matches(words).count(), times, "{words}: {shown}");
+    }
+    assert!(shown.contains("mass.sway-yaw") && !shown.contains("mass.surge"), "{shown}");
     let results = std::fs::read_to_string(workshop.join("results/results.json")).expect("there");
     let results: Value = serde_json::from_str(&results).expect("JSON");
     let plant = &results["plants"]["surge-sway-yaw"];
