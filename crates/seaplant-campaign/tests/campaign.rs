@@ -1,10 +1,9 @@
 //! Campaigns and vehicles that are refused, each with its message.
 
-mod common;
-
-use common::{Folder, csv, said};
 use seaplant::results::Results;
 use seaplant_campaign::Campaign;
+
+use crate::common::{Folder, csv, said};
 
 const VEHICLE: &str = r#"name = "sled"
 [[thruster]]

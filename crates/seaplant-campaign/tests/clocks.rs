@@ -1,11 +1,8 @@
 //! Files of one trial whose clocks differ: the report of `inspect`, and the effect of `offset_s = {
 //! "FILE" = "estimate" }` in a campaign.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{Folder, csv, noise, open, said};
 use seaplant::results::Results;
 use seaplant::twin::{TwinSpec, make};
 use seaplant::{CaveatCode, Dof, Severity};
@@ -13,6 +10,8 @@ use seaplant_campaign::{
     Campaign, CampaignFile, EstimateWord, InspectedEpoch, InspectedOffset, OffsetEntry, inspect,
     read_toml, twin_files,
 };
+
+use crate::common::{Folder, csv, noise, open, said};
 
 /// Returns a yaw rate that never repeats, and the heading that it makes, deg/s and deg.
 fn rate(t: f64) -> f64 {

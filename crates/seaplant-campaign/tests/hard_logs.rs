@@ -1,10 +1,9 @@
 //! Logs that would give wrong numbers: how a trial treats them, and its caveats.
 
-mod common;
-
-use common::{Folder, said};
 use seaplant::{AxisRecord, Caveat, Dof, Severity, VelocitySource};
 use seaplant_campaign::{Campaign, Error};
+
+use crate::common::{Folder, said};
 
 const VEHICLE: &str = r#"name = "sled"
 [[thruster]]

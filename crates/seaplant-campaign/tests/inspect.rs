@@ -1,10 +1,9 @@
 //! Remarks of `inspect` on a channel: each with its cause, and none without.
 
-mod common;
-
-use common::{column, data, noise, open, timed};
 use seaplant_campaign::{inspect, inspect_survey};
 use seaplant_log::{Log, ReadOptions, Thoroughness, survey};
+
+use crate::common::{Folder, column, data, noise, open, timed};
 
 fn remarks(log: &Log) -> Vec<String> {
     let channels = inspect(log).channels;
@@ -204,7 +203,7 @@ fn a_slow_sensor_logged_fast_is_found() {
 
 #[test]
 fn a_summary_counts_samples_gaps_and_missing_values() {
-    let folder = common::Folder::new();
+    let folder = Folder::new();
     let rows =
         |from: usize| (from..from + 50).map(|k| format!("{}.{},{}\n", k / 10, k % 10, noise(k)));
     let text: String = rows(0).chain(rows(100)).collect();
@@ -220,7 +219,7 @@ fn a_summary_counts_samples_gaps_and_missing_values() {
 
 #[test]
 fn estimates_of_a_survey_are_marked() {
-    let folder = common::Folder::new();
+    let folder = Folder::new();
     // The vehicle turns from 10 to 345 degrees and back, the long way, in the part that is not
     // read.
     let heading = |k: usize| 10.0 + 335.0 * (1.0 - (k as f64 / 10_000.0 - 1.0).abs()).powi(2);

@@ -1,11 +1,9 @@
 //! Known vehicles and thrusters in a vehicle.toml.
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
-mod common;
-
-use common::{Folder, data};
 use seaplant::{ThrustCurve, Vehicle};
 use seaplant_campaign::{BenchColumns, read_bench, read_vehicle};
+
+use crate::common::{Folder, data};
 
 const CURVE: &str = "thruster_curve = { kind = \"preset\", name = \"t200\", voltage_v = 16.0 }\n";
 

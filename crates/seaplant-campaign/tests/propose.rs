@@ -1,17 +1,16 @@
 //! Proposals of `init`: files that can be read back, mapped correctly, with open questions in place
 //! of guesses.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use common::{Folder, csv, data, noise, open};
 use seaplant::{Dof, Role};
 use seaplant_campaign::{
     Campaign, CampaignFile, Proposal, VehicleFile, VehiclePreset, propose, read_toml, read_vehicle,
 };
 use seaplant_log::ReadOptions;
+
+use crate::common::{Folder, csv, data, noise, open};
 
 fn propose_in(folder: &Folder, files: &[PathBuf]) -> (Proposal, CampaignFile) {
     let proposal = propose(&open(files), files, folder.path(), &ReadOptions::default(), None);

@@ -1,16 +1,12 @@
 //! Proposals of `init` for ROS bags: quantities in our frame, thrusters by their topics.
 
-mod common;
-#[allow(dead_code, reason = "each test program uses its own part")]
-#[path = "../../seaplant-log/tests/common/mcap.rs"]
-mod mcap;
-
 use std::collections::BTreeMap;
 
-use common::{Folder, noise, open};
-use mcap::McapFile;
 use seaplant_campaign::{CampaignFile, ChannelEntry, propose, read_toml};
 use seaplant_log::ReadOptions;
+
+use crate::common::{Folder, noise, open};
+use crate::mcap::McapFile;
 
 /// Encodes the stamp and an empty frame name, and the padding before the numbers that follow.
 fn header(t: f64) -> Vec<u8> {

@@ -1,9 +1,5 @@
 //! The C controller on the exported C plant agrees with the controller here on the plant here.
 
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
-
-mod vehicle;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -18,7 +14,8 @@ use seaplant_control::{
     Actuators, Controller, Design, Law, Reference, State, Tuning, c_header, design,
 };
 use seaplant_export::{Permission, export, exporter};
-use vehicle::bluerov;
+
+use crate::vehicle::bluerov;
 
 /// The same arithmetic in another order, N and N m of some hundred.
 const SAME: f64 = 1e-8;

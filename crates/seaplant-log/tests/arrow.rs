@@ -1,19 +1,12 @@
 //! Parquet and Arrow files.
 
-mod common;
+use seaplant_log::{Error, ReadOptions, read, read_table};
 
-use std::path::Path;
-
-use common::python::made;
-use common::{Sample, notes, without_folder};
-use seaplant_log::{Error, Log, ReadOptions, read, read_table};
+use crate::common::python::made;
+use crate::common::{Sample, notes, open, without_folder};
 
 /// Resolution of seconds since 1970 in a double.
 const RESOLUTION_S: f64 = 2.4e-7;
-
-fn open(path: &Path) -> Log {
-    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
 
 #[test]
 fn every_type_is_read_as_pyarrow_wrote_it() {

@@ -1,11 +1,10 @@
 //! Checks every error by its message.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Sample, failure, failure_with, options, read_text, without_folder};
 use seaplant_log::{Error, Log, ReadOptions, read, read_table};
+
+use crate::common::{Sample, failure, failure_with, options, read_text, without_folder};
 
 const THREE_ROWS: &str = "time [s],u [m/s]\n0,1\n1,2\n2,3\n";
 

@@ -1,9 +1,8 @@
 //! Layouts of text tables.
 
-mod common;
-
-use common::{Sample, notes, options, read_text};
 use seaplant_log::{Dimension, Error, Log, ReadOptions, Unit, read, read_table};
+
+use crate::common::{Sample, notes, options, read_text};
 
 /// Returns the values of `u` with their times.
 fn u(log: &Log) -> Vec<(f64, f64)> {

@@ -1,16 +1,11 @@
 //! MATLAB files of both kinds, and other HDF5 files.
 
-mod common;
-
 use std::path::Path;
 
-use common::python::made;
-use common::{Sample, notes, options, without_folder};
 use seaplant_log::{Log, ReadOptions, read};
 
-fn open(path: &Path) -> Log {
-    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::common::python::made;
+use crate::common::{Sample, notes, open, options, without_folder};
 
 fn failure(path: &Path) -> String {
     without_folder(&read(path, &ReadOptions::default()).unwrap_err().to_string(), path)

@@ -1,20 +1,14 @@
 //! NMEA 0183 sentences.
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
-
-mod common;
 
 use std::path::Path;
 
-use common::python::made;
-use common::{Sample, notes, without_folder};
-use seaplant_log::{Log, ReadOptions, read};
+use seaplant_log::{ReadOptions, read};
+
+use crate::common::python::made;
+use crate::common::{Sample, data, notes, open, without_folder};
 
 /// Rounding of microseconds since 1970 in doubles, and of times of receipt to the millisecond, s.
 const RESOLUTION_S: f64 = 1e-6;
-
-fn open(path: &Path) -> Log {
-    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
 
 fn failure(path: &Path) -> String {
     without_folder(&read(path, &ReadOptions::default()).unwrap_err().to_string(), path)
@@ -119,13 +113,7 @@ fn sentences_as_a_phins_sent_them_are_read() {
 
 #[test]
 fn a_recording_is_as_another_decoder_has_it() {
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let data = std::env::var("SEAPLANT_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
-    let path = workspace.join(data).join("formats/ardusub/nmea_log.txt");
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
-        return;
-    }
+    let Some(path) = data("formats/ardusub/nmea_log.txt") else { return };
     let Some(made) = made("nmea_recordings") else { return };
     let log = open(&path);
     made.agrees("nmea_log.txt", &log, RESOLUTION_S);

@@ -1,9 +1,8 @@
 //! Checks every note, by its message and by the action that it describes.
 
-mod common;
-
-use common::{notes, read_text};
 use seaplant_log::{Epoch, Note};
+
+use crate::common::{notes, read_text};
 
 #[test]
 fn a_clean_log_has_no_notes() {

@@ -1,9 +1,8 @@
 //! Ambiguous numbers in text tables: read correctly, or refused with their line.
 
-mod common;
-
-use common::{Sample, failure, notes, read_text, without_folder};
 use seaplant_log::{Log, ReadOptions, read, read_table};
+
+use crate::common::{Sample, failure, notes, read_text, without_folder};
 
 fn values<'a>(log: &'a Log, name: &str) -> &'a [f64] {
     log.channel(name).unwrap().values()

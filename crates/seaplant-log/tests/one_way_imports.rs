@@ -1,11 +1,8 @@
 //! Imports between the files of the crate form no cycle.
 
-#[path = "../../seaplant/tests/imports/mod.rs"]
-mod imports;
-
 use std::path::Path;
 
-use imports::{Sources, circle};
+use crate::imports::{Sources, circle};
 
 #[test]
 fn no_module_imports_one_that_imports_it() {

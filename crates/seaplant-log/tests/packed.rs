@@ -1,10 +1,9 @@
 //! Logs in gzip and zstd archives.
 
-mod common;
-
-use common::python::made;
-use common::{Sample, notes, without_folder};
 use seaplant_log::{Error, ReadOptions, read, read_table};
+
+use crate::common::python::made;
+use crate::common::{Sample, notes, without_folder};
 
 #[test]
 fn tables_in_archives_are_read_as_python_wrote_them() {

@@ -1,23 +1,15 @@
 //! Teledyne RDI PD0 files.
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
-mod common;
+use seaplant_log::{ReadOptions, read};
 
-use std::path::Path;
-
-use common::python::made;
-use common::{Sample, notes, without_folder};
-use seaplant_log::{Log, ReadOptions, read};
+use crate::common::python::made;
+use crate::common::{Sample, data, notes, open, without_folder};
 
 /// Times are hundredths of seconds since 1970 in doubles, s.
 const RESOLUTION_S: f64 = 1e-6;
 
 const CLOCK: &str =
     "times are those of the instrument's clock, taken as UTC: seconds since the Unix epoch";
-
-fn open(path: &Path) -> Log {
-    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
 
 #[test]
 fn velocities_are_named_by_their_frame() {
@@ -81,13 +73,7 @@ fn a_file_without_a_whole_ensemble_is_refused() {
 
 #[test]
 fn recordings_are_as_another_decoder_has_them() {
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let data = std::env::var("SEAPLANT_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
-    let folder = workspace.join(data).join("formats/pd0");
-    if !folder.exists() {
-        eprintln!("skipped: {} is not there", folder.display());
-        return;
-    }
+    let Some(folder) = data("formats/pd0") else { return };
     let Some(made) = made("pd0_recordings") else { return };
     // The published counts of valid bottom track are those of the first velocity.
     for (name, ensembles, velocity, valid) in [

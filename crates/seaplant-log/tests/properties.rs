@@ -1,10 +1,9 @@
 //! Invariants for arbitrary bytes.
 
-mod common;
-
-use common::{Sample, read_text};
 use proptest::prelude::*;
 use seaplant_log::{Log, ReadOptions, Unit, read, read_table};
+
+use crate::common::{Sample, read_text};
 
 /// Checks the invariants of a [`Log`]'s channels.
 fn check(log: &Log) {

@@ -1,12 +1,11 @@
 //! Logs measured by third parties. They are looked for in the folder in `SEAPLANT_DATA`, relative
 //! to the workspace, else in `../shared/data`; a test whose files are absent reports it.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{data, notes};
-use seaplant_log::{Dimension, Error, Log, Note, ReadOptions, Unit, read, read_table};
+use seaplant_log::{Dimension, Error, Note, ReadOptions, Unit, read, read_table};
+
+use crate::common::{data, notes, open};
 
 fn files_in(folder: &str, extension: &str) -> Vec<PathBuf> {
     let Some(folder) = data(folder) else { return Vec::new() };
@@ -15,10 +14,6 @@ fn files_in(folder: &str, extension: &str) -> Vec<PathBuf> {
         entries.filter(|p| p.extension().is_some_and(|e| e == extension)).collect();
     files.sort();
     files
-}
-
-fn open(path: &Path) -> Log {
-    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Reads a column of a spreadsheet export with the simplest possible reader.

@@ -1,19 +1,13 @@
 //! Bags of ROS 1 and ROS 2.
 
-mod common;
-
-use common::mcap::McapFile;
-use common::python::made;
-use common::{Sample, notes, without_folder};
-
 use seaplant_log::{Error, Log, ReadOptions, Stamp, read};
+
+use crate::common::mcap::McapFile;
+use crate::common::python::made;
+use crate::common::{Sample, notes, open, without_folder};
 
 /// Resolution of seconds since 1970 in a double, for stamps and receipts in nanoseconds.
 const RESOLUTION_S: f64 = 2.5e-7;
-
-fn open(path: &std::path::Path) -> Log {
-    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
 
 #[test]
 fn mcap_files_are_read_as_independent_software_wrote_them() {

@@ -2,15 +2,13 @@
 //!
 //! The tests of each format check complete readings; here the logs are long and even, by the
 //! writers of other projects (`reference/make_survey.py`).
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
-
-mod common;
 
 use std::path::Path;
 
-use common::python::made;
-use common::{Sample, data};
 use seaplant_log::{Channel, Figure, ReadOptions, Survey, Thoroughness, read, survey};
+
+use crate::common::python::made;
+use crate::common::{Sample, data, without_folder};
 
 /// Parts so small that logs of some hundred kilobytes are large.
 const HOW: Thoroughness = Thoroughness { whole_up_to: 1 << 16, parts: 6, part_bytes: 1 << 13 };
@@ -223,7 +221,7 @@ fn a_note_on_a_line_that_cannot_be_counted_names_none() {
     let [note] = &notes[..] else { panic!("{notes:?}") };
     let expected = "log.csv: in the parts that were read, 1 row does not have 3 cells (here 4); \
                     absent cells count as missing, further ones are dropped";
-    assert_eq!(common::without_folder(note, sample.path()), expected);
+    assert_eq!(without_folder(note, sample.path()), expected);
 }
 
 #[test]

@@ -1,12 +1,11 @@
 //! MAVLink telemetry logs.
 
-mod common;
-
 use std::path::Path;
 
-use common::python::made;
-use common::{data, notes};
 use seaplant_log::{Log, ReadOptions, Stamp, read, read_bytes};
+
+use crate::common::python::made;
+use crate::common::{data, notes};
 
 /// Resolution of today's Unix time in a double, s.
 const RESOLUTION_S: f64 = 1e-6;

@@ -1,19 +1,14 @@
 //! PX4 ULog files.
 
-mod common;
-
 use std::path::Path;
 
-use common::python::made;
-use common::{data, notes};
-use seaplant_log::{Log, ReadOptions, read, read_bytes};
+use seaplant_log::{ReadOptions, read_bytes};
+
+use crate::common::python::made;
+use crate::common::{data, notes, open};
 
 /// Times are stored in microseconds.
 const RESOLUTION_S: f64 = 1e-9;
-
-fn open(path: &Path) -> Log {
-    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
 
 #[test]
 fn every_kind_of_field_is_read_as_pyulog_reads_it() {

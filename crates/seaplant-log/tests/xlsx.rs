@@ -1,18 +1,13 @@
 //! Excel workbooks.
 
-mod common;
-
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-use common::python::made;
-use common::{Sample, notes, without_folder};
-use seaplant_log::{Log, ReadOptions, read, read_bytes, read_table};
+use seaplant_log::{ReadOptions, read, read_bytes, read_table};
 use zip::write::SimpleFileOptions;
 
-fn open(path: &Path) -> Log {
-    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::common::python::made;
+use crate::common::{Sample, notes, open, without_folder};
 
 #[test]
 fn a_sheet_is_read_as_openpyxl_wrote_it() {

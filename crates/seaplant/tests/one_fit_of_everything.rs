@@ -1,7 +1,5 @@
 //! Steady runs and oscillations in one fit, thrust curves that are not sure, and turning.
 
-mod release;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -12,6 +10,8 @@ use seaplant::{
     ThrustCurve, ThrustUncertainty, Thruster, ThrusterInput, Timed, Trial, TrialSetup, Vehicle,
     identify,
 };
+
+use crate::release;
 
 fn heave(steady: SteadyRuns, vehicle: impl Fn(Vehicle) -> Vehicle) -> Results {
     let spec = TwinSpec { dofs: [Dof::Heave].into(), steady, ..TwinSpec::jason2() };

@@ -1,11 +1,9 @@
 //! Modules of the library import one way.
 
-mod imports;
-
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use imports::{Sources, circle, shown};
+use crate::imports::{Sources, circle, shown};
 
 /// The top-level modules; each imports only from those before it.
 const ORDER: [&str; 33] = [

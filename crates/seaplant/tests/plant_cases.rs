@@ -1,7 +1,5 @@
 //! A vehicle driven freely in four axes, whose six axes are coupled, and its truth.
 
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

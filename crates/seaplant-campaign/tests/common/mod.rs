@@ -1,6 +1,4 @@
 //! Logs for tests.
-#![allow(dead_code, reason = "each test program uses its own part")]
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
 use std::path::{Path, PathBuf};
 

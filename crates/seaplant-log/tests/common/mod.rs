@@ -1,6 +1,4 @@
 //! Small files to read.
-#![allow(dead_code, reason = "each test program uses its own part")]
-#![allow(clippy::print_stderr, reason = "a skipped test must be seen")]
 
 pub mod mcap;
 pub mod python;
@@ -35,6 +33,11 @@ impl Sample {
 /// Reads `content` as a file `log.csv`, with time recognised by its name.
 pub fn read_text(content: impl AsRef<[u8]>) -> Result<Log, Error> {
     read(Sample::new("log.csv", content).path(), &ReadOptions::default())
+}
+
+/// Reads a file with the default options.
+pub fn open(path: &Path) -> Log {
+    read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 pub fn options(column: &str, unit: Option<&str>) -> ReadOptions {

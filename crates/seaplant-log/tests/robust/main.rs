@@ -3,6 +3,7 @@
 
 #[path = "../../fuzz/src/checks.rs"]
 mod checks;
+#[allow(dead_code, reason = "these tests use a part of it")]
 #[path = "../common/mod.rs"]
 mod common;
 mod harness;

@@ -1,6 +1,7 @@
 //! Imports between the files of a crate, read from its sources; those of tests left out.
 //!
-//! Tests of `seaplant-log`, `seaplant-campaign` and `bindings/python` include it by path.
+//! Tests of `seaplant-log`, `seaplant-campaign`, `seaplant-plan` and `bindings/python` include it by
+//! path.
 
 mod tokens;
 
