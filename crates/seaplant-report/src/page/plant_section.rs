@@ -98,11 +98,11 @@ impl<'a> Methods<'a> {
         Self(methods)
     }
 
-    /// Returns the name of each method with its plant, and whether it is the recommended one.
+    /// Returns the name of each method with its plant, and whether it is the recommended one of several.
     fn iter(&self) -> impl Iterator<Item = (String, &'a PlantResult, bool)> {
-        let recommended = self.0[0].0;
+        let recommended = (self.0.len() > 1).then(|| self.0[0].0);
         self.0.iter().map(move |(method, plant)| {
-            (words::capitalised(&words::method(*method)), *plant, *method == recommended)
+            (words::capitalised(&words::method(*method)), *plant, Some(*method) == recommended)
         })
     }
 

@@ -189,7 +189,7 @@ fn thrusters(plant: &PlantResult) -> Option<Table> {
         "in the plant",
     ];
     (!rows.is_empty()).then(|| {
-        Table::new("Thrust over that of the curve", head, rows).noted("Beside most: where most other thrusters give what their curves say; in reverse where that is another. Of its curve: with the scale of all thrust, where known forces reveal it. A gain that is not in the plant is what the trials say of it to first order; they do not ask for it.")
+        Table::new("Thrust over that of the curve", head, rows).without_empty_columns().noted("Beside most: where most other thrusters give what their curves say; in reverse where that is another. Of its curve: with the scale of all thrust, where known forces reveal it. A gain that is not in the plant is what the trials say of it to first order; they do not ask for it.")
     })
 }
 
