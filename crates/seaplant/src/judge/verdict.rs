@@ -133,7 +133,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Returns what a caveat says, without its advice.
+/// Returns the statement of a caveat, without its advice.
 pub(crate) fn statement(message: &str) -> String {
     message.split(": ").next().unwrap_or_default().to_owned()
 }

@@ -8,7 +8,7 @@ use crate::plant::{Basis, Structure};
 use crate::{Error, TrialRecord};
 
 impl Fitted {
-    /// The same with the couplings in damping that the trials ask for.
+    /// The same with the couplings in damping that the trials support.
     ///
     /// In rounds, as a missing coupling colours the innovations of its axis and hides others.
     pub(super) fn searched(self, records: &[&TrialRecord]) -> Result<Self, Error> {
@@ -59,7 +59,7 @@ struct Search {
     base: Fitted,
     /// The plant with those that are admitted.
     found: Option<Fitted>,
-    /// What each candidate would have gained when it was last outside.
+    /// The gain of each candidate when it was last outside the plant.
     scores: BTreeMap<Basis, f64>,
 }
 
@@ -75,7 +75,7 @@ impl Search {
         all.iter().filter(|term| base.index_of(term).is_none()).copied().collect()
     }
 
-    /// Couplings outside that the innovations ask for.
+    /// Couplings outside the plant whose scores exceed the bar.
     fn asked_for(&mut self, candidates: &[Basis]) -> Result<Vec<Basis>, Error> {
         let now = self.now();
         let outside = |term: &&Basis| now.problem.structure.index_of(term).is_none();

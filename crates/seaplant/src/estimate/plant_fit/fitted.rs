@@ -14,22 +14,22 @@ use super::{Actuator, Candidate, Tried, search};
 use crate::plant::{Basis, Signal, Structure};
 use crate::{Dof, Error, ThrusterFault, TrialRecord};
 
-/// What thrust may do between its samples.
+/// The laws of thrust between its samples that are tried.
 pub(super) const SMOOTH: [Candidate; 2] = [Candidate::SmoothSpeed, Candidate::SmoothThrust];
 
-/// An optimum and what it is one of.
+/// A problem with its optimum.
 #[derive(Clone)]
 pub(super) struct Fitted {
     pub(super) problem: Problem,
     pub(super) optimum: Optimum,
     pub(super) tried: Vec<Tried>,
-    /// How translations are reported; the problem's are as they were before that.
+    /// Delay, lag and lever arm of the velocity sensor; the records of the problem are corrected for them.
     pub(super) reported: Reported,
-    /// Thrusters that did not act as logged; the problem's do as they did.
+    /// Thrusters that did not act as logged; the records of the problem are corrected for them.
     pub(super) faults: Vec<ThrusterFault>,
     /// Thrusters that follow each other's log, likewise.
     pub(super) exchanged: Vec<[String; 2]>,
-    /// What thrust was tried to do between its samples, other than to be held.
+    /// Laws of thrust between its samples that were tried.
     pub(super) smooth: Vec<Tried>,
 }
 
@@ -44,7 +44,7 @@ impl Fitted {
         (&self.problem, &self.optimum)
     }
 
-    /// Another optimum of the same trials, with what was found of sensors and thrusters before.
+    /// Another optimum of the same trials; the sensor and the thrusters stay as found before.
     pub(super) fn moved_to(&self, problem: Problem, optimum: Optimum) -> Self {
         let (reported, faults) = (self.reported, self.faults.clone());
         let (exchanged, smooth) = (self.exchanged.clone(), self.smooth.clone());
@@ -64,7 +64,7 @@ impl Fitted {
         Ok(self)
     }
 
-    /// Whether the plant reads speed or thrust of propellers.
+    /// Returns true if the plant depends on the speed or thrust of propellers.
     pub(super) fn reads_speeds(&self) -> bool {
         self.problem.structure.signals().iter().any(Signal::is_of_known_thruster)
     }
@@ -81,7 +81,7 @@ impl Fitted {
         records.iter().map(with_speeds).collect()
     }
 
-    /// The same without what the trials do not show of the terms beside those of a structure.
+    /// The same without terms beyond a structure that the trials do not support.
     pub(super) fn without_unseen_beside(self, structure: &Structure) -> Result<Self, Error> {
         let mut left: Vec<Basis> = self.problem.structure.terms().to_vec();
         left.retain(|term| structure.index_of(term).is_none());
@@ -133,7 +133,7 @@ impl Fitted {
         Self { optimum: Optimum { iterations, ..found }, smooth, ..self }.with_actuator_that_shows()
     }
 
-    /// The same without what the trials do not show of the actuator.
+    /// The same without numbers of the actuator that the trials do not support.
     pub(super) fn with_actuator_that_shows(mut self) -> Result<Self, Error> {
         loop {
             let unseen = self.unseen_of_actuator();
@@ -412,7 +412,7 @@ impl Fitted {
         Ok(axes.map(|dof| white(*dof)).fold(1.0, f64::max))
     }
 
-    /// What a term has to gain, and what its gain is divided by on each axis.
+    /// The gain that a term needs, and the factor that its gain is divided by on each axis.
     pub(super) fn bar(&self) -> Result<(f64, impl Fn(Dof) -> f64), Error> {
         let is_free = self.problem.is_free;
         let needed = if is_free { search::ADMITTED_OF_FREE } else { search::ADMITTED };
@@ -428,7 +428,7 @@ impl Fitted {
         of_blocks.unwrap_or_else(|| inverse(&optimum.information))
     }
 
-    /// Whether samples say less than their number.
+    /// Returns true if innovations are correlated, so that samples carry less information than their number.
     pub(super) fn is_coloured(&self, whiteness: &BTreeMap<Dof, f64>) -> bool {
         self.problem.is_free || whiteness.values().any(|colour| *colour > COLOURED)
     }

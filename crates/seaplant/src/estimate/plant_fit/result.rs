@@ -1,4 +1,4 @@
-//! What a fit of a plant has found.
+//! The result of a fit of a plant.
 
 use std::collections::BTreeMap;
 
@@ -24,19 +24,19 @@ pub(crate) const INSTRUMENTS: [(&str, &str); InstrumentNoise::COUNT] = Instrumen
 pub struct PlantFit {
     /// The plant.
     pub plant: Plant,
-    /// How it was found.
+    /// The method.
     pub method: Method,
     /// Covariance of its coefficients, shape (p, p).
     pub covariance: DMatrix<f64>,
-    /// The part of it that thrust makes whose scale is not known for sure.
+    /// The part of it that is due to the uncertain scale of thrust.
     pub thrust_covariance: DMatrix<f64>,
     /// The current of each trial, north and east, m/s, with standard deviations.
     pub currents: BTreeMap<String, [(f64, f64); 2]>,
-    /// How thrust follows what is logged of it.
+    /// Lag, delay and deviations of thrust from its log.
     pub actuator: Actuator,
-    /// Standard deviations of its numbers; none of one that the trials do not show.
+    /// Standard deviations of its numbers; none of one that is not fitted.
     pub actuator_std: [Option<f64>; Actuator::COUNT],
-    /// Whether propellers lag; else a logged wrench does.
+    /// True if propellers lag, false if a logged wrench does.
     pub has_thrusters: bool,
     /// Disturbance and noise of each axis.
     pub disturbances: BTreeMap<Dof, AxisNoise>,
@@ -46,14 +46,14 @@ pub struct PlantFit {
     /// Noise of the instruments that measure position, depth, heading and acceleration, by its name in
     /// results, and that of its estimate.
     pub instruments: BTreeMap<&'static str, (f64, f64)>,
-    /// How the current changes about its mean of a trial, if the trials show that.
+    /// Variation of the current about its mean of a trial, if the trials support one.
     pub current_drift: Option<CurrentDrift>,
     /// Force of waves on each axis, if the trials show one.
     pub swell: Option<SwellForce>,
-    /// How translations are reported, late beside thrust and rates or from elsewhere than is stated, if
-    /// the trials show that; they were taken to be as they were before it.
+    /// Delay, lag and lever arm of the velocity sensor beyond those that are stated, if the trials support
+    /// them; the fit corrects for them.
     pub report: VelocityReport,
-    /// Standard deviations of its delay and lag, s; none of what the trials do not show.
+    /// Standard deviations of its delay and lag, s; none of one that is not fitted.
     pub report_std: [Option<f64>; 2],
     /// Those of its levers, m.
     pub lever_std: [Option<f64>; 3],
@@ -63,7 +63,7 @@ pub struct PlantFit {
     pub samples: usize,
     /// Steps to the optimum.
     pub iterations: usize,
-    /// The start: what least squares on the equation of motion gave.
+    /// The plant that the descent started from, by least squares on the equation of motion.
     pub start: Plant,
     /// Box and Pierce's statistic of each axis's innovations over 40 lags, divided by 40: 1 if
     /// they are white.
@@ -72,9 +72,9 @@ pub struct PlantFit {
     /// those of each axis do. Empty where all innovations are white; axes with too little data are
     /// missing.
     pub independence: BTreeMap<Dof, f64>,
-    /// How many combinations of coefficients the motion tells, by least squares.
+    /// Number of combinations of coefficients that the motion determines, by least squares.
     pub rank: usize,
-    /// What each coefficient's variance is multiplied with because others look like it.
+    /// Variance inflation of each coefficient by correlation with the others.
     pub inflation: Vec<f64>,
     /// Couplings in damping that were tried, and smooth thrust.
     pub tried: Vec<Tried>,
@@ -83,15 +83,15 @@ pub struct PlantFit {
     pub beyond_neighbours: BTreeMap<Dof, f64>,
     /// Thrusters that stood still or pushed the other way in a trial; they were taken to do so.
     pub faults: Vec<ThrusterFault>,
-    /// Thrusters that follow each other's log; the plant is that of what they do.
+    /// Pairs of thrusters that follow each other's log; the fit exchanges them.
     pub exchanged: Vec<[String; 2]>,
-    /// What each thruster gives beside the others, where the trials determine it.
+    /// Gain of each thruster relative to the others, where the trials determine it.
     pub gains: BTreeMap<String, GainBeside>,
-    /// What each known force says of the scale of thrust, where they contradict each other.
+    /// The scale of thrust by each known force, where they contradict each other.
     pub claims: Vec<ScaleClaim>,
 }
 
-/// What stands beside the plant on one axis.
+/// Disturbance and measurement noise of one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisNoise {
     /// Standard deviation of the disturbance, N or N m, and that of its estimate.
@@ -102,7 +102,7 @@ pub struct AxisNoise {
     pub velocity: (f64, f64),
 }
 
-/// How a current changes in the course of a trial: a Gauss–Markov velocity north, and one east.
+/// Variation of a current in the course of a trial: a Gauss–Markov velocity north, and one east.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurrentDrift {
     /// Standard deviation of each, m/s, and that of its estimate.
