@@ -183,7 +183,9 @@ impl Rounded {
     pub fn of(parameter: &Parameter) -> Self {
         let Parameter { value, std, low95, high95, .. } = *parameter;
         let decimals = Decimals::of_std(value, std);
-        let extreme = [value, std].iter().any(|x| *x != 0.0 && !PLAIN.contains(&x.abs()));
+        // A value that is small beside its deviation has the decimals of the deviation.
+        let sizes = if std > 0.0 { [std, std.max(value.abs())] } else { [value.abs(); 2] };
+        let extreme = sizes.iter().any(|x| *x != 0.0 && !PLAIN.contains(x));
         let write = |x: f64| if extreme { significant(x, DIGITS_ALONE) } else { decimals.write(x) };
         Self {
             value: write(value),
@@ -217,6 +219,7 @@ mod tests {
         assert_eq!(rounded(0.27812, 0.0341), "0.278 ± 0.034 [0.210, 0.346]");
         assert_eq!(rounded(-255.5, 9.96), "−256 ± 10 [−275, −236]");
         assert_eq!(rounded(2230.9, 0.0), "2231 ± 0 [2231, 2231]");
+        assert_eq!(rounded(-8.087e-5, 0.00032), "−0.00008 ± 0.00032 [−0.00072, 0.00056]");
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod plant_section;
 mod provenance;
 mod steering_section;
 mod table;
+mod verdict;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

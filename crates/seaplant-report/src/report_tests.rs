@@ -4,7 +4,8 @@ use std::collections::HashSet;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use seaplant::results::{Parameter, Series};
+use seaplant::Method;
+use seaplant::results::{Parameter, PlantResult, Results, Series};
 use sha2::{Digest, Sha256};
 
 use crate::figure::thrust;
@@ -35,6 +36,12 @@ fn text<'a>(artifacts: &'a [File], path: &str) -> &'a str {
     let found = artifacts.iter().find(|artifact| artifact.path == path);
     let found = found.unwrap_or_else(|| panic!("no {path}"));
     std::str::from_utf8(&found.bytes).expect("text")
+}
+
+/// Returns the section of a page with this identifier.
+fn section<'a>(html: &'a str, id: &str) -> &'a str {
+    let section = html.split(&format!("<section id=\"{id}\"")).nth(1);
+    section.and_then(|section| section.split("</section>").next()).expect("a section")
 }
 
 /// Unescapes HTML approximately as a browser does.
@@ -182,8 +189,7 @@ fn sections_of_one_axis_and_of_several_have_the_same_parts() {
     let all = artifacts(&fixture::identification());
     let html = unescaped(text(&all, "report.html"));
     for name in ["surge", "sway-yaw"] {
-        let section = html.split(&format!("<section id=\"{name}\"")).nth(1).expect("a section");
-        let section = section.split("</section>").next().expect("its end");
+        let section = section(&html, name);
         for part in [
             "<p class=\"verdict",
             "<caption>Parameters by method",
@@ -197,6 +203,33 @@ fn sections_of_one_axis_and_of_several_have_the_same_parts() {
         ] {
             assert!(section.contains(part), "{name}: {part}");
         }
+    }
+}
+
+#[test]
+fn every_method_of_a_plant_is_in_its_section() {
+    let mut found = fixture::identification();
+    let Results { plants, methods, .. } = &mut found.results;
+    // One axis by a `[[plant]]`, beside its axis alone by the paper's method.
+    let surge = plants.get_mut("surge").expect("it has surge");
+    surge.alone = None;
+    methods.entry("surge".to_owned()).or_default().insert(surge.method, surge.clone());
+    let several = plants["sway-yaw"].clone();
+    let adaptive = PlantResult { method: Method::Adaptive, ..several.clone() };
+    let both = [(several.method, several), (adaptive.method, adaptive)];
+    methods.insert("sway-yaw".to_owned(), both.into());
+    let all = artifacts(&found);
+    let html = unescaped(text(&all, "report.html"));
+    for (name, other, charts) in [("surge", "The paper’s method", 1), ("sway-yaw", "Adaptive", 2)]
+    {
+        let section = section(&html, name);
+        let table = section.split("<caption>Parameters by method").nth(1).expect("a table");
+        let table = table.split("</table>").next().expect("its end");
+        for method in ["Filter error", other] {
+            assert!(table.contains(method), "{name}: {method}");
+        }
+        let of_intervals = format!("data-chart=\"intervals.{name}.");
+        assert_eq!(section.matches(&of_intervals).count(), charts, "{name}");
     }
 }
 
@@ -479,8 +512,7 @@ fn axes_that_were_identified_together_have_cards_and_their_doubts_are_in_the_sum
     found.results.methods.clear();
     let all = artifacts(&found);
     let html = unescaped(text(&all, "report.html"));
-    let summary = html.split("<section id=\"summary\"").nth(1).expect("a summary");
-    let summary = summary.split("</section>").next().expect("its end");
+    let summary = section(&html, "summary");
     assert_eq!(summary.matches("<figure class=\"thumbnail\">").count(), 2, "{summary}");
     for words in ["usable with care", "doubtful", "Added mass", "No moment acts on yaw"] {
         assert!(summary.contains(words), "{words}: {summary}");
@@ -489,8 +521,7 @@ fn axes_that_were_identified_together_have_cards_and_their_doubts_are_in_the_sum
         assert!(all.iter().any(|artifact| artifact.path == file), "{file}");
     }
     // One chart of both axes, with its figures for print.
-    let section = html.split("<section id=\"sway-yaw\"").nth(1).expect("a section");
-    let section = section.split("</section>").next().expect("its end");
+    let section = section(&html, "sway-yaw");
     assert_eq!(section.matches("data-chart=").count(), 1);
     assert_eq!(section.matches("class=\"plot still\"").count(), 2);
 }

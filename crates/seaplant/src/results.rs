@@ -179,6 +179,13 @@ impl Results {
         self.plants.iter().filter(|(_, plant)| !plant.is_alone())
     }
 
+    /// Returns the plant to use for an axis: the one of several axes that has it, or else that of the axis alone.
+    pub fn preferred(&self, dof: Dof) -> Option<&PlantResult> {
+        let together = self.together().map(|(_, plant)| plant);
+        let mut together = together.filter(|plant| plant.axes.contains(&dof));
+        together.next().or_else(|| self.plants.get(dof.name()))
+    }
+
     /// Returns the names of all plants: of axes alone in SNAME order, then of several axes.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let alone = self.alone().map(|(dof, ..)| dof.name());

@@ -101,7 +101,7 @@ fn usual_names(dof: Dof) -> [String; 4] {
 fn drag_rows(plant: &PlantResult, results: &Results, dof: Dof) -> Vec<Vec<String>> {
     let units = dof.units();
     let most = if is_of_several(plant) { 1 } else { usize::MAX };
-    let speeds = results.drag_forces(dof).into_iter().map(|(speed, _)| speed).take(most);
+    let speeds = results.usual_and_greatest_speed(dof).into_iter().take(most);
     let row = |speed: f64| {
         let force = plant.drag_at(dof, speed);
         let name = format!("drag at {speed} {}", units.velocity);

@@ -1,13 +1,12 @@
 //! First screen: a card for each degree of freedom.
 
-use std::collections::BTreeMap;
-
 use seaplant::exchange::Consequence;
 use seaplant::plant::Basis;
 use seaplant::results::{Parameter, Parameters, PlantResult, Results, Score, TruePlant};
 use seaplant::{Dof, Stability};
 use serde::Serialize;
 
+use super::verdict::VerdictView;
 use crate::figure::Thumbnails;
 use crate::number::{ABSENT, Decimals, Rounded, or_absent, signed_percent, significant};
 use crate::words;
@@ -18,13 +17,8 @@ pub(crate) struct Card {
     section: String,
     title: String,
     method: String,
-    trust: &'static str,
-    trust_class: String,
-    reason: String,
-    /// The motion that unseen trials confirm; empty if none was tested.
-    good_for: String,
-    /// By how much numbers may be off; empty if none is named.
-    may_be_off: String,
+    #[serde(flatten)]
+    verdict: VerdictView,
     picture: Option<Picture>,
     velocity_unit: &'static str,
     /// Prediction error of a null model.
@@ -83,18 +77,13 @@ struct ScoreRow {
     r_squared: String,
 }
 
-/// Returns a card for each axis: of plants of several axes, and of each axis that only has a plant
-/// of its own.
+/// Returns a card for each axis by its preferred plant.
 pub(crate) fn all(results: &Results, thumbnails: &Thumbnails) -> Vec<Card> {
-    let alone = results.alone().map(|(_, plant, _)| plant);
-    let together = results.together().map(|(_, plant)| plant);
-    let mut cards: BTreeMap<Dof, Card> = BTreeMap::new();
-    for plant in alone.chain(together) {
-        for (&dof, own) in &plant.by_axis {
-            cards.insert(dof, of(dof, own, plant, results, thumbnails));
-        }
-    }
-    cards.into_values().collect()
+    let card = |dof: Dof| {
+        let plant = results.preferred(dof)?;
+        Some(of(dof, plant.by_axis.get(&dof)?, plant, results, thumbnails))
+    };
+    Dof::ALL.into_iter().filter_map(card).collect()
 }
 
 fn of(
@@ -120,11 +109,7 @@ fn of(
         section: plant.name(),
         title: words::capitalised(dof.name()),
         method: if plant.is_alone() { method } else { format!("{method}, axes together") },
-        trust: judged.trust.name(),
-        trust_class: judged.trust.name().replace(' ', "-"),
-        reason: words::capitalised(&judged.reason),
-        good_for: words::good_for(judged),
-        may_be_off: words::may_be_off(judged),
+        verdict: VerdictView::of(judged),
         picture: {
             let name = (!plant.is_alone()).then(|| plant.name());
             Picture::of(thumbnails.of(name.as_deref(), dof))

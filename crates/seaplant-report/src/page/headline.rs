@@ -4,6 +4,7 @@ use seaplant::exchange::Judgement;
 use seaplant::results::{Results, Trust, Verdict};
 use serde::Serialize;
 
+use super::verdict::class;
 use crate::words;
 
 /// Verdict on some axes, in a clause.
@@ -54,7 +55,7 @@ impl Alike {
         Finding {
             axes,
             trust: self.trust.name(),
-            trust_class: self.trust.name().replace(' ', "-"),
+            trust_class: class(self.trust),
             reason: self.reason,
         }
     }

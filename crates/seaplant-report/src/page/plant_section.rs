@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::card::stability;
 use super::doubts::{Doubts, collected};
 use super::table::Table;
+use super::verdict::VerdictView;
 use super::{ChartView, Pictures};
 use crate::chart::Subject;
 use crate::number::{ABSENT, Rounded};
@@ -20,11 +21,8 @@ use crate::words;
 pub(crate) struct PlantSection {
     name: String,
     title: String,
-    trust: &'static str,
-    trust_class: String,
-    reason: String,
-    good_for: String,
-    may_be_off: String,
+    #[serde(flatten)]
+    verdict: VerdictView,
     lead: String,
     /// True if figures of its motion are printed with the paper's tables.
     has_figures: bool,
@@ -65,11 +63,7 @@ pub(crate) fn view(
     PlantSection {
         name: name.to_owned(),
         title: words::capitalised(&axes(plant)),
-        trust: plant.verdict.trust.name(),
-        trust_class: plant.verdict.trust.name().replace(' ', "-"),
-        reason: words::capitalised(&plant.verdict.reason),
-        good_for: words::good_for(&plant.verdict),
-        may_be_off: words::may_be_off(&plant.verdict),
+        verdict: VerdictView::of(&plant.verdict),
         lead: lead(plant),
         has_figures: plant.is_alone(),
         parameters: coefficients::by_axis(plant, &methods),

@@ -83,14 +83,20 @@ impl PlantResult {
 }
 
 impl Results {
-    /// Computes the drag of an axis at the usual speed of the fitted trials (root mean square) and at the
-    /// greatest of all, each to two digits: speeds, m/s or rad/s, and forces, N or N m.
+    /// Computes the drag of an axis by its [preferred](Self::preferred) plant at the
+    /// [usual and the greatest speed](Self::usual_and_greatest_speed): speeds, m/s or rad/s, and forces, N or N m.
     ///
     /// Empty where no speed was measured, and of a plant whose drag is not known.
     pub fn drag_forces(&self, dof: Dof) -> Vec<(f64, Estimate)> {
-        let several = || self.plants.values().find(|plant| plant.axes.contains(&dof));
-        let plant = self.plants.get(dof.name()).or_else(several);
-        let at = |speed: f64| Some((speed, plant?.drag_at(dof, speed)));
+        let Some(plant) = self.preferred(dof) else { return Vec::new() };
+        let speeds = self.usual_and_greatest_speed(dof).into_iter();
+        let forces = speeds.map(|speed| (speed, plant.drag_at(dof, speed)));
+        forces.filter(|(_, force)| force.std > 0.0 && force.std.is_finite()).collect()
+    }
+
+    /// Computes the usual speed of an axis in the fitted trials (root mean square) and the greatest of all
+    /// trials, m/s or rad/s, each to two digits; one speed if they are equal, none if no speed was measured.
+    pub fn usual_and_greatest_speed(&self, dof: Dof) -> Vec<f64> {
         let fitted = self.trials.iter().filter(|trial| trial.role == Role::Fit);
         let axes = fitted.filter_map(|trial| trial.axes.get(&dof));
         let (mut sum, mut seconds) = (0.0, 0.0);
@@ -103,8 +109,7 @@ impl Results {
         let mut speeds: Vec<f64> = [usual, greatest].into_iter().filter(|v| *v > 0.0).collect();
         speeds.iter_mut().for_each(|speed| *speed = two_digits(*speed));
         speeds.dedup();
-        let is_known = |force: &Estimate| force.std > 0.0 && force.std.is_finite();
-        speeds.into_iter().filter_map(at).filter(|(_, force)| is_known(force)).collect()
+        speeds
     }
 }
 
@@ -154,6 +159,26 @@ mod tests {
         let mass = known.parameters.get_mut("mass.surge").expect("fitted");
         (mass.std, mass.low95, mass.high95) = (0.0, mass.value, mass.value);
         assert_eq!(known.drag_at(Dof::Surge, 0.5), force);
+    }
+
+    #[test]
+    fn drag_of_an_axis_is_that_of_the_plant_of_several_axes() {
+        let spec = TwinSpec { dofs: [Dof::Surge].into(), duration_s: 60.0, ..TwinSpec::jason2() };
+        let mut results = identified(&spec);
+        let (speed, alone) = results.drag_forces(Dof::Surge)[0];
+        let mut several = results.plants["surge"].clone();
+        several.axes.push(Dof::Sway);
+        several.alone = None;
+        let drag = Basis::Product(Dof::Surge, Product::quadratic(Dof::Surge)).to_string();
+        let drag = several.parameters.get_mut(&drag).expect("fitted");
+        drag.value *= 2.0;
+        results.plants.insert(several.name(), several);
+        assert_eq!(results.preferred(Dof::Surge).map(|plant| plant.axes.len()), Some(2));
+        let (of_same_speed, together) = results.drag_forces(Dof::Surge)[0];
+        assert_eq!(of_same_speed, speed);
+        assert!((together.value - 2.0 * alone.value).abs() < 1e-9 * alone.value);
+        assert_eq!(results.drag_forces(Dof::Sway), []);
+        assert!(results.preferred(Dof::Heave).is_none());
     }
 
     #[test]

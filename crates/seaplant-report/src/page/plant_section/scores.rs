@@ -82,9 +82,11 @@ fn quantity(plant: &PlantResult) -> ScoredMotion {
 fn changes(plant: &PlantResult) -> Option<Table> {
     let row = |dof: &Dof| {
         let score = plant.held_out(*dof)?;
-        let (change, likely) = (score.change, score.likely_change);
-        let mass = likely.map(|change| change.mass).or(change.map(|change| change.mass))?;
-        let drag = likely.map(|change| change.drag).or(change.map(|change| change.drag))?;
+        let likely = score.likely_change;
+        let (mass, drag) = match likely {
+            Some(change) => (change.mass, change.drag),
+            None => score.change.map(|change| (change.mass, change.drag))?,
+        };
         let part = |part: Part| {
             let half = 50.0 * (part.high95 - part.low95);
             let decimals = Decimals::of_std(half, half);
