@@ -2,7 +2,7 @@
 
 use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant::plant::RigidBody;
-use seaplant::results::{PlantResult, PlantScore, Trust};
+use seaplant::results::{OffBecause, PlantResult, PlantScore, Trust};
 use seaplant::twin::{Disturbance, Driving, TwinCampaign, VehicleTwinSpec, make_vehicle};
 use seaplant::{
     Caveat, CaveatCode, Dof, IdentifyOptions, Method, Quantity, Role, Severity, ThrustUncertainty,
@@ -56,13 +56,17 @@ const PART: f64 = 0.02;
 /// The motion of a held-out trial is predicted, but for noise of the instruments.
 const HELD_OUT: f64 = 0.98;
 
+fn identified(twin: &TwinCampaign) -> PlantResult {
+    let options = IdentifyOptions { together: twin.together.clone(), ..IdentifyOptions::default() };
+    let mut results = identify(&twin.vehicle, &trials(twin), &options).results;
+    results.plants.remove("surge-sway-yaw").expect("a plant")
+}
+
 fn assert_recovered(spec: &VehicleTwinSpec) -> PlantResult {
     let twin = make_vehicle(spec, &boat()).expect("can be made");
-    let options = IdentifyOptions { together: twin.together.clone(), ..IdentifyOptions::default() };
-    let results = identify(&twin.vehicle, &trials(&twin), &options).results;
-    let found = &results.plants["surge-sway-yaw"];
+    let found = identified(&twin);
     let truth = &twin.truth.vehicle.as_ref().expect("a whole vehicle").coefficients;
-    plant_of_result(found).expect("a plant");
+    plant_of_result(&found).expect("a plant");
     for (name, expected) in truth {
         let x = &found.parameters[name];
         let off = (x.value - expected).abs();
@@ -73,7 +77,7 @@ fn assert_recovered(spec: &VehicleTwinSpec) -> PlantResult {
         let r2 = score.r_squared.expect("bounded");
         assert!(r2 > HELD_OUT, "{dof}: R² {r2}");
     }
-    found.clone()
+    found
 }
 
 #[test]
@@ -360,6 +364,46 @@ fn velocities_behind_a_lag_do_not_pass_for_mass() {
     let told = found.caveats.iter().find(|caveat| caveat.code == CaveatCode::ClockOffset);
     let message = &told.expect("a note").message;
     assert!(message.contains("behind a lag of"), "{message}");
+}
+
+/// Inertia of the boat in yaw, kg m².
+const INERTIA: f64 = 12.0;
+
+/// The boat without its bow thruster, with damping about a point 0.3 m aft.
+fn skegged(disturbances: &str) -> PlantResult {
+    let mut table = table();
+    table["thruster"].as_array_mut().expect("thrusters").truncate(2);
+    table["linear_damping"] = json!([[6.0, 0.0, 0.0], [0.0, 60.0, -18.0], [0.0, -18.0, 10.4]]);
+    let spec = short(|spec| {
+        spec.disturbances = Disturbance::parse_list(disturbances).expect("known");
+    });
+    identified(&make_vehicle(&spec, &model(table)).expect("can be made"))
+}
+
+#[test]
+fn a_skeg_does_not_pass_for_a_dvl_elsewhere() {
+    let found = skegged("none");
+    assert!(!found.nuisances.keys().any(|name| name.starts_with("lever")), "{:?}", found.nuisances);
+    let inertia = &found.parameters["mass.yaw"];
+    assert!((inertia.value / INERTIA - 1.0).abs() < 0.05, "{inertia:?}");
+    let is_of_place = |caveat: &Caveat| caveat.code == CaveatCode::InstrumentElsewhere;
+    assert!(!found.caveats.iter().any(is_of_place), "{:?}", found.caveats);
+}
+
+#[test]
+fn a_skeg_and_a_dvl_elsewhere_leave_the_inertia_of_yaw_open() {
+    let found = skegged("lever");
+    let of_yaw = &found.verdicts[&Dof::Yaw];
+    assert_eq!(of_yaw.trust, Trust::Doubtful, "{of_yaw:?}");
+    assert!(of_yaw.reason.contains("inertia in yaw is"), "{of_yaw:?}");
+    let off = found.verdict.may_be_off.iter().find(|off| off.number == "mass.yaw");
+    let off = off.expect("a possible error");
+    assert_eq!(off.because, OffBecause::SensorPlace);
+    // Held by the factor that is told, as the interval is not.
+    let inertia = &found.parameters["mass.yaw"];
+    let part = 1.05 * (1.0 + off.part.expect("a factor"));
+    assert!((INERTIA / part..INERTIA * part).contains(&inertia.value), "{inertia:?} {off:?}");
+    assert!(inertia.low95 > INERTIA || inertia.high95 < INERTIA, "{inertia:?}");
 }
 
 /// A vehicle whose DVL sits further forward and down than its file states; of one that hardly rolls and

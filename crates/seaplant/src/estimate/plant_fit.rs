@@ -21,6 +21,7 @@ mod result;
 mod schedule;
 mod search;
 mod sensor_lag;
+mod sensor_place;
 mod start;
 mod step;
 mod swaps;
@@ -47,6 +48,7 @@ pub use result::{AxisNoise, CurrentDrift, PlantFit, SwellForce};
 use schedule::Attitude;
 pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
+use sensor_place::Placed;
 use start::begun;
 pub(crate) use step::LikelihoodStep;
 pub(crate) use thrust::restless_thrust;
@@ -149,25 +151,39 @@ fn fit_as(
     };
     let acting: Vec<&TrialRecord> = acting.iter().collect();
     let records = if acting.is_empty() { records } else { &acting };
-    let fitted = match search {
+    let Placed { fitted, records: placed, as_stated } = match search {
         true => {
-            let before = fitted.optimum.cost;
+            let cost = fitted.optimum.cost;
             let fitted = fitted.with_gains_that_show(records)?.with_load_that_shows()?;
-            let found = fitted.with_speeds_as_they_are(records)?.searched(records)?;
+            let fitted = fitted.with_speeds_as_they_are(records)?;
+            let found = fitted.searched_with_sensor_place(records)?;
             // What a coupling explains an actuator need not.
-            let found = match found.optimum.cost == before {
+            match found.fitted.optimum.cost == cost {
                 true => found,
-                false => found.with_actuator_that_shows()?.with_drift_that_shows()?,
-            };
-            found.with_speeds_as_they_are(records)?
+                false => {
+                    let fitted = found.fitted.with_actuator_that_shows()?;
+                    Placed { fitted: fitted.with_drift_that_shows()?, ..found }
+                }
+            }
         }
+        false => Placed::from(fitted),
+    };
+    let placed: Vec<&TrialRecord> = placed.iter().collect();
+    let records = if placed.is_empty() { records } else { &placed };
+    let fitted = match search {
+        true => fitted.with_speeds_as_they_are(records)?,
         false => fitted,
     };
     let fitted = match Attitude::of(records, structure) {
         Attitude::State if !is_free => fitted.with_attitude(records)?.with_actuator_that_shows()?,
         _ => fitted,
     };
-    fitted.refined()?.finished(first, &least_squares, method)
+    let as_stated = match as_stated {
+        Some(other) => Some(Box::new(other.finished(first.clone(), &least_squares, method)?)),
+        None => None,
+    };
+    let found = fitted.refined()?.finished(first, &least_squares, method)?;
+    Ok(PlantFit { as_stated, ..found })
 }
 
 /// The fit of a plant before thrusters are looked at one by one.

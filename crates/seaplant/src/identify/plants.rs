@@ -26,7 +26,7 @@ use crate::axes::listed;
 use crate::estimate::{
     Actuator, INSTRUMENTS, PlantFit, Tried, fit_alone, fit_plant, fit_plant_freely, restless_thrust,
 };
-use crate::judge::STILL;
+use crate::judge::{OffBecause, STILL};
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure};
 use crate::results::{
     Coefficient, Correlation, Driven, Failure, Identifiability, MatrixResult, Parameter,
@@ -160,6 +160,7 @@ fn plant(
     let mut of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     let beyond = fit.beyond_neighbours.iter();
     of_axes.extend(beyond.filter_map(|(&dof, x)| Some((dof, restless_thrust(dof, *x)?))));
+    of_axes.extend(rivals::sensor_place(&fit, &records.fit, vehicle));
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
     let by_mass = known::scale(&fit, &records.fit, vehicle);
@@ -180,7 +181,11 @@ fn plant(
     });
     let of_trials = plant.hold_out.as_ref().map(|held| trials::Confirmed::new(held, &records));
     let worse = of_trials.iter().flat_map(trials::Confirmed::caveats).collect::<Vec<_>>();
-    let numbers = known::numbers(&fit, rival.as_ref(), plant.hold_out.as_ref(), &records.fit);
+    let mut numbers = known::numbers(&fit, rival.as_ref(), plant.hold_out.as_ref(), &records.fit);
+    for one in rivals::centred(&fit, &records.fit, vehicle) {
+        let own = numbers.iter_mut().filter(|(dof, number)| *dof == one.by && number.is_mass);
+        own.for_each(|(_, number)| number.others.push((OffBecause::SensorPlace, one.inertia[1])));
+    }
     plant.caveats.splice(0..0, below.into_iter().chain(disputed).chain(scale).chain(worse));
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);

@@ -13,7 +13,7 @@ use crate::diagnose::{
 };
 use crate::estimate::{Method, Records, simulated_speed};
 use crate::judge::{
-    Contender, Coupling, Drift, Judged, LAGS, NOT_WHITE, Nulls, Number, Scored, Tested,
+    Contender, Coupling, Drift, Judged, LAGS, NOT_WHITE, Nulls, Number, OffBecause, Scored, Tested,
     another_plant, box_pierce, choose, drag_at, feedback, impossible, intervals, left_out,
     may_be_off, one_speed, records, reversed, score, still, turned, vouched, widened, windows_of,
     working_speed,
@@ -357,7 +357,10 @@ impl Work<'_> {
             .filter(|change| change.is_confirmed() && !has_drift(fit))
             .collect();
         let of = |number: fn(&Fit, f64) -> f64| {
-            let of = |other: &&Judged| (other.fit.method, number(&other.fit, speed));
+            let of = |other: &&Judged| {
+                let because = OffBecause::Method { method: other.fit.method };
+                (because, number(&other.fit, speed))
+            };
             rivals.iter().map(of).collect()
         };
         let units = fit.dof.units();

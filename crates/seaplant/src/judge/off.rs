@@ -34,6 +34,8 @@ pub enum OffBecause {
         /// Method.
         method: Method,
     },
+    /// Another place of the velocity sensor, with other couplings, which explains the trials as well.
+    SensorPlace,
 }
 
 /// A number with all information on its accuracy.
@@ -43,8 +45,8 @@ pub(crate) struct Number {
     pub(crate) estimate: Estimate,
     /// Changes that trials support.
     pub(crate) changes: Vec<Part>,
-    /// Values by methods with equally good predictions.
-    pub(crate) others: Vec<(Method, f64)>,
+    /// Values of plants that explain the trials as well, with what sets these apart.
+    pub(crate) others: Vec<(OffBecause, f64)>,
 }
 
 impl Number {
@@ -62,7 +64,7 @@ impl Number {
             _ => f64::INFINITY,
         };
         let others = self.others.iter();
-        let others = others.map(|(method, x)| (factor(*x), OffBecause::Method { method: *method }));
+        let others = others.map(|(because, x)| (factor(*x), because.clone()));
         let all = [by_interval].into_iter().chain(changes).chain(others);
         let order = |part: f64| if part.is_nan() { f64::INFINITY } else { part };
         let most = all.map(|(part, because)| (order(part), because));
@@ -108,6 +110,7 @@ impl MayBeOff {
             OffBecause::Interval => "its 95 % interval".to_owned(),
             OffBecause::AnotherPlantFits => "what trials would have".to_owned(),
             OffBecause::Method { method } => format!("by {method}"),
+            OffBecause::SensorPlace => "by the place of the velocity sensor".to_owned(),
         };
         format!("{} {by} ({because})", self.number)
     }
@@ -145,9 +148,10 @@ mod tests {
         assert_eq!(said(changed, Trust::Doubtful), ["mass by 40 % (what trials would have)"]);
         let chance = Number { changes: vec![part(0.01)], ..number(0.5) };
         assert!(!may_be_off(&[chance]).iter().any(MayBeOff::is_beyond_interval));
-        let disputed = Number { others: vec![(Method::OutputError, 30.0)], ..number(0.5) };
+        let by = || OffBecause::Method { method: Method::OutputError };
+        let disputed = Number { others: vec![(by(), 30.0)], ..number(0.5) };
         assert_eq!(said(disputed, Trust::Doubtful), ["mass by a factor of 3.0 (by output-error)"]);
-        let absurd = Number { others: vec![(Method::OutputError, -30.0)], ..number(0.5) };
+        let absurd = Number { others: vec![(by(), -30.0)], ..number(0.5) };
         assert_eq!(said(absurd, Trust::Doubtful), ["mass by any factor (by output-error)"]);
     }
 }

@@ -320,6 +320,11 @@ impl Problem {
         self.may_be_late[dof.index()]
     }
 
+    /// Returns the mass matrix of the rigid body if it is stated.
+    pub(super) fn rigid_body(&self) -> Option<Matrix6<f64>> {
+        self.rigid_body
+    }
+
     /// Returns the number of scalar measurements.
     pub(super) fn samples(&self) -> usize {
         self.schedules.iter().map(Schedule::samples).sum()

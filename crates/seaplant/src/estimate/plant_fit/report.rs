@@ -12,6 +12,9 @@ use crate::{Dof, Error, Timed, TrialRecord, VelocityReport};
 /// Maximum number of steps of delay, lag and lever arm: after the first they are small.
 const MOST_STEPS: usize = 6;
 
+/// The same of a lever arm by itself: mass and damping that stand for it follow it slowly.
+const MOST_LEVER_STEPS: usize = 12;
+
 /// Delays at which a fit begins where innovations are coloured, s.
 const DISTANT_DELAYS_S: [f64; 3] = [0.12, 0.25, 0.5];
 
@@ -241,6 +244,30 @@ impl Fitted {
             (now.how.lag_s, from) = (next, there.optimum.point);
         }
         None
+    }
+
+    /// Fits with the components of a lever arm of the velocity sensor that each gain more in twice the log-likelihood
+    /// than chance alone, whatever colours the innovations, beside delay and lag as they are; with its records. `None` if
+    /// none does.
+    pub(super) fn with_lever(&self, records: &[&TrialRecord]) -> Option<(Self, Vec<TrialRecord>)> {
+        let mut found: Option<Corrected> = None;
+        for _ in 0..MOST_LEVER_STEPS {
+            let (problem, point, mut now) = match &found {
+                Some(found) => (&found.problem, &found.optimum.point, found.reported),
+                None => (&self.problem, &self.optimum.point, Reported::default()),
+            };
+            let by = problem.slope_by_report(point, 0.0)?;
+            if !now.update_levers(&by, search::ADMITTED) {
+                break;
+            }
+            found = Some(self.fit_corrected(records, now, point.clone())?);
+        }
+        let Corrected { problem, optimum, records, reported } = found?;
+        let iterations = self.optimum.iterations + optimum.iterations;
+        let optimum = Optimum { iterations, ..optimum };
+        let how = VelocityReport { lever_m: reported.how.lever_m, ..self.reported.how };
+        let reported = Reported { how, lever_std: reported.lever_std, ..self.reported };
+        Some((Self { problem, optimum, reported, ..self.clone() }, records))
     }
 
     /// Fits, from a point, records corrected for the sensor's delay, lag and lever arm.

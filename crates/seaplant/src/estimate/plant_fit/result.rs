@@ -57,6 +57,9 @@ pub struct PlantFit {
     pub report_std: [Option<f64>; 2],
     /// Those of its levers, m.
     pub lever_std: [Option<f64>; 3],
+    /// The fit with the velocity sensor where it is stated to be, if that explains the trials as well by couplings in
+    /// damping.
+    pub as_stated: Option<Box<PlantFit>>,
     /// ln-likelihood.
     pub log_likelihood: f64,
     /// Numbers measured.
@@ -201,6 +204,7 @@ impl Fitted {
             report: reported.how,
             report_std: reported.std,
             lever_std: reported.lever_std,
+            as_stated: None,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             swell: swell_force(&problem.structure, &noise, &noise_covariance),
             log_likelihood: -optimum.cost,

@@ -1,5 +1,6 @@
 mod blocks;
 mod known;
+mod sensor_place;
 mod slow_logs;
 mod thrusters;
 

@@ -85,10 +85,13 @@ fn late(fit: &PlantFit) -> Option<Caveat> {
     })
 }
 
+/// The directions of body axes, and the opposite ones.
+pub(super) const DIRECTIONS: [(&str, &str); 3] =
+    [("forward", "aft"), ("to starboard", "to port"), ("down", "up")];
+
 /// That translations are measured elsewhere than is stated.
 fn measured_elsewhere(fit: &PlantFit) -> Option<Caveat> {
-    let words = [("forward", "aft"), ("to starboard", "to port"), ("down", "up")];
-    let parts: Vec<String> = words
+    let parts: Vec<String> = DIRECTIONS
         .into_iter()
         .zip(fit.report.lever_m)
         .zip(fit.lever_std)

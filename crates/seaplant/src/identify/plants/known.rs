@@ -7,7 +7,7 @@ use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::{below_dry_mass, impossible_mass};
 use crate::estimate::{PlantFit, fit_plant};
-use crate::judge::{KNOWN_DRAG, KNOWN_MASS, MORE, Number, WIDEST_DRAG, WIDEST_MASS};
+use crate::judge::{KNOWN_DRAG, KNOWN_MASS, MORE, Number, OffBecause, WIDEST_DRAG, WIDEST_MASS};
 use crate::plant::{Basis, Product, RigidBody, Structure};
 use crate::results::{Coefficient, Parameter, PlantScore};
 use crate::signal::rms;
@@ -177,7 +177,10 @@ pub(super) fn numbers(
     records: &[&TrialRecord],
 ) -> Vec<(Dof, Number)> {
     let sure = |fit: &PlantFit| fit.of_sure_thrust();
-    let (own, rival) = (sure(fit), rival.map(sure));
+    let by_method = rival.map(|fit| (OffBecause::Method { method: fit.method }, sure(fit)));
+    let as_stated = fit.as_stated.as_ref().map(|fit| (OffBecause::SensorPlace, sure(fit)));
+    let rivals: Vec<(OffBecause, PlantFit)> = by_method.into_iter().chain(as_stated).collect();
+    let own = sure(fit);
     let free = |dof: &&Dof| fit.std(&Basis::Mass(**dof, **dof)).is_some_and(|std| std > 0.0);
     let of = |&dof: &Dof| {
         let speed = usual_speed(dof, records);
@@ -189,8 +192,8 @@ pub(super) fn numbers(
         };
         let drag = |fit: &PlantFit| drag_at(fit, dof, speed);
         let other = |of: &dyn Fn(&PlantFit) -> Option<Estimate>| {
-            let other = rival.as_ref().and_then(|fit| Some((fit.method, of(fit)?.value)));
-            other.into_iter().collect()
+            let rivals = rivals.iter();
+            rivals.filter_map(|(because, fit)| Some((because.clone(), of(fit)?.value))).collect()
         };
         let drag_name = format!("{dof}: drag at {} {}", spoken(speed), dof.units().velocity);
         let of_mass = mass(&own).map(|estimate| Number {
