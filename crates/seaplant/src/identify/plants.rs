@@ -160,7 +160,13 @@ fn plant(
     let mut of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     let beyond = fit.beyond_neighbours.iter();
     of_axes.extend(beyond.filter_map(|(&dof, x)| Some((dof, restless_thrust(dof, *x)?))));
-    of_axes.extend(rivals::sensor_place(&fit, &records.fit, vehicle));
+    let mut of_place = Vec::new();
+    for (dof, caveat, is_doubt) in rivals::sensor_place(&fit, &records.fit, vehicle) {
+        match is_doubt {
+            true => of_axes.push((dof, caveat)),
+            false => of_place.push(caveat),
+        }
+    }
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
     let by_mass = known::scale(&fit, &records.fit, vehicle);
@@ -186,7 +192,8 @@ fn plant(
         let own = numbers.iter_mut().filter(|(dof, number)| *dof == one.by && number.is_mass);
         own.for_each(|(_, number)| number.others.push((OffBecause::SensorPlace, one.inertia[1])));
     }
-    plant.caveats.splice(0..0, below.into_iter().chain(disputed).chain(scale).chain(worse));
+    let own = below.into_iter().chain(disputed).chain(scale).chain(of_place).chain(worse);
+    plant.caveats.splice(0..0, own);
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
     let of_trials = of_trials.as_ref();

@@ -73,23 +73,20 @@ pub(super) fn from_batch(
 }
 
 /// That trials in which nothing pushes a translation do not tell a velocity sensor elsewhere than stated from centres
-/// of mass and damping elsewhere, axis by axis.
+/// of mass and damping elsewhere: of each axis whose numbers depend on it, and whether it makes the axis doubtful.
 pub(super) fn sensor_place(
     fit: &PlantFit,
     records: &[&TrialRecord],
     vehicle: &Vehicle,
-) -> Vec<(Dof, Caveat)> {
-    let caveat = |factor: f64, message: String| {
-        let code = match factor < ANOTHER_PLANT {
-            true => CaveatCode::InstrumentElsewhere,
-            false => CaveatCode::NotDetermined,
-        };
-        Caveat::warning(code, message)
+) -> Vec<(Dof, Caveat, bool)> {
+    let told = |dof: Dof, message: String, factor: f64| {
+        let caveat = Caveat::warning(CaveatCode::InstrumentElsewhere, message);
+        (dof, caveat, factor >= ANOTHER_PLANT)
     };
     let Some(other) = &fit.as_stated else {
         let all = centred(fit, records, vehicle).into_iter();
         let far = all.filter(|one| one.factor() > 1.0 + OTHER_MASS);
-        return far.map(|one| (one.by, caveat(one.factor(), one.message()))).collect();
+        return far.map(|one| told(one.by, one.message(), one.factor())).collect();
     };
     let (one, rival) = (fit.of_sure_thrust(), other.of_sure_thrust());
     let of = |&dof: &Dof| {
@@ -97,7 +94,7 @@ pub(super) fn sensor_place(
         let message = format!(
             "{message} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well: {MEASURE}"
         );
-        Some((dof, caveat(factor, message)))
+        Some(told(dof, message, factor))
     };
     fit.plant.axes().iter().filter_map(of).collect()
 }

@@ -205,7 +205,7 @@ fn doubt(
     let is_own = |(on, caveat): &&(Dof, Caveat)| {
         *on == dof
             && caveat.severity == Severity::Warning
-            && caveat.code == CaveatCode::NotDetermined
+            && matches!(caveat.code, CaveatCode::NotDetermined | CaveatCode::InstrumentElsewhere)
     };
     if let Some((_, caveat)) = of_axes.iter().find(is_own) {
         return Some(statement(&caveat.message));
