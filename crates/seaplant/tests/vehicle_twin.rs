@@ -391,18 +391,20 @@ fn a_skeg_does_not_pass_for_a_dvl_elsewhere() {
 }
 
 #[test]
-fn a_skeg_and_a_dvl_elsewhere_leave_the_inertia_of_yaw_open() {
+fn with_a_skeg_and_a_dvl_elsewhere_the_other_inertia_of_yaw_is_told() {
     let found = skegged("lever");
     let of_yaw = &found.verdicts[&Dof::Yaw];
-    assert_eq!(of_yaw.trust, Trust::Doubtful, "{of_yaw:?}");
-    assert!(of_yaw.reason.contains("inertia in yaw is"), "{of_yaw:?}");
-    let off = found.verdict.may_be_off.iter().find(|off| off.number == "mass.yaw");
+    assert_ne!(of_yaw.trust, Trust::Usable, "{of_yaw:?}");
+    let is_of_place = |caveat: &&Caveat| caveat.code == CaveatCode::InstrumentElsewhere;
+    let told = found.caveats.iter().find(is_of_place).expect("a warning");
+    assert!(told.message.starts_with("inertia in yaw is"), "{told:?}");
+    let off = of_yaw.may_be_off.iter().find(|off| off.number == "mass.yaw");
     let off = off.expect("a possible error");
     assert_eq!(off.because, OffBecause::SensorPlace);
-    // Held by the factor that is told, as the interval is not.
+    // The truth is beyond the interval, and within the error that is told.
     let inertia = &found.parameters["mass.yaw"];
-    let part = 1.05 * (1.0 + off.part.expect("a factor"));
-    assert!((INERTIA / part..INERTIA * part).contains(&inertia.value), "{inertia:?} {off:?}");
+    let factor = 1.05 * (1.0 + off.part.expect("a factor"));
+    assert!((INERTIA / factor..INERTIA * factor).contains(&inertia.value), "{inertia:?} {off:?}");
     assert!(inertia.low95 > INERTIA || inertia.high95 < INERTIA, "{inertia:?}");
 }
 
