@@ -45,7 +45,8 @@ pub use plant_fit::{
     information, information_before,
 };
 pub(crate) use plant_fit::{
-    INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, damping_power, fit_alone, restless_thrust,
+    INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, Swing, damping_power, fit_alone, is_pushed,
+    restless_thrust,
 };
 pub use records::Records;
 pub use weighted_least_squares::WeightedLeastSquares;

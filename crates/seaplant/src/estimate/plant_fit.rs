@@ -25,6 +25,7 @@ mod sensor_place;
 mod start;
 mod step;
 mod swaps;
+mod swing;
 mod thrust;
 mod uncertainty;
 
@@ -51,6 +52,7 @@ pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use sensor_place::Placed;
 use start::begun;
 pub(crate) use step::LikelihoodStep;
+pub(crate) use swing::{Swing, is_pushed};
 pub(crate) use thrust::restless_thrust;
 
 /// Fits a structure to trials by the filter error method.

@@ -8,6 +8,7 @@ mod prime;
 mod rivals;
 mod scale;
 mod score;
+mod sensor_place;
 mod steady;
 mod thrusters;
 mod trials;
@@ -161,7 +162,7 @@ fn plant(
     let beyond = fit.beyond_neighbours.iter();
     of_axes.extend(beyond.filter_map(|(&dof, x)| Some((dof, restless_thrust(dof, *x)?))));
     let mut of_place = Vec::new();
-    for (dof, caveat, is_doubt) in rivals::sensor_place(&fit, &records.fit, vehicle) {
+    for (dof, caveat, is_doubt) in sensor_place::doubts(&fit, &records.fit, vehicle) {
         match is_doubt {
             true => of_axes.push((dof, caveat)),
             false => of_place.push(caveat),
@@ -188,8 +189,8 @@ fn plant(
     let of_trials = plant.hold_out.as_ref().map(|held| trials::Confirmed::new(held, &records));
     let worse = of_trials.iter().flat_map(trials::Confirmed::caveats).collect::<Vec<_>>();
     let mut numbers = known::numbers(&fit, rival.as_ref(), plant.hold_out.as_ref(), &records.fit);
-    for one in rivals::centred(&fit, &records.fit, vehicle) {
-        let own = numbers.iter_mut().filter(|(dof, number)| *dof == one.by && number.is_mass);
+    for one in sensor_place::centred(&fit, &records.fit, vehicle) {
+        let own = numbers.iter_mut().filter(|(dof, number)| *dof == one.swing.by && number.is_mass);
         own.for_each(|(_, number)| number.others.push((OffBecause::SensorPlace, one.inertia[1])));
     }
     let own = below.into_iter().chain(disputed).chain(scale).chain(of_place).chain(worse);

@@ -2,7 +2,7 @@
 
 use super::{Records, correlation, known, scale, thrusters, under_way};
 use crate::caveat::{estimated, spoken};
-use crate::estimate::{Actuator, NEGLIGIBLE_POWER, PlantFit, damping_power};
+use crate::estimate::{Actuator, NEGLIGIBLE_POWER, PlantFit, damping_power, is_pushed};
 use crate::judge::{LEAST_R2, NOT_WHITE, PREDICTS};
 use crate::plant::{Basis, EffectForce};
 use crate::results::{LikelyChange, PlantResult, PlantScore, Score, ToldBy};
@@ -284,16 +284,8 @@ fn is_blurred(fit: &PlantFit, k: usize) -> bool {
         && std > BLURRED * value.abs()
 }
 
-/// Whether a logged force, or a rudder, fin or propeller of unknown strength, acts on an axis.
-pub(super) fn is_pushed(fit: &PlantFit, records: &[&TrialRecord], dof: Dof) -> bool {
-    let structure = fit.plant.structure();
-    let mut effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
-    effects.any(|term| structure.axes_of(term).contains(&dof))
-        || records.iter().any(|record| record.is_driven(dof))
-}
-
 fn not_driven(fit: &PlantFit, plant: &PlantResult, records: &[&TrialRecord]) -> Option<Caveat> {
-    let undriven = |dof: &&Dof| !is_pushed(fit, records, **dof);
+    let undriven = |dof: &&Dof| !is_pushed(fit.plant.structure(), records, **dof);
     let names: Vec<&str> = plant.axes.iter().filter(undriven).map(|dof| dof.name()).collect();
     (!names.is_empty()).then(|| {
         let message = format!(

@@ -3,10 +3,9 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use super::doubts::is_pushed;
 use crate::caveat::spoken;
 use crate::diagnose::{below_dry_mass, impossible_mass};
-use crate::estimate::{PlantFit, fit_plant};
+use crate::estimate::{PlantFit, fit_plant, is_pushed};
 use crate::judge::{KNOWN_DRAG, KNOWN_MASS, MORE, Number, OffBecause, WIDEST_DRAG, WIDEST_MASS};
 use crate::plant::{Basis, Product, RigidBody, Structure};
 use crate::results::{Coefficient, Parameter, PlantScore};
@@ -20,7 +19,8 @@ pub(super) fn doubts(
     records: &[&TrialRecord],
     vehicle: &Vehicle,
 ) -> Vec<(Dof, Caveat)> {
-    let pushed = fit.plant.axes().iter().filter(|dof| is_pushed(fit, records, **dof));
+    let pushed =
+        fit.plant.axes().iter().filter(|dof| is_pushed(fit.plant.structure(), records, **dof));
     let of = |&dof: &Dof| {
         let mass = parameter(parameters.get(&Basis::Mass(dof, dof).to_string())?);
         let drag = unknown_drag(fit, dof, records);
@@ -45,7 +45,8 @@ pub(super) fn below_rigid_body(
     let body = vehicle.rigid_body.as_ref()?.mass_kg();
     let mass = fit.plant.mass_matrix_of_six();
     let axes = fit.plant.axes().iter().copied();
-    let pushed = axes.filter(|dof| !dof.is_rotation() && is_pushed(fit, records, *dof));
+    let pushed =
+        axes.filter(|dof| !dof.is_rotation() && is_pushed(fit.plant.structure(), records, *dof));
     let is_light = |dof: &Dof| mass[(dof.index(), dof.index())] < (1.0 + LITTLE_ADDED) * body;
     let light: Vec<Dof> = pushed.filter(is_light).collect();
     if light.len() < 2 {
@@ -90,7 +91,9 @@ pub(super) fn scale(
     let stated = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
     let mass = stated.or(vehicle.dry_mass_kg)?;
     let along = [Dof::Surge, Dof::Sway, Dof::Heave];
-    let is_known = |dof: &Dof| fit.plant.axes().contains(dof) && is_pushed(fit, records, *dof);
+    let is_known = |dof: &Dof| {
+        fit.plant.axes().contains(dof) && is_pushed(fit.plant.structure(), records, *dof)
+    };
     let of_six = fit.plant.mass_matrix_of_six();
     let masses = along.map(|dof| of_six[(dof.index(), dof.index())]);
     along.iter().all(is_known).then(|| of_body(mass, masses))?
@@ -255,7 +258,8 @@ pub(super) fn wide(fit: &PlantFit, records: &[&TrialRecord]) -> Option<Caveat> {
         let at = format!("{} {}", spoken(speed), dof.units().velocity);
         is_wide.then(|| format!("drag in {dof} at {at} to ± {:.0} %", 100.0 * part))
     };
-    let pushed = fit.plant.axes().iter().filter(|dof| is_pushed(fit, records, **dof));
+    let pushed =
+        fit.plant.axes().iter().filter(|dof| is_pushed(fit.plant.structure(), records, **dof));
     let all: Vec<String> = pushed.flat_map(|dof| [mass(*dof), drag(*dof)]).flatten().collect();
     let message = format!("less is known than of a usable plant: {}; {MORE}", all.join(", "));
     (!all.is_empty()).then(|| Caveat::warning(CaveatCode::WideInterval, message))

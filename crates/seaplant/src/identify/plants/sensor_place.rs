@@ -1,0 +1,96 @@
+//! Numbers that depend on the place of the velocity sensor, where nothing pushes an axis.
+//!
+//! Trials then do not distinguish a sensor elsewhere than stated from centres of mass and damping elsewhere.
+
+use super::doubts::DIRECTIONS;
+use super::rivals::{ANOTHER_PLANT, Apart, OTHER_MASS, apart, factor};
+use crate::caveat::spoken;
+use crate::estimate::{PlantFit, Swing};
+use crate::plant::RigidBody;
+use crate::{Caveat, CaveatCode, Dof, TrialRecord, Vehicle};
+
+/// Returns a caveat for each axis whose numbers depend on the place of the velocity sensor, and whether it makes the
+/// axis doubtful.
+pub(super) fn doubts(
+    fit: &PlantFit,
+    records: &[&TrialRecord],
+    vehicle: &Vehicle,
+) -> Vec<(Dof, Caveat, bool)> {
+    let told = |dof: Dof, message: String, factor: f64| {
+        let caveat = Caveat::warning(CaveatCode::InstrumentElsewhere, message);
+        (dof, caveat, factor >= ANOTHER_PLANT)
+    };
+    let Some(other) = &fit.as_stated else {
+        let all = centred(fit, records, vehicle).into_iter();
+        let far = all.filter(|one| one.factor() > 1.0 + OTHER_MASS);
+        return far.map(|one| told(one.swing.by, one.message(), one.factor())).collect();
+    };
+    let (one, rival) = (fit.of_sure_thrust(), other.of_sure_thrust());
+    let of = |&dof: &Dof| {
+        let Apart { message, factor } = apart(&one, &rival, dof, records)?;
+        let message = format!(
+            "{message} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well: {MEASURE}"
+        );
+        Some(told(dof, message, factor))
+    };
+    fit.plant.axes().iter().filter_map(of).collect()
+}
+
+/// Advice that settles the place of the sensor.
+const MEASURE: &str = "measure where the velocity sensor sits, state it (`position_m` of `[sensor.dvl]`) and identify again, or push along the axes that nothing pushes";
+
+/// An inertia that depends on the place of the velocity sensor.
+pub(super) struct Centred {
+    pub(super) swing: Swing,
+    /// Distance of the centre along its direction, m.
+    metres: f64,
+    /// The inertia that was found, and that with the centre of mass where it is expected.
+    pub(super) inertia: [f64; 2],
+}
+
+impl Centred {
+    fn factor(&self) -> f64 {
+        factor(self.inertia[0], self.inertia[1])
+    }
+
+    fn message(&self) -> String {
+        let [found, centred] = self.inertia.map(spoken);
+        let (ahead, behind) = DIRECTIONS[self.swing.along()];
+        format!(
+            "inertia in {} is {centred} and not {found} {} if the centre of mass is where it is expected (by `rigid_body`, else at the origin) and not {} m {} of there, which trials do not tell from the place of the velocity sensor while nothing pushes {}: {MEASURE}",
+            self.swing.by,
+            self.swing.by.units().mass,
+            spoken(self.metres.abs()),
+            if self.metres < 0.0 { behind } else { ahead },
+            self.swing.of,
+        )
+    }
+}
+
+/// Centres of mass, with added mass, elsewhere than the rigid body has them or else the origin, in plants that have a
+/// lever arm of the velocity sensor or damping that couples the same axes, one of them a translation that a sensor
+/// measures and nothing pushes.
+///
+/// Damping about the place of a sensor and damping about another point look alike, but the centre of mass does not move
+/// with that of damping.
+///
+/// ```text
+/// x = (m_ij − b_ij) / m_ii,   I' = m_jj − 2 x m_ij + x² m_ii
+/// ```
+pub(super) fn centred(fit: &PlantFit, records: &[&TrialRecord], vehicle: &Vehicle) -> Vec<Centred> {
+    let body = vehicle.rigid_body.as_ref().map(RigidBody::mass_matrix).unwrap_or_default();
+    let mass = fit.plant.mass_matrix_of_six();
+    let structure = fit.plant.structure();
+    let is_open = |swing: &Swing| {
+        let is_damped = structure.terms().iter().any(|term| swing.is_damped_by(term));
+        is_damped || fit.report.lever_m[swing.along()] != 0.0
+    };
+    let of = |swing: Swing| {
+        let (i, j) = (swing.of.index(), swing.by.index());
+        let x = (mass[(i, j)] - body[(i, j)]) / mass[(i, i)];
+        let centred = mass[(j, j)] - 2.0 * x * mass[(i, j)] + x * x * mass[(i, i)];
+        let metres = swing.centre(&mass, &body);
+        Centred { swing, metres, inertia: [mass[(j, j)], centred] }
+    };
+    Swing::all(structure, records).into_iter().filter(is_open).map(of).collect()
+}
