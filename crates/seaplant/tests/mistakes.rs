@@ -36,11 +36,13 @@ fn vehicle() -> Vehicle {
     Vehicle { name: "corners".into(), dry_mass_kg, thrusters, ..Vehicle::default() }
 }
 
-/// A trial in which every thruster keeps levels by chance for some seconds.
-fn driven(seed: u64) -> Recording {
+/// A trial in which every thruster keeps levels by chance for some seconds, in gusts of 1 s whose forces have a standard
+/// deviation.
+fn driven(seed: u64, gust_n: f64) -> Recording {
     let vehicle = vehicle();
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
-    let (mut nu, mut heading) = ([0.0_f64; 3], 0.0_f64);
+    let mut weather = ChaCha8Rng::seed_from_u64(100 + seed);
+    let (mut nu, mut heading, mut gusts) = ([0.0_f64; 3], 0.0_f64, [0.0_f64; 3]);
     let (mut force, mut left_s) = ([0.0_f64; 4], [0.0_f64; 4]);
     let mut time = Vec::new();
     let mut columns = vec![Vec::new(); 8];
@@ -65,6 +67,13 @@ fn driven(seed: u64) -> Recording {
             let told = force.map(|force| (force.abs() / 0.01).sqrt().copysign(force));
             columns[4..].iter_mut().zip(told).for_each(|(column, x)| column.push(x));
         }
+        let fade = (-STEP_S).exp();
+        for (gust, arm) in gusts.iter_mut().zip([1.0, 1.0, 0.2]) {
+            // Uniform between −√3 and √3, with a variance of 1.
+            let by_chance = weather.random_range(-3.0_f64.sqrt()..3.0_f64.sqrt());
+            *gust = fade * *gust + arm * gust_n * (1.0 - fade * fade).sqrt() * by_chance;
+        }
+        wrench.iter_mut().zip(gusts).for_each(|(sum, gust)| *sum += gust);
         let [u, v, r] = nu;
         let [m, n, _] = MASS;
         // Rigid body and added mass turn with the vehicle; their moment is Munk's.
@@ -98,19 +107,28 @@ fn named(change: impl Fn(&mut Recording, &mut Vehicle)) -> Vec<Caveat> {
 }
 
 fn named_of(axes: &[Dof], change: impl Fn(&mut Recording, &mut Vehicle)) -> Vec<Caveat> {
+    named_in_gusts(axes, 0.0, change)
+}
+
+fn named_in_gusts(
+    axes: &[Dof],
+    gust_n: f64,
+    change: impl Fn(&mut Recording, &mut Vehicle),
+) -> Vec<Caveat> {
     let setup = TrialSetup { dofs: axes.to_vec(), ..TrialSetup::default() };
-    let (vehicle, trials) = trials(&setup, change);
+    let (vehicle, trials) = trials(&setup, gust_n, change);
     likely_mistakes(&vehicle, &trials)
 }
 
 /// Two trials to fit of recordings and a vehicle that were changed, and one held out.
 fn trials(
     setup: &TrialSetup,
+    gust_n: f64,
     change: impl Fn(&mut Recording, &mut Vehicle),
 ) -> (Vehicle, Vec<Trial>) {
     let mut vehicle = vehicle();
     let recordings = [1, 2, 3].map(|seed| {
-        let mut recording = driven(seed);
+        let mut recording = driven(seed, gust_n);
         vehicle = self::vehicle();
         change(&mut recording, &mut vehicle);
         recording
@@ -162,6 +180,40 @@ fn a_reversed_velocity_is_named_with_its_channel() {
     assert_says(&found, &["velocity of sway looks reversed", "`negate = true`", "dvl.velocity.y"]);
     let found = named_of(&[Dof::Surge], |recording, _| scale(recording, &X, -1.0));
     assert_says(&found, &["velocity of surge looks reversed", "dvl.velocity.x"]);
+}
+
+/// What turning adds at the place of the sensor is subtracted with the wrong sign, too.
+#[test]
+fn a_reversed_velocity_or_rate_is_named_where_the_dvl_is_off_the_origin() {
+    let ahead_m = 1.0;
+    let placed = |recording: &mut Recording, vehicle: &mut Vehicle| {
+        vehicle.sensors.dvl.position_body.x = ahead_m;
+        let (y, r) = (recording[&Y].clone(), recording[&R].clone());
+        let both = y.values().iter().zip(r.values()).map(|(y, r)| y + ahead_m * r);
+        recording.insert(Y, y.with_values("at the DVL", both.collect()).expect("finite"));
+    };
+    assert_eq!(named(placed), []);
+    let found = named(|recording, vehicle| {
+        placed(recording, vehicle);
+        scale(recording, &Y, -1.0);
+    });
+    assert_says(&found, &["velocity of sway looks reversed", "dvl.velocity.y"]);
+    let found = named(|recording, vehicle| {
+        placed(recording, vehicle);
+        scale(recording, &R, -1.0);
+        scale(recording, &HEADING, -1.0);
+    });
+    assert_says(&found, &["velocity of yaw looks reversed", "rate.yaw"]);
+}
+
+/// Gusts as strong as the thrusters leave most motion unexplained.
+#[test]
+fn a_reversed_velocity_is_named_where_gusts_hide_thrust() {
+    for axes in [&[Dof::Surge, Dof::Sway, Dof::Yaw][..], &[Dof::Sway]] {
+        assert_eq!(named_in_gusts(axes, 80.0, |_, _| {}), []);
+        let found = named_in_gusts(axes, 40.0, |recording, _| scale(recording, &Y, -1.0));
+        assert_says(&found, &["velocity of sway looks reversed", "dvl.velocity.y"]);
+    }
 }
 
 #[test]
@@ -282,7 +334,7 @@ fn surge(change: impl Fn(&mut Recording, &mut Vehicle)) -> Results {
 
 fn alone(dof: Dof, change: impl Fn(&mut Recording, &mut Vehicle)) -> Results {
     let setup = TrialSetup { dofs: vec![dof], ..TrialSetup::default() };
-    let (vehicle, trials) = trials(&setup, change);
+    let (vehicle, trials) = trials(&setup, 0.0, change);
     let options =
         IdentifyOptions { methods: vec![Method::EquationError], ..IdentifyOptions::default() };
     identify(&vehicle, &trials, &options).results

@@ -44,6 +44,9 @@ const EXPLAINS: f64 = 0.5;
 const NOT_WORSE: f64 = 2.0;
 /// … and increases log-likelihood by this much: for one parameter, chance does so in one of a
 /// million logs, and some dozens of changes are tested.
+///
+/// Where other motion than that by forces fills the logs, as in waves, a change suffices that is as sure and with which
+/// a force pushes an axis that it does not push as logged.
 const SURE: f64 = 25.0;
 
 /// An axis is listed as explained by a change that reduces its unexplained variance to below this
@@ -110,19 +113,25 @@ fn worth(as_is: &[AxisFit], with: &[AxisFit]) -> f64 {
     as_is.iter().zip(with).map(gain).sum()
 }
 
+/// Returns the increase of log-likelihood of an axis.
+fn likelihood(as_is: &Explained, with: &Explained) -> f64 {
+    0.5 * as_is.windows as f64 * (as_is.unexplained / with.unexplained).ln()
+}
+
 /// Returns whether a change explains the logs well enough to be reported.
 fn is_sure(as_is: &[AxisFit], with: &[AxisFit]) -> bool {
     let both = || as_is.iter().zip(with).map(|((_, a), (_, b))| (a, b));
     let is_better = |(a, b): (&Explained, &Explained)| {
         b.unexplained < BETTER * a.unexplained && b.unexplained < EXPLAINS
     };
-    let likelihood: f64 =
-        both().map(|(a, b)| 0.5 * a.windows as f64 * (a.unexplained / b.unexplained).ln()).sum();
+    let is_much_better = || worth(as_is, with) > -MUCH_BETTER.ln() && both().any(is_better);
+    let pushes = |(a, b): (&Explained, &Explained)| {
+        a.alpha == 0.0 && b.alpha > 0.0 && likelihood(a, b) > SURE
+    };
     as_is.len() == with.len()
-        && worth(as_is, with) > -MUCH_BETTER.ln()
-        && both().any(is_better)
+        && (is_much_better() || both().any(pushes))
         && both().all(|(a, b)| b.unexplained < NOT_WORSE * a.unexplained)
-        && likelihood > SURE
+        && both().map(|(a, b)| likelihood(a, b)).sum::<f64>() > SURE
 }
 
 /// The logs, and the test functions of each axis.

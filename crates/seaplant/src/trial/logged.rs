@@ -1,5 +1,7 @@
 //! The log of all axes of one trial, on one grid, for the detection of users' mistakes.
 
+use nalgebra::Vector3;
+
 use super::TrialSetup;
 use super::force::{PlacedThrust, placed_thrust};
 use super::slopes::{slope, velocity_by_fixes};
@@ -29,6 +31,8 @@ pub(crate) struct Logged {
     pub(crate) is_whole: Vec<bool>,
     /// Velocity in body axes, m/s and rad/s, in SNAME order.
     pub(crate) velocity: [Option<Vec<f64>>; 6],
+    /// Lever arms of the sensors of surge, sway and heave, m; zero where velocity is measured at the origin.
+    pub(crate) levers_m: [Vector3<f64>; 3],
     /// The channel of each velocity.
     pub(crate) source: [Option<Quantity>; 6],
     /// Logged wrenches, N and N m, in SNAME order.
@@ -110,6 +114,8 @@ impl Logged {
             grid,
             is_whole,
             velocity: velocity.each_ref().map(sampled),
+            levers_m: [Dof::Surge, Dof::Sway, Dof::Heave]
+                .map(|dof| navigated.lever(dof).unwrap_or_default()),
             source,
             wrench: wrench.each_ref().map(|x| x.as_ref().map(|x| x.held_means(grid))),
             thrusters: thrusters.iter().zip(&thrust).map(of_thruster).collect(),

@@ -18,7 +18,7 @@ pub(super) enum Change {
     ReversedThruster(String),
     /// All thrusters that act on an axis have the opposite sign.
     ReversedThrusters(Dof),
-    /// The velocities of two axes are exchanged.
+    /// The velocities along two axes are exchanged, or the rates about two.
     Exchanged(Dof, Dof),
     /// The wrenches of two axes are exchanged.
     ExchangedWrenches(Dof, Dof),
@@ -58,7 +58,12 @@ impl Change {
         if names.len() > 1 {
             all.extend(groups(trials).into_iter().map(Self::ReversedThrusters));
         }
-        all.extend(pairs(&moving, &|a, b| Self::Exchanged(*a, *b)));
+        // One sensor measures velocities, another rates.
+        let (turning, along): (Vec<Dof>, Vec<Dof>) =
+            moving.iter().partition(|dof| dof.is_rotation());
+        for of_sensor in [along, turning] {
+            all.extend(pairs(&of_sensor, &|a, b| Self::Exchanged(*a, *b)));
+        }
         all.extend(pairs(&pushed, &|a, b| Self::ExchangedWrenches(*a, *b)));
         let exchanged =
             |a: &&String, b: &&String| Self::ExchangedThrusters((*a).clone(), (*b).clone());
@@ -229,10 +234,25 @@ fn exchange(a: &str, b: &str) -> String {
     format!("in campaign.toml exchange the columns of \"{a}\" and \"{b}\" under [channels]")
 }
 
+/// Adds ω × r times a factor to the velocity of each translation, with the lever arm r of its sensor.
+fn add_turning(log: &mut Logged, factor: f64) {
+    for axis in 0..3 {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        for (turn, lever) in [(next, log.levers_m[axis][last]), (last, -log.levers_m[axis][next])] {
+            let (moves, turns) = log.velocity.split_at_mut(3);
+            let (Some(velocity), Some(rate)) = (&mut moves[axis], &turns[turn]) else { continue };
+            velocity.iter_mut().zip(rate).for_each(|(v, omega)| *v += factor * lever * omega);
+        }
+    }
+}
+
 /// Returns the view of a log with changes.
 pub(super) fn view(log: &Logged, changes: &[Change]) -> View {
     let mut log = log.clone();
+    // A wrong sign of either is one before ω × r was subtracted.
+    add_turning(&mut log, 1.0);
     changes.iter().for_each(|change| change.apply(&mut log));
+    add_turning(&mut log, -1.0);
     let force = Dof::ALL.map(|dof| {
         let axis = dof.index();
         if let Some(wrench) = &log.wrench[axis] {
