@@ -1306,7 +1306,7 @@ class OffBecause(Record):
     """Cause of a possible error of a number."""
 
     kind: str
-    """One of interval, another-plant-fits, method, sensor-place."""
+    """One of interval, another-plant-fits, method, sensor-place, thrust-scale."""
 
     method: Method | None = None
     """Method."""

@@ -161,31 +161,13 @@ fn plant(
     let mut of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     let beyond = fit.beyond_neighbours.iter();
     of_axes.extend(beyond.filter_map(|(&dof, x)| Some((dof, restless_thrust(dof, *x)?))));
-    let mut of_place = Vec::new();
-    for (dof, caveat, is_doubt) in sensor_place::doubts(&fit, &records.fit, vehicle) {
-        match is_doubt {
-            true => of_axes.push((dof, caveat)),
-            false => of_place.push(caveat),
-        }
-    }
+    of_axes.extend(sensor_place::doubts(&fit, &records.fit, vehicle));
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
     let by_mass = known::scale(&fit, &records.fit, vehicle);
-    let is_refuted = |(way, _): &(_, _)| doubts::restoring_says(&fit, vehicle, *way);
-    let refuted_scale = match by_mass.as_ref().is_some_and(is_refuted) {
-        true => Some(verdict::SCALE_BY_MASS),
-        false => doubts::restoring_refutes(&fit, vehicle).then_some(verdict::SCALE_BY_LEVER),
-    };
-    let scale = by_mass.map(|(_, caveat)| match scale::scale(&fit) {
-        None => caveat,
-        Some((by_forces, _)) => Caveat {
-            message: format!(
-                "known forces and the stated mass contradict each other: with thrust {by_forces:.3} times its curve, as known forces have it, {}",
-                caveat.message
-            ),
-            ..caveat
-        },
-    });
+    let by_forces = scale::scale(&fit);
+    let refuted_scale =
+        verdict::refuted_scale(&fit, vehicle, by_mass.as_ref(), by_forces.is_some());
     let of_trials = plant.hold_out.as_ref().map(|held| trials::Confirmed::new(held, &records));
     let worse = of_trials.iter().flat_map(trials::Confirmed::caveats).collect::<Vec<_>>();
     let mut numbers = known::numbers(&fit, rival.as_ref(), plant.hold_out.as_ref(), &records.fit);
@@ -193,7 +175,23 @@ fn plant(
         let own = numbers.iter_mut().filter(|(dof, number)| *dof == one.swing.by && number.is_mass);
         own.for_each(|(_, number)| number.others.push((OffBecause::SensorPlace, one.inertia[1])));
     }
-    let own = below.into_iter().chain(disputed).chain(scale).chain(of_place).chain(worse);
+    if let (Some(other), None) = (&by_mass, by_forces) {
+        for (_, number) in &mut numbers {
+            let value = other.times * number.estimate.value;
+            number.others.push((OffBecause::ThrustScale, value));
+        }
+    }
+    let scale = by_mass.map(|other| match by_forces {
+        None => other.caveat,
+        Some((by_forces, _)) => Caveat {
+            message: format!(
+                "known forces and the stated mass contradict each other: with thrust {by_forces:.3} times its curve, as known forces have it, {}",
+                other.caveat.message
+            ),
+            ..other.caveat
+        },
+    });
+    let own = below.into_iter().chain(disputed).chain(scale).chain(worse);
     plant.caveats.splice(0..0, own);
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);

@@ -36,6 +36,8 @@ pub enum OffBecause {
     },
     /// Another place of the velocity sensor, with other couplings, which explains the trials as well.
     SensorPlace,
+    /// Another scale of thrust, with which the vehicle has as much added mass as published ones.
+    ThrustScale,
 }
 
 /// A number with all information on its accuracy.
@@ -99,8 +101,8 @@ impl MayBeOff {
         self.because != OffBecause::Interval
     }
 
-    /// Formats as "mass by 30 % (its interval)".
-    pub fn spoken(&self) -> String {
+    /// Formats as "by 30 % (its 95 % interval)".
+    pub fn how_much(&self) -> String {
         let by = match self.part {
             None => "by any factor".to_owned(),
             Some(part) if part >= 1.0 => format!("by a factor of {:.1}", 1.0 + part),
@@ -110,15 +112,17 @@ impl MayBeOff {
             OffBecause::Interval => "its 95 % interval".to_owned(),
             OffBecause::AnotherPlantFits => "what trials would have".to_owned(),
             OffBecause::Method { method } => format!("by {method}"),
+            OffBecause::ThrustScale => "by the scale of thrust".to_owned(),
             OffBecause::SensorPlace => "by the place of the velocity sensor".to_owned(),
         };
-        format!("{} {by} ({because})", self.number)
+        format!("{by} ({because})")
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::judge::Verdict;
 
     fn number(half: f64) -> Number {
         let estimate =
@@ -127,31 +131,43 @@ mod tests {
         Number { name, is_mass: true, estimate, changes: Vec::new(), others: Vec::new() }
     }
 
-    fn said(number: Number, trust: Trust) -> Vec<String> {
-        let all = may_be_off(&[number]);
-        all.iter().filter(|off| off.matters(trust)).map(MayBeOff::spoken).collect()
+    fn said(numbers: &[Number], trust: Trust) -> String {
+        let mut verdict = Verdict::new(trust, "", Vec::new());
+        verdict.may_be_off = may_be_off(numbers);
+        verdict.may_be_off.retain(|off| off.matters(trust));
+        let said = verdict.spoken_off().unwrap_or_default();
+        said.strip_prefix("may be off: ").unwrap_or_default().to_owned()
     }
 
     #[test]
     fn a_doubtful_plant_reports_all_possible_errors() {
-        assert_eq!(said(number(0.5), Trust::Doubtful), ["mass by 5 % (its 95 % interval)"]);
-        assert_eq!(said(number(0.5), Trust::UsableWithCare), [""; 0]);
-        assert_eq!(said(number(0.5), Trust::DoNotUse), [""; 0]);
-        assert_eq!(said(number(2.0), Trust::UsableWithCare), ["mass by 20 % (its 95 % interval)"]);
-        assert_eq!(said(number(30.0), Trust::Doubtful), ["mass by any factor (its 95 % interval)"]);
+        assert_eq!(said(&[number(0.5)], Trust::Doubtful), "mass by 5 % (its 95 % interval)");
+        assert_eq!(said(&[number(0.5)], Trust::UsableWithCare), "");
+        assert_eq!(said(&[number(0.5)], Trust::DoNotUse), "");
+        assert_eq!(said(&[number(2.0)], Trust::UsableWithCare), "mass by 20 % (its 95 % interval)");
+        let open = said(&[number(30.0)], Trust::Doubtful);
+        assert_eq!(open, "mass by any factor (its 95 % interval)");
+    }
+
+    #[test]
+    fn numbers_that_are_off_alike_are_reported_together() {
+        let drag = || Number { name: "drag".to_owned(), ..number(2.0) };
+        let all = [number(2.0), drag(), number(0.5)];
+        let expected = "mass, drag by 20 % (its 95 % interval); mass by 5 % (its 95 % interval)";
+        assert_eq!(said(&all, Trust::Doubtful), expected);
     }
 
     #[test]
     fn reports_the_cause_of_the_greatest_error() {
         let part = |value| Part { value, std: 0.01, low95: value - 0.02, high95: value + 0.02 };
         let changed = Number { changes: vec![part(0.01), part(-0.4)], ..number(0.5) };
-        assert_eq!(said(changed, Trust::Doubtful), ["mass by 40 % (what trials would have)"]);
+        assert_eq!(said(&[changed], Trust::Doubtful), "mass by 40 % (what trials would have)");
         let chance = Number { changes: vec![part(0.01)], ..number(0.5) };
         assert!(!may_be_off(&[chance]).iter().any(MayBeOff::is_beyond_interval));
         let by = || OffBecause::Method { method: Method::OutputError };
         let disputed = Number { others: vec![(by(), 30.0)], ..number(0.5) };
-        assert_eq!(said(disputed, Trust::Doubtful), ["mass by a factor of 3.0 (by output-error)"]);
+        assert_eq!(said(&[disputed], Trust::Doubtful), "mass by a factor of 3.0 (by output-error)");
         let absurd = Number { others: vec![(by(), -30.0)], ..number(0.5) };
-        assert_eq!(said(absurd, Trust::Doubtful), ["mass by any factor (by output-error)"]);
+        assert_eq!(said(&[absurd], Trust::Doubtful), "mass by any factor (by output-error)");
     }
 }

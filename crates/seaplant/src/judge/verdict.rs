@@ -75,9 +75,20 @@ impl Verdict {
         }
     }
 
-    /// Formats the possible errors of numbers as a sentence; `None` if there are none.
+    /// Formats the possible errors of numbers as a sentence, those of the same size and cause together; `None` if there
+    /// are none.
     pub fn spoken_off(&self) -> Option<String> {
-        let all: Vec<String> = self.may_be_off.iter().map(MayBeOff::spoken).collect();
+        let mut all: Vec<(String, Vec<&str>)> = Vec::new();
+        for off in &self.may_be_off {
+            let (name, how_much) = (off.number.as_str(), off.how_much());
+            match all.iter_mut().find(|(own, _)| *own == how_much) {
+                Some((_, names)) => names.push(name),
+                None => all.push((how_much, vec![name])),
+            }
+        }
+        let spoken =
+            |(how_much, names): (String, Vec<&str>)| format!("{} {how_much}", names.join(", "));
+        let all: Vec<String> = all.into_iter().map(spoken).collect();
         (!all.is_empty()).then(|| format!("may be off: {}", all.join("; ")))
     }
 }

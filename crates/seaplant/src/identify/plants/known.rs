@@ -71,9 +71,17 @@ pub(super) fn below_rigid_body(
     })
 }
 
+/// Thrust of another scale, as the masses of surge, sway and heave show it.
+pub(super) struct OtherScale {
+    /// Too large (`Greater`) or too small.
+    pub(super) way: Ordering,
+    /// What masses and drags are to be multiplied by, if the vehicle is as published ones are.
+    pub(super) times: f64,
+    pub(super) caveat: Caveat,
+}
+
 /// That the masses of surge, sway and heave are together those of no body of the stated mass, or of
-/// one that holds water, and that they are too large (`Greater`) or too small: what shows thrust of
-/// another scale.
+/// one that holds water, which shows thrust of another scale.
 ///
 /// ```text
 /// Σ m / m_i = 2   (m_i with the added mass of an ellipsoid, of any axes, that floats)
@@ -87,7 +95,7 @@ pub(super) fn scale(
     fit: &PlantFit,
     records: &[&TrialRecord],
     vehicle: &Vehicle,
-) -> Option<(Ordering, Caveat)> {
+) -> Option<OtherScale> {
     let stated = vehicle.rigid_body.as_ref().map(RigidBody::mass_kg);
     let mass = stated.or(vehicle.dry_mass_kg)?;
     let along = [Dof::Surge, Dof::Sway, Dof::Heave];
@@ -99,31 +107,35 @@ pub(super) fn scale(
     along.iter().all(is_known).then(|| of_body(mass, masses))?
 }
 
-fn of_body(mass: f64, masses: [f64; 3]) -> Option<(Ordering, Caveat)> {
-    let times = masses.map(|of_axis| spoken(of_axis / mass)).join(", ");
+fn of_body(mass: f64, masses: [f64; 3]) -> Option<OtherScale> {
+    let each = masses.map(|of_axis| spoken(of_axis / mass)).join(", ");
     let sum: f64 = masses.iter().map(|of_axis| mass / of_axis).sum();
+    let times = sum / USUAL_SUM;
     let (way, why) = if sum < LEAST_SUM {
-        (
-            Ordering::Greater,
-            "much more than a body moves that holds no water: thrust is too large (its curve, its unit), or water in the hull or frame moves with it; a known weight that is hung on it tells the scale",
-        )
+        let why = format!(
+            "much more than a body moves that holds no water: thrust is too large (its curve, its unit), about {:.1} times, or water in the hull or frame moves with it; a known weight that is hung on it tells the scale",
+            1.0 / times
+        );
+        (Ordering::Greater, why)
     } else if sum > MOST_SUM {
-        (
-            Ordering::Less,
-            "less than any body moves: thrust is too small (its curve, its unit), or the stated mass too large",
-        )
+        let why = format!(
+            "less than any body moves: thrust is too small or velocity too large (the curve, the units), about {times:.1} times, or the stated mass too large"
+        );
+        (Ordering::Less, why)
     } else {
         return None;
     };
     let message = format!(
-        "the masses of surge, sway and heave are {times} times the stated mass, {why} (the sum of their inverses is {}; 2 of an ellipsoid, 1.6 to 1.9 of published vehicles)",
+        "the masses of surge, sway and heave are {each} times the stated mass, {why} (the sum of their inverses is {}; 2 of an ellipsoid, 1.6 to 1.9 of published vehicles)",
         spoken(sum)
     );
-    Some((way, Caveat::warning(CaveatCode::ThrustScale, message)))
+    Some(OtherScale { way, times, caveat: Caveat::warning(CaveatCode::ThrustScale, message) })
 }
 
-/// Between these lies the sum of the inverses of what masses are times a vehicle's own. Of published
-/// vehicles it is 1.59 or more; thrust a tenth too large and a fifth of water inside leave 1.2 …
+/// The mean of the sum of the inverses of what masses are times a vehicle's own, of the four published vehicles.
+const USUAL_SUM: f64 = 1.72;
+
+/// Between these the sum lies. Of published vehicles it is 1.59 or more; thrust a tenth too large and a fifth of water inside leave 1.2 …
 const LEAST_SUM: f64 = 1.15;
 /// … and of no body it is above 2, which thrust a tenth too small makes 2.2.
 const MOST_SUM: f64 = 2.25;
@@ -293,15 +305,15 @@ mod tests {
             (1862.87, [2642.66, 3084.87, 5522.77]),
         ];
         for (mass, masses) in bodies {
-            assert_eq!(of_body(mass, masses), None);
-            let heavy = of_body(mass, masses.map(|x| 2.0 * x));
-            let (way, heavy) = heavy.expect("twice the thrust");
-            assert_eq!(way, Ordering::Greater);
-            assert!(heavy.message.contains("too large"), "{}", heavy.message);
-            let light = of_body(mass, masses.map(|x| 0.6 * x));
-            let (way, light) = light.expect("less than any body");
-            assert_eq!(way, Ordering::Less);
-            assert!(light.message.contains("too small"), "{}", light.message);
+            assert!(of_body(mass, masses).is_none());
+            let heavy = of_body(mass, masses.map(|x| 2.0 * x)).expect("twice the thrust");
+            assert_eq!(heavy.way, Ordering::Greater);
+            assert!((0.42..0.59).contains(&heavy.times), "{}", heavy.times);
+            assert!(heavy.caveat.message.contains("too large"), "{}", heavy.caveat.message);
+            let light = of_body(mass, masses.map(|x| 0.6 * x)).expect("less than any body");
+            assert_eq!(light.way, Ordering::Less);
+            assert!((1.5..2.0).contains(&light.times), "{}", light.times);
+            assert!(light.caveat.message.contains("too small"), "{}", light.caveat.message);
         }
     }
 }

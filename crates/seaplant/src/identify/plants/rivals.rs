@@ -13,7 +13,7 @@ pub(super) const OTHER_MASS: f64 = 0.2;
 const OTHER_DRAG: f64 = 0.3;
 /// Plants whose masses or drags differ by this factor, and that predict alike, leave the plant
 /// open.
-pub(super) const ANOTHER_PLANT: f64 = 1.5;
+const ANOTHER_PLANT: f64 = 1.5;
 /// Plants predict alike if what the other leaves unexplained of an axis is, in the geometric mean
 /// of the axes, no more than this times what the chosen one leaves.
 const ALIKE: f64 = 1.5;

@@ -3,35 +3,33 @@
 //! Trials then do not distinguish a sensor elsewhere than stated from centres of mass and damping elsewhere.
 
 use super::doubts::DIRECTIONS;
-use super::rivals::{ANOTHER_PLANT, Apart, OTHER_MASS, apart, factor};
+use super::rivals::{OTHER_MASS, apart, factor};
 use crate::caveat::spoken;
 use crate::estimate::{PlantFit, Swing};
 use crate::plant::RigidBody;
 use crate::{Caveat, CaveatCode, Dof, TrialRecord, Vehicle};
 
-/// Returns a caveat for each axis whose numbers depend on the place of the velocity sensor, and whether it makes the
-/// axis doubtful.
+/// Returns the doubt of each axis whose numbers depend on the place of the velocity sensor.
 pub(super) fn doubts(
     fit: &PlantFit,
     records: &[&TrialRecord],
     vehicle: &Vehicle,
-) -> Vec<(Dof, Caveat, bool)> {
-    let told = |dof: Dof, message: String, factor: f64| {
-        let caveat = Caveat::warning(CaveatCode::InstrumentElsewhere, message);
-        (dof, caveat, factor >= ANOTHER_PLANT)
+) -> Vec<(Dof, Caveat)> {
+    let told = |dof: Dof, message: String| {
+        (dof, Caveat::warning(CaveatCode::InstrumentElsewhere, message))
     };
     let Some(other) = &fit.as_stated else {
         let all = centred(fit, records, vehicle).into_iter();
         let far = all.filter(|one| one.factor() > 1.0 + OTHER_MASS);
-        return far.map(|one| told(one.swing.by, one.message(), one.factor())).collect();
+        return far.map(|one| told(one.swing.by, one.message())).collect();
     };
     let (one, rival) = (fit.of_sure_thrust(), other.of_sure_thrust());
     let of = |&dof: &Dof| {
-        let Apart { message, factor } = apart(&one, &rival, dof, records)?;
         let message = format!(
-            "{message} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well: {MEASURE}"
+            "{} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well: {MEASURE}",
+            apart(&one, &rival, dof, records)?.message
         );
-        Some(told(dof, message, factor))
+        Some(told(dof, message))
     };
     fit.plant.axes().iter().filter_map(of).collect()
 }

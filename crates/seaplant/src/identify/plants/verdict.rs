@@ -1,13 +1,18 @@
 //! How far a plant of several axes may be trusted, as a whole and axis by axis.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use super::doubts::{falls_short, is_coloured, is_too_early, shortfall, shows_no_dependence};
+use super::doubts::{
+    falls_short, is_coloured, is_too_early, restoring_refutes, restoring_says, shortfall,
+    shows_no_dependence,
+};
+use super::known::OtherScale;
 use super::trials::Confirmed;
 use crate::estimate::PlantFit;
 use crate::judge::{Judge, Number, may_be_off, statement};
 use crate::results::{PlantResult, PlantScore, Score, Trust, Verdict};
-use crate::{Caveat, CaveatCode, Dof, Severity};
+use crate::{Caveat, CaveatCode, Dof, Severity, Vehicle};
 
 /// What a plant is judged by, beside its caveats and scores.
 pub(super) struct Evidence<'a> {
@@ -15,8 +20,7 @@ pub(super) struct Evidence<'a> {
     /// Held-out trials one by one, if there are any.
     pub(super) of_trials: Option<&'a Confirmed<'a>>,
     pub(super) numbers: &'a [(Dof, Number)],
-    /// Why thrust has another scale, if two of what is stated say so: mass, weight in water and righting
-    /// lever. One may be wrong by itself, as with water in the hull or a guessed centre of gravity.
+    /// Why thrust has another scale; see [`refuted_scale`].
     pub(super) refuted_scale: Option<&'static str>,
 }
 
@@ -177,11 +181,33 @@ fn untested(score: &PlantScore) -> Vec<Dof> {
     if 2 * axes.len() >= score.by_axis.len() { axes } else { Vec::new() }
 }
 
+/// Returns why thrust has another scale, if two of what is stated say so: mass, weight in water and righting
+/// lever. One may be wrong by itself, as with water in the hull or a guessed centre of gravity; but masses below those of
+/// any body of that mass are impossible, unless known forces tell the scale.
+pub(super) fn refuted_scale(
+    fit: &PlantFit,
+    vehicle: &Vehicle,
+    by_mass: Option<&OtherScale>,
+    is_known: bool,
+) -> Option<&'static str> {
+    if by_mass.is_some_and(|other| restoring_says(fit, vehicle, other.way)) {
+        Some(SCALE_BY_MASS)
+    } else if restoring_refutes(fit, vehicle) {
+        Some(SCALE_BY_LEVER)
+    } else {
+        let is_below = by_mass.is_some_and(|other| other.way == Ordering::Less) && !is_known;
+        is_below.then_some(SCALE_BELOW_BODIES)
+    }
+}
+
+/// Why no axis may be trusted where masses are below those of any body.
+const SCALE_BELOW_BODIES: &str = "the masses of surge, sway and heave are together less than those of any body of the stated mass: thrust has another scale, and with it all masses and drags, or the stated mass is wrong";
+
 /// Why no axis may be trusted where mass and restoring refute the scale of thrust.
-pub(super) const SCALE_BY_MASS: &str = "the stated mass and the stated weight and buoyancy both say that thrust has another scale, and with it all masses and drags";
+const SCALE_BY_MASS: &str = "the stated mass and the stated weight and buoyancy both say that thrust has another scale, and with it all masses and drags";
 
 /// Why no axis may be trusted where weight in water and righting lever do.
-pub(super) const SCALE_BY_LEVER: &str = "the stated weight in water and righting lever both say that thrust has another scale, and with it all masses and drags";
+const SCALE_BY_LEVER: &str = "the stated weight in water and righting lever both say that thrust has another scale, and with it all masses and drags";
 
 /// Why no axis may be trusted where thrust is logged so slowly or so late.
 const TOO_EARLY: &str =
