@@ -132,10 +132,11 @@ fn of_body(mass: f64, masses: [f64; 3]) -> Option<OtherScale> {
     Some(OtherScale { way, times, caveat: Caveat::warning(CaveatCode::ThrustScale, message) })
 }
 
-/// The mean of the sum of the inverses of what masses are times a vehicle's own, of the four published vehicles.
+/// Mean of `Σ m / m_i` of the four published vehicles.
 const USUAL_SUM: f64 = 1.72;
 
-/// Between these the sum lies. Of published vehicles it is 1.59 or more; thrust a tenth too large and a fifth of water inside leave 1.2 …
+/// Between these `Σ m / m_i` lies. Of published vehicles it is 1.59 or more; thrust a tenth too large and a fifth of
+/// water inside leave 1.2 …
 const LEAST_SUM: f64 = 1.15;
 /// … and of no body it is above 2, which thrust a tenth too small makes 2.2.
 const MOST_SUM: f64 = 2.25;
