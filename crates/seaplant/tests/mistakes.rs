@@ -182,7 +182,7 @@ fn a_reversed_velocity_is_named_with_its_channel() {
     assert_says(&found, &["velocity of surge looks reversed", "dvl.velocity.x"]);
 }
 
-/// What turning adds at the place of the sensor is subtracted with the wrong sign, too.
+/// Either makes ω × r at the sensor wrong, too.
 #[test]
 fn a_reversed_velocity_or_rate_is_named_where_the_dvl_is_off_the_origin() {
     let ahead_m = 1.0;

@@ -45,8 +45,8 @@ const NOT_WORSE: f64 = 2.0;
 /// … and increases log-likelihood by this much: for one parameter, chance does so in one of a
 /// million logs, and some dozens of changes are tested.
 ///
-/// Where other motion than that by forces fills the logs, as in waves, a change suffices that is as sure and with which
-/// a force pushes an axis that it does not push as logged.
+/// In waves, forces explain little of the motion. A change is then reported that is as sure in one axis and in all
+/// together, if a force pushes that axis with it and does not as logged.
 const SURE: f64 = 25.0;
 
 /// An axis is listed as explained by a change that reduces its unexplained variance to below this

@@ -166,8 +166,8 @@ fn plant(
     let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
     let by_mass = known::scale(&fit, &records.fit, vehicle);
     let by_forces = scale::scale(&fit);
-    let refuted_scale =
-        verdict::refuted_scale(&fit, vehicle, by_mass.as_ref(), by_forces.is_some());
+    let is_known = by_forces.is_some_and(|(scale, half)| half <= WIDEST_SCALE * scale);
+    let refuted_scale = verdict::refuted_scale(&fit, vehicle, by_mass.as_ref(), is_known);
     let of_trials = plant.hold_out.as_ref().map(|held| trials::Confirmed::new(held, &records));
     let worse = of_trials.iter().flat_map(trials::Confirmed::caveats).collect::<Vec<_>>();
     let mut numbers = known::numbers(&fit, rival.as_ref(), plant.hold_out.as_ref(), &records.fit);
@@ -175,7 +175,7 @@ fn plant(
         let own = numbers.iter_mut().filter(|(dof, number)| *dof == one.swing.by && number.is_mass);
         own.for_each(|(_, number)| number.others.push((OffBecause::SensorPlace, one.inertia[1])));
     }
-    if let (Some(other), None) = (&by_mass, by_forces) {
+    if let Some(other) = by_mass.as_ref().filter(|_| !is_known) {
         for (_, number) in &mut numbers {
             let value = other.times * number.estimate.value;
             number.others.push((OffBecause::ThrustScale, value));

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Vector3;
+
 use super::weak::View;
 use crate::axes::listed;
 use crate::trial::Logged;
@@ -236,12 +238,11 @@ fn exchange(a: &str, b: &str) -> String {
 
 /// Adds ω × r times a factor to the velocity of each translation, with the lever arm r of its sensor.
 fn add_turning(log: &mut Logged, factor: f64) {
-    for axis in 0..3 {
-        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        for (turn, lever) in [(next, log.levers_m[axis][last]), (last, -log.levers_m[axis][next])] {
-            let (moves, turns) = log.velocity.split_at_mut(3);
-            let (Some(velocity), Some(rate)) = (&mut moves[axis], &turns[turn]) else { continue };
-            velocity.iter_mut().zip(rate).for_each(|(v, omega)| *v += factor * lever * omega);
+    let (moves, turns) = log.velocity.split_at_mut(3);
+    for (axis, (velocity, lever)) in moves.iter_mut().zip(&log.levers_m).enumerate() {
+        for (k, v) in velocity.iter_mut().flatten().enumerate() {
+            let rate = |turn: usize, _| turns[turn].as_ref().map_or(0.0, |rate| rate[k]);
+            *v += factor * Vector3::from_fn(rate).cross(lever)[axis];
         }
     }
 }
@@ -249,7 +250,7 @@ fn add_turning(log: &mut Logged, factor: f64) {
 /// Returns the view of a log with changes.
 pub(super) fn view(log: &Logged, changes: &[Change]) -> View {
     let mut log = log.clone();
-    // A wrong sign of either is one before ω × r was subtracted.
+    // Changes are of what sensors measure, from which ω × r was subtracted, with a wrong sign of ω, too.
     add_turning(&mut log, 1.0);
     changes.iter().for_each(|change| change.apply(&mut log));
     add_turning(&mut log, -1.0);

@@ -48,9 +48,20 @@ impl Swing {
     /// `± (m_ij − b_ij) / m_ii`.
     pub(crate) fn centre(self, mass: &Matrix6<f64>, body: &Matrix6<f64>) -> f64 {
         let (i, j) = (self.of.index(), self.by.index());
-        let metres = (mass[(i, j)] - body[(i, j)]) / mass[(i, i)];
-        let is_cyclic = (direction(self.by) + 1) % 3 == self.along();
-        if is_cyclic { metres } else { -metres }
+        self.sign() * (mass[(i, j)] - body[(i, j)]) / mass[(i, i)]
+    }
+
+    /// Computes the inertia of the same motion if the centre of mass were this far back:
+    /// `m_jj ∓ 2 x m_ij + x² m_ii`, kg m².
+    pub(crate) fn inertia_with_centre_back(self, mass: &Matrix6<f64>, metres: f64) -> f64 {
+        let (i, j) = (self.of.index(), self.by.index());
+        let x = self.sign() * metres;
+        mass[(j, j)] - 2.0 * x * mass[(i, j)] + x * x * mass[(i, i)]
+    }
+
+    /// Returns the sign of `(ω × r)_i` for ω_j and r_k above zero.
+    fn sign(self) -> f64 {
+        if (direction(self.by) + 1) % 3 == self.along() { 1.0 } else { -1.0 }
     }
 
     /// Returns true if a term is damping of the one by the other.

@@ -75,7 +75,7 @@ pub(super) fn from_batch(
 pub(super) struct Apart {
     pub(super) message: String,
     /// How many times the one is the other.
-    pub(super) factor: f64,
+    factor: f64,
 }
 
 /// Mass or drag of one axis, if they differ.

@@ -71,10 +71,6 @@ impl Centred {
 ///
 /// Damping about the place of a sensor and damping about another point look alike, but the centre of mass does not move
 /// with that of damping.
-///
-/// ```text
-/// x = (m_ij − b_ij) / m_ii,   I' = m_jj − 2 x m_ij + x² m_ii
-/// ```
 pub(super) fn centred(fit: &PlantFit, records: &[&TrialRecord], vehicle: &Vehicle) -> Vec<Centred> {
     let body = vehicle.rigid_body.as_ref().map(RigidBody::mass_matrix).unwrap_or_default();
     let mass = fit.plant.mass_matrix_of_six();
@@ -84,11 +80,9 @@ pub(super) fn centred(fit: &PlantFit, records: &[&TrialRecord], vehicle: &Vehicl
         is_damped || fit.report.lever_m[swing.along()] != 0.0
     };
     let of = |swing: Swing| {
-        let (i, j) = (swing.of.index(), swing.by.index());
-        let x = (mass[(i, j)] - body[(i, j)]) / mass[(i, i)];
-        let centred = mass[(j, j)] - 2.0 * x * mass[(i, j)] + x * x * mass[(i, i)];
         let metres = swing.centre(&mass, &body);
-        Centred { swing, metres, inertia: [mass[(j, j)], centred] }
+        let inertia = [0.0, metres].map(|back| swing.inertia_with_centre_back(&mass, back));
+        Centred { swing, metres, inertia }
     };
     Swing::all(structure, records).into_iter().filter(is_open).map(of).collect()
 }

@@ -188,14 +188,14 @@ pub(super) fn refuted_scale(
     fit: &PlantFit,
     vehicle: &Vehicle,
     by_mass: Option<&OtherScale>,
-    is_known: bool,
+    is_scale_known: bool,
 ) -> Option<&'static str> {
     if by_mass.is_some_and(|other| restoring_says(fit, vehicle, other.way)) {
         Some(SCALE_BY_MASS)
     } else if restoring_refutes(fit, vehicle) {
         Some(SCALE_BY_LEVER)
     } else {
-        let is_below = by_mass.is_some_and(|other| other.way == Ordering::Less) && !is_known;
+        let is_below = by_mass.is_some_and(|other| other.way == Ordering::Less) && !is_scale_known;
         is_below.then_some(SCALE_BELOW_BODIES)
     }
 }
