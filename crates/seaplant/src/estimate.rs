@@ -115,6 +115,8 @@ pub struct Nuisances {
     pub sensor_window_s: Option<Estimate>,
     /// Waves that push the vehicle.
     pub swell: Option<Waves>,
+    /// Jitter of thrust: standard deviation of the time at which a change of thrust acts, s.
+    pub thrust_jitter_s: Option<Estimate>,
     /// Standard deviation of what the current varies by in a trial, m/s.
     pub current_drift: Option<Estimate>,
     /// Current along the degree of freedom, m/s, by trial.

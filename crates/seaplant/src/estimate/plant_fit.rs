@@ -209,6 +209,7 @@ impl FirstFit {
         let fitted = fitted.with_smooth_thrust_that_shows(&SMOOTH)?;
         let (fitted, prompt) = fitted.with_report_that_shows(records)?;
         let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
+        let fitted = fitted.with_jitter_that_shows()?;
         let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
         Ok(Self { first, least_squares, fitted, prompt })
     }

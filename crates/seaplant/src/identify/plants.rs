@@ -575,6 +575,9 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
         all.insert("current_drift".to_owned(), parameter(drift.std_m_s, "m/s"));
         all.insert("current_drift_correlation".to_owned(), parameter(drift.correlation_s, "s"));
     }
+    if let Some(jitter) = fit.thrust_jitter_s {
+        all.insert("thrust_jitter".to_owned(), parameter(jitter, "s"));
+    }
     if let Some(swell) = &fit.swell {
         for (dof, force) in &swell.force {
             all.insert(format!("swell: {dof}"), parameter(*force, dof.units().force));

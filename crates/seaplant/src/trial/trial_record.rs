@@ -336,11 +336,20 @@ impl TrialRecord {
     /// Returns the longest time between samples of thrust that was logged so slowly that its values between samples
     /// matter, s; 0 if none was.
     pub(crate) fn slow_thrust_period_s(&self) -> f64 {
-        let period_s =
-            |track: &ThrusterTrack| if track.is_slow() { track.speed.period_s() } else { 0.0 };
-        let of_thrusters = self.thrusters.iter().map(|own| period_s(&own.track));
-        let of_forces = self.forces_without_thrusters().map(|(_, track)| period_s(&track));
-        of_thrusters.chain(of_forces).fold(0.0, f64::max)
+        self.longest_thrust_period_s(ThrusterTrack::is_slow)
+    }
+
+    /// Returns the longest time between samples of thrust, s; 0 if none was logged.
+    pub(crate) fn thrust_period_s(&self) -> f64 {
+        self.longest_thrust_period_s(|_| true)
+    }
+
+    fn longest_thrust_period_s(&self, counts: impl Fn(&ThrusterTrack) -> bool) -> f64 {
+        let of_forces: Vec<ThrusterTrack> =
+            self.forces_without_thrusters().map(|(_, track)| track).collect();
+        let of_thrusters = self.thrusters.iter().map(|own| &own.track);
+        let counted = of_thrusters.chain(&of_forces).filter(|track| counts(track));
+        counted.map(|track| track.speed.period_s()).fold(0.0, f64::max)
     }
 
     /// Returns how far slowly logged thrust on an axis is at a sample from the mean of its neighbours, relative to

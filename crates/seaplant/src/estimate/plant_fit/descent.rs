@@ -150,6 +150,9 @@ impl Problem {
             |reason: &str| Error::Plant { axes: self.structure.name(), reason: reason.to_owned() };
         let tolerance = if self.is_free { tolerance.for_output_error() } else { tolerance };
         let mut point = start;
+        if noise == WithNoise::Fitted {
+            point.jitter_of = point.actuator;
+        }
         let mut damping = DAMPING;
         let mut of_noise = NoiseDescent::new();
         let mut is_kept = noise == WithNoise::Kept;

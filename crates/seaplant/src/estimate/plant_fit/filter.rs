@@ -17,6 +17,7 @@
 
 mod current;
 mod follower;
+mod jitter;
 mod navigation;
 mod noise;
 mod reverse;
@@ -34,6 +35,7 @@ use crate::motion::{
 };
 use crate::plant::Plant;
 use follower::{Process, StepCache};
+pub(super) use jitter::Jolts;
 use navigation::Ends;
 pub(super) use navigation::{InstrumentNoise, Layout, MOST as MOST_NAVIGATION, Reading};
 pub(super) use noise::{Drift, Noise, NoiseNumber, Swell};
@@ -182,6 +184,8 @@ pub(super) struct PassInput<'a> {
     pub(super) schedule: &'a Schedule,
     /// Force over each slice of the schedule.
     pub(super) pushes: &'a HeldForces,
+    /// Changes of thrust that may act at another time; `None` without jitter.
+    pub(super) jolts: Option<&'a Jolts>,
     /// Mean current, north and east, m/s.
     pub(super) current: [f64; 2],
     pub(super) noise: &'a Noise,
@@ -792,6 +796,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             fade: flow.left,
             rows: self.rows(instant, &ends, &by_disturbance),
             current: self.current_step(instant),
+            jitter: self.jitter(instant),
         }
     }
 

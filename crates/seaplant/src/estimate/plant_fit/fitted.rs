@@ -217,6 +217,36 @@ impl Fitted {
         self.or_if_likelier(loaded, found, search::ADMITTED * colour)
     }
 
+    /// The same with jitter of thrust, if that is likelier by more than chance.
+    ///
+    /// What changes between two samples of its log acts up to a period before the latter. The mean of
+    /// that is a negative delay; what is left would pass for a disturbance of short memory, which is
+    /// there at all times.
+    pub(super) fn with_jitter_that_shows(mut self) -> Result<Self, Error> {
+        let Self { problem, optimum, .. } = &self;
+        let has_log = problem.thrust_period_s > 0.0;
+        if problem.is_free || !has_log || optimum.point.noise.jitter_s.is_some() {
+            return Ok(self);
+        }
+        let is_likelier = |cost: f64| 2.0 * (optimum.cost - cost) > search::ADMITTED;
+        let start = |part: f64| {
+            let mut point = optimum.point.clone();
+            point.noise.jitter_s = Some(part * problem.thrust_period_s);
+            point.jitter_of = point.actuator;
+            (problem.cost(&point), point)
+        };
+        // Jitter that matters is likelier before the disturbance has changed, too.
+        let starts = FIRST_JITTERS.into_iter().map(start).filter(|(cost, _)| is_likelier(*cost));
+        let Some((_, start)) = starts.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(self) };
+        // A descent that does not settle finds no jitter.
+        let found = problem.descent(start, Tolerance::COARSE);
+        if let Some(found) = found.ok().filter(|found| is_likelier(found.cost)) {
+            let iterations = optimum.iterations + found.iterations;
+            self.optimum = Optimum { iterations, ..found };
+        }
+        Ok(self)
+    }
+
     /// Returns this fit, or that of a problem with more numbers of the actuator if twice the gain in
     /// ln-likelihood exceeds `least`.
     pub(super) fn or_if_likelier(
@@ -481,6 +511,10 @@ const FIRST_PERIODS_S: [f64; 6] = [3.0, 4.2, 5.8, 8.0, 11.0, 15.0];
 /// The same of one axis, which a small boat may have that short waves rock.
 const SHORT_PERIODS_S: [f64; 3] = [1.0, 1.4, 2.0];
 const FIRST_SWELL_PARTS: [f64; 3] = [0.1, 0.5, 0.9];
+
+/// Jitter at which a descent begins, relative to the time between samples of thrust: that of changes
+/// at any time is 1/√12.
+const FIRST_JITTERS: [f64; 3] = [0.03, 0.1, 0.3];
 
 /// Slew times at which a descent begins, s, …
 const FIRST_SLEWS_S: [f64; 3] = [0.2, 0.5, 1.2];

@@ -42,6 +42,7 @@ pub(super) fn first_noise(problem: &Problem, records: &[&TrialRecord]) -> Noise 
         instruments: problem.instruments,
         drift: None,
         swell: None,
+        jitter_s: None,
     }
 }
 

@@ -158,6 +158,7 @@ pub fn information(
         actuator: Actuator { full_speed, ..thrust.actuator },
         currents: vec![[0.0; 2]],
         noise: expected(plant, noise, &problem),
+        jitter_of: thrust.actuator,
     };
     let all = problem.information_of_all(&point).ok_or_else(|| Error::Plant {
         axes: plant.structure().name(),
@@ -247,6 +248,7 @@ fn expected(plant: &Plant, noise: &ExpectedNoises, problem: &Problem) -> Noise {
         instruments,
         drift: None,
         swell: None,
+        jitter_s: None,
     }
 }
 
@@ -308,6 +310,7 @@ mod tests {
                 actuator: Actuator::default(),
                 currents: vec![current],
                 noise: expected(&plant, &noise, &problem),
+                jitter_of: Actuator::default(),
             };
             problem.cost(&point)
         };

@@ -64,7 +64,7 @@ const MOST_NOISE_STEPS: usize = 8;
 /// Maximum step of a logarithm of the noise.
 const GREATEST_LOG_STEP: f64 = 1.0;
 
-/// Information on the logarithm of a disturbance below which it is absent: it changes no likelihood.
+/// Information on the logarithm of a disturbance or a jitter below which it is absent: it changes no likelihood.
 const ABSENT: f64 = 1e-4;
 
 /// Maximum downward step of the logarithm of a disturbance, …
@@ -146,11 +146,12 @@ impl Problem {
         let limits = self.noise_limits(&point.noise);
         let hessian = descent.hessian(&logarithms, &gradient, &information);
         let damping = &mut descent.damping;
-        // A disturbance that is absent and need not grow has no correlation time either.
-        let is_absent = |axis: usize| information[(axis, axis)] < ABSENT && gradient[axis] >= 0.0;
+        // What is absent need not grow, and a disturbance that is has no correlation time either.
+        let is_absent = |k: usize| information[(k, k)] < ABSENT && gradient[k] >= 0.0;
         let numbers = point.noise.numbers();
         let is_held = |k: usize| match numbers[k] {
             NoiseNumber::Disturbance(axis) | NoiseNumber::Correlation(axis) => is_absent(axis),
+            NoiseNumber::Jitter => is_absent(k),
             NoiseNumber::Velocity(axis) => self.is_unmeasured(axis),
             _ => false,
         };
@@ -207,6 +208,7 @@ impl Problem {
             NoiseNumber::DriftCorrelation => DRIFT_CORRELATION_S,
             NoiseNumber::SwellFrequency => Swell::FREQUENCY,
             NoiseNumber::SwellDamping => Swell::DAMPING,
+            NoiseNumber::Jitter => [0.0, self.thrust_period_s],
         };
         noise.numbers().iter().map(|number| of(number).map(f64::ln).into()).collect()
     }

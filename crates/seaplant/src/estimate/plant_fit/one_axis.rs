@@ -228,6 +228,7 @@ impl OneAxis<'_> {
         if self.may_have(Candidate::Slew) {
             fitted = fitted.with_slew_that_shows()?;
         }
+        fitted = fitted.with_jitter_that_shows()?;
         fitted = self.with_later_numbers(fitted);
         fitted = fitted.with_speeds_as_they_are(records)?.searched(records)?;
         let tried = std::mem::take(&mut fitted.tried);
@@ -373,6 +374,7 @@ impl OneAxis<'_> {
                 false => vec![[0.0; 2]; problem.trials.len()],
             },
             noise: from.noise.clone(),
+            jitter_of: from.actuator,
         };
         // Other terms are compared beside the same noise.
         let optimum = problem.descent_at_noise(point, Tolerance::ROUGH)?;

@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, DVector, Matrix6};
 
 use super::actuator::Actuator;
 use super::filter::{
-    Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, NoiseNumber, Pass, PassInput, Slope,
+    Filter, Gains, Innovation, InstrumentNoise, Jolts, Layout, Noise, NoiseNumber, Pass, PassInput,
+    Slope,
 };
 use super::schedule::{Attitude, Schedule, known_together};
 use super::sensor_lag::SensorLag;
@@ -27,6 +28,8 @@ pub(super) struct Point {
     pub(super) currents: Vec<[f64; 2]>,
     /// Disturbance and measurement noise, common to all trials.
     pub(super) noise: Noise,
+    /// The actuator by which the jitter of thrust has its changes.
+    pub(super) jitter_of: Actuator,
 }
 
 /// Estimation problem of a plant from several trials.
@@ -58,6 +61,8 @@ pub(super) struct Problem {
     /// Time between samples of thrust that is logged so slowly that its values between them matter, the longest of all
     /// trials, s; 0 if none is.
     pub(super) slow_period_s: f64,
+    /// Time between samples of thrust, the longest of all trials, s; 0 of trials without thrust.
+    pub(super) thrust_period_s: f64,
     /// How far slowly logged thrust on each axis is from its neighbours, of the trial with most of it; see
     /// [`TrialRecord::thrust_beyond_neighbours`].
     pub(super) beyond_neighbours: Vec<f64>,
@@ -83,28 +88,41 @@ pub(super) struct Problem {
     pub(super) is_free: bool,
 }
 
-/// Cache of the force over each slice of all schedules for the last actuator: most passes use the
-/// same one.
-#[derive(Default)]
-struct ForceCache(Mutex<Option<(Actuator, ForcesOfAll)>>);
+/// Cache of what follows from an actuator, for each schedule, for the last one: most passes use the same.
+struct OfActuator<T>(Mutex<Option<(Actuator, Arc<[T]>)>>);
 
-/// Force over each slice of each schedule.
-type ForcesOfAll = Arc<[HeldForces]>;
+impl<T> Default for OfActuator<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
 
-impl ForceCache {
-    fn get(&self, actuator: &Actuator, schedules: &[Schedule], axes: &[Dof]) -> ForcesOfAll {
+impl<T: Send> OfActuator<T> {
+    /// Returns it for each of some schedules.
+    fn get(
+        &self,
+        actuator: &Actuator,
+        schedules: &[Schedule],
+        of: impl Fn(&Schedule) -> T + Sync,
+    ) -> Arc<[T]> {
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match last.as_ref().filter(|(own, _)| own == actuator) {
-            Some((_, pushes)) => Arc::clone(pushes),
+            Some((_, found)) => Arc::clone(found),
             None => {
-                let of =
-                    |k: usize| actuator.pushes(&schedules[k].thrust, &schedules[k].slices, axes);
-                let pushes: ForcesOfAll = parallel::of_each(schedules.len(), of).into();
-                *last = Some((*actuator, Arc::clone(&pushes)));
-                pushes
+                let found: Arc<[T]> =
+                    parallel::of_each(schedules.len(), |k| of(&schedules[k])).into();
+                *last = Some((*actuator, Arc::clone(&found)));
+                found
             }
         }
     }
+}
+
+/// Forces over the slices of each schedule, and their changes.
+#[derive(Default)]
+struct ForceCache {
+    pushes: OfActuator<HeldForces>,
+    jolts: OfActuator<Jolts>,
 }
 
 /// Fisher information of the logarithms of the noise for one measurement, for each set of numbers at the last
@@ -213,6 +231,8 @@ impl Problem {
         };
         let slow_period_s =
             records.iter().map(|record| record.slow_thrust_period_s()).fold(0.0, f64::max);
+        let thrust_period_s =
+            records.iter().map(|record| record.thrust_period_s()).fold(0.0, f64::max);
         let beyond = |dof: &Dof| {
             let slow = records.iter().filter(|_| slow_period_s > 0.0);
             slow.map(|record| record.thrust_beyond_neighbours(*dof)).fold(0.0, f64::max)
@@ -240,6 +260,7 @@ impl Problem {
             has_thrusters,
             thrust_uncertainty: ThrustUncertainty::greatest(uncertainties),
             slow_period_s,
+            thrust_period_s,
             beyond_neighbours: axes.iter().map(beyond).collect(),
             loads: known.iter().map(|acting| Load::of(acting)).collect(),
             known,
@@ -357,12 +378,24 @@ impl Problem {
     ) -> Result<Vec<T>, Error> {
         let plant = self.plant(&point.free)?;
         let filter = <dyn Filter>::of(&plant, &self.loads, self.attitude)?;
-        let pushes = self.forces.get(&point.actuator, &self.schedules, self.structure.axes());
+        let of = |actuator: Actuator| {
+            let axes = self.structure.axes();
+            move |schedule: &Schedule| actuator.pushes(&schedule.thrust, &schedule.slices, axes)
+        };
+        let pushes = self.forces.pushes.get(&point.actuator, &self.schedules, of(point.actuator));
+        let has_log = self.thrust_period_s > 0.0;
+        let jolts = point.noise.jitter_s.filter(|_| has_log).map(|_| {
+            let pushes = of(point.jitter_of);
+            self.forces.jolts.get(&point.jitter_of, &self.schedules, |schedule| {
+                Jolts::of(&pushes(schedule), &schedule.slices, self.thrust_period_s)
+            })
+        });
         Ok(parallel::of_each(self.schedules.len(), |k| {
             let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
+            let jolts = jolts.as_ref().map(|jolts| &jolts[k]);
             let current = point.currents[schedule.trial];
             let (noise, fits) = (&point.noise, self.fits);
-            work(k, &*filter.pass(PassInput { schedule, pushes, current, noise, fits }))
+            work(k, &*filter.pass(PassInput { schedule, pushes, jolts, current, noise, fits }))
         }))
     }
 
@@ -650,6 +683,7 @@ pub(super) fn first_noise(problem: &Problem, residual: &[f64]) -> Noise {
         instruments: problem.instruments,
         drift: None,
         swell: None,
+        jitter_s: None,
     }
 }
 

@@ -10,7 +10,7 @@ use super::gains::{self, OfScale, Scaled};
 use super::problem::CURRENT_STD;
 use super::uncertainty::{
     attitude_noise, current_drift, disturbances, inflation, instruments, inverse, of_coefficients,
-    swell_force,
+    swell_force, thrust_jitter,
 };
 use super::{Actuator, Fitted, GainBeside, ScaleClaim, Tried};
 use crate::plant::{Basis, Plant};
@@ -50,6 +50,9 @@ pub struct PlantFit {
     pub current_drift: Option<CurrentDrift>,
     /// Force of waves on each axis, if the trials show one.
     pub swell: Option<SwellForce>,
+    /// Jitter of thrust: standard deviation of the time at which a change of thrust acts, s, and that of its
+    /// estimate, if the trials show one.
+    pub thrust_jitter_s: Option<(f64, f64)>,
     /// Delay, lag and lever arm of the velocity sensor beyond those that are stated, if the trials support
     /// them; the fit corrects for them.
     pub report: VelocityReport,
@@ -207,6 +210,7 @@ impl Fitted {
             as_stated: None,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             swell: swell_force(&problem.structure, &noise, &noise_covariance),
+            thrust_jitter_s: thrust_jitter(&optimum.point.noise, &noise_covariance),
             log_likelihood: -optimum.cost,
             samples: problem.samples(),
             iterations: optimum.iterations,

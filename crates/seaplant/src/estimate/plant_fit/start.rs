@@ -157,6 +157,7 @@ fn first_point(problem: &Problem, records: &[&TrialRecord], least_squares: &Solv
         actuator: problem.first_actuator,
         currents: vec![[0.0; 2]; records.len()],
         noise: first_noise(problem, &least_squares.residual),
+        jitter_of: problem.first_actuator,
     };
     if problem.is_free {
         point.noise = free::first_noise(problem, records);

@@ -64,6 +64,7 @@ impl PlantFit {
             actuator: self.actuator,
             currents: vec![self.mean_current(); records.len()],
             noise: self.noise(),
+            jitter_of: self.actuator,
         };
         let Some((slope, _)) = problem.by_plant(&point) else { return Ok(None) };
         let (p, q) = (problem.structure.terms().len(), 2 * records.len());
@@ -109,6 +110,7 @@ impl PlantFit {
                 frequency: TAU / swell.period_s.0,
                 damping: swell.damping.0,
             }),
+            jitter_s: self.thrust_jitter_s.map(|(std, _)| std),
         }
     }
 }

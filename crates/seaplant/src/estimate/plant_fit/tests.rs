@@ -1,4 +1,5 @@
 mod blocks;
+mod jitter;
 mod known;
 mod sensor_place;
 mod slow_logs;
@@ -11,7 +12,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::filter::{Filter, InstrumentNoise, Noise, Pass, PassInput};
+use super::filter::{Filter, InstrumentNoise, Jolts, Noise, Pass, PassInput};
 use super::schedule::Schedule;
 use super::sensor_lag::SensorLag;
 use super::*;
@@ -177,7 +178,17 @@ fn noise() -> Noise {
             frequency: 1.1,
             damping: 0.08,
         }),
+        jitter_s: Some(0.03),
     }
+}
+
+/// The force over each slice, and its changes.
+type Forces = (HeldForces, Jolts);
+
+fn forces(actuator: Actuator, schedule: &Schedule, axes: &[Dof]) -> Forces {
+    let pushes = actuator.pushes(&schedule.thrust, &schedule.slices, axes);
+    let jolts = Jolts::of(&pushes, &schedule.slices, 0.1);
+    (pushes, jolts)
 }
 
 /// The same force, logged so often that each slice of the filter is short: what lies in its middle
@@ -211,7 +222,8 @@ fn check_slope_by_plant(sensor: SensorLag) {
     let record = of_thrusters(logged_often(record(&plant, "a", 1, 20, 0.005)));
     let schedules = Schedule::complete(&[&record], plant.structure(), Attitude::Known, sensor);
     let schedule = &schedules[0];
-    let noise = noise();
+    // Jitter is in the gains alone, which are fixed here.
+    let noise = Noise { jitter_s: None, ..noise() };
     // Away from the optimum, where slopes are steep.
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let current = [0.07, 0.02];
@@ -222,15 +234,21 @@ fn check_slope_by_plant(sensor: SensorLag) {
     let base = prepared(&off);
     fn pass<'a>(
         filter: &'a dyn Filter,
-        (schedule, pushes): (&'a Schedule, &'a HeldForces),
+        (schedule, forces): (&'a Schedule, &'a Forces),
         current: [f64; 2],
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput { schedule, pushes, current, noise, fits: ALL })
+        filter.pass(PassInput {
+            schedule,
+            pushes: &forces.0,
+            jolts: Some(&forces.1),
+            current,
+            noise,
+            fits: ALL,
+        })
     }
     let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
-    let pushed =
-        |actuator: Actuator| actuator.pushes(&schedule.thrust, &schedule.slices, plant.axes());
+    let pushed = |actuator: Actuator| forces(actuator, schedule, plant.axes());
     let pushes = pushed(actuator);
     let (slope, gains) = pass(&*base, (schedule, &pushes), current, &noise).by_plant();
     // Slopes that are small beside others are the difference of large parts.
@@ -320,8 +338,15 @@ pub(super) fn over<T>(
     let schedules =
         Schedule::complete(&[record], plant.structure(), Attitude::Known, SensorLag::default());
     let schedule = &schedules[0];
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
-    work(PassInput { schedule, pushes: &pushes, current: [0.07, 0.02], noise: &noise, fits: ALL })
+    let pushes = forces(Actuator::default(), schedule, plant.axes());
+    work(PassInput {
+        schedule,
+        pushes: &pushes.0,
+        jolts: Some(&pushes.1),
+        current: [0.07, 0.02],
+        noise: &noise,
+        fits: ALL,
+    })
 }
 
 /// A vehicle that rolls and pitches, driven freely, as its sensors see it.
@@ -381,18 +406,26 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
         instruments: InstrumentNoise::NONE,
         drift: None,
         swell: None,
+        jitter_s: Some(0.03),
     };
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
+    let pushes = forces(Actuator::default(), schedule, plant.axes());
     let prepared = |coefficients: &[f64]| {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
         filter_of(&plant, Attitude::State)
     };
     fn pass<'a>(
         filter: &'a dyn Filter,
-        (schedule, pushes): (&'a Schedule, &'a HeldForces),
+        (schedule, forces): (&'a Schedule, &'a Forces),
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput { schedule, pushes, current: [0.0; 2], noise, fits: ALL })
+        filter.pass(PassInput {
+            schedule,
+            pushes: &forces.0,
+            jolts: Some(&forces.1),
+            current: [0.0; 2],
+            noise,
+            fits: ALL,
+        })
     }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let base = prepared(&off);
@@ -454,11 +487,12 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     let schedule = &schedules[0];
     let filter = filter_of(&plant, Attitude::Known);
     let logarithms = noise().logarithms();
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
+    let pushes = forces(Actuator::default(), schedule, plant.axes());
     let pass = |noise: &Noise| {
         let pass = filter.pass(PassInput {
             schedule,
-            pushes: &pushes,
+            pushes: &pushes.0,
+            jolts: Some(&pushes.1),
             current: [0.1, -0.05],
             noise,
             fits: ALL,
@@ -492,7 +526,7 @@ fn check_slope_by_noise(sensor: SensorLag) {
     let schedules = Schedule::complete(&[&record], plant.structure(), Attitude::Known, sensor);
     let schedule = &schedules[0];
     let filter = filter_of(&plant, Attitude::Known);
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
+    let pushes = forces(Actuator::default(), schedule, plant.axes());
     let noise = Noise {
         disturbance: vec![0.5].into(),
         correlation_s: vec![4.0].into(),
@@ -501,11 +535,13 @@ fn check_slope_by_noise(sensor: SensorLag) {
         instruments: InstrumentNoise::NONE,
         drift: Some(filter::Drift { std_m_s: 0.03, correlation_s: 25.0 }),
         swell: Some(filter::Swell { std: vec![0.2].into(), frequency: 1.1, damping: 0.08 }),
+        jitter_s: Some(0.03),
     };
     let pass = |noise: &Noise| {
         let pass = filter.pass(PassInput {
             schedule,
-            pushes: &pushes,
+            pushes: &pushes.0,
+            jolts: Some(&pushes.1),
             current: [0.1, 0.0],
             noise,
             fits: ALL,
@@ -970,19 +1006,27 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
             frequency: 1.1,
             damping: 0.08,
         }),
+        jitter_s: Some(0.03),
     };
-    let pushes = Actuator::default().pushes(&schedule.thrust, &schedule.slices, plant.axes());
+    let pushes = forces(Actuator::default(), schedule, plant.axes());
     let prepared = |coefficients: &[f64]| {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
         filter_of(&plant, Attitude::State)
     };
     fn pass<'a>(
         filter: &'a dyn Filter,
-        (schedule, pushes): (&'a Schedule, &'a HeldForces),
+        (schedule, forces): (&'a Schedule, &'a Forces),
         current: [f64; 2],
         noise: &'a Noise,
     ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput { schedule, pushes, current, noise, fits: ALL })
+        filter.pass(PassInput {
+            schedule,
+            pushes: &forces.0,
+            jolts: Some(&forces.1),
+            current,
+            noise,
+            fits: ALL,
+        })
     }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let (base, current) = (prepared(&off), [0.04, -0.03]);

@@ -112,6 +112,11 @@ pub(super) fn current_drift(noise: &Noise, covariance: &DMatrix<f64>) -> Option<
     })
 }
 
+pub(super) fn thrust_jitter(noise: &Noise, covariance: &DMatrix<f64>) -> Option<(f64, f64)> {
+    let k = noise.place(NoiseNumber::Jitter);
+    noise.jitter_s.map(|std| (std, std * covariance[(k, k)].sqrt()))
+}
+
 pub(super) fn swell_force(
     structure: &Structure,
     noise: &Noise,

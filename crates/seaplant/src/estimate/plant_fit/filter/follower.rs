@@ -73,6 +73,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             NoiseNumber::SwellDamping => {
                 of_swell(&|swell| self.swell_shape_change(swell, swell.turn_changes(h)[1], h))
             }
+            NoiseNumber::Jitter => Change { jitter: 2.0, ..Change::default() },
         }
     }
 
@@ -191,6 +192,8 @@ pub(super) struct Change {
     pub(super) map: Vec<MapChange>,
     /// Change of the step of the current.
     pub(super) current: Option<CurrentChange>,
+    /// Change of what the jitter of thrust adds to the covariance, relative to it.
+    pub(super) jitter: f64,
 }
 
 /// Change of the decay of one axis's disturbance.
@@ -221,6 +224,7 @@ impl<const N: usize, const M: usize, const K: usize> NoiseSensitivity<N, M, K> {
     ) {
         let mut own = crossed.map(|_| (self.covariance, self.covariance.crossed(step)));
         self.covariance.predict_motion(step, process);
+        step.jitter.iter().for_each(|jitter| self.covariance.xx += jitter * change.jitter);
         let mut pushed = SVector::zeros();
         if let Some(fade) = &change.fade {
             pushed = self.fade(fade, step, covariance);

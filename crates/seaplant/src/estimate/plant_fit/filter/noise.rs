@@ -24,6 +24,9 @@ pub(in crate::estimate::plant_fit) struct Noise {
     pub(in crate::estimate::plant_fit) drift: Option<Drift>,
     /// Force of waves; `None` in calm water.
     pub(in crate::estimate::plant_fit) swell: Option<Swell>,
+    /// Jitter of thrust: standard deviation of the time at which a change of thrust acts, s; `None`
+    /// if all act when the log and the actuator say.
+    pub(in crate::estimate::plant_fit) jitter_s: Option<f64>,
 }
 
 /// One number of a [`Noise`]; fits change their logarithms.
@@ -49,6 +52,8 @@ pub(in crate::estimate::plant_fit) enum NoiseNumber {
     SwellFrequency,
     /// Damping ratio of waves.
     SwellDamping,
+    /// Jitter of thrust.
+    Jitter,
 }
 
 impl NoiseNumber {
@@ -183,13 +188,13 @@ impl Noise {
             all.extend(axes.map(NoiseNumber::Swell));
             all.extend([NoiseNumber::SwellFrequency, NoiseNumber::SwellDamping]);
         }
+        all.extend(self.jitter_s.map(|_| NoiseNumber::Jitter));
         all
     }
 
     /// Returns the number of logarithms.
     pub(in crate::estimate::plant_fit) fn count(&self) -> usize {
-        let of_swell = self.swell.as_ref().map_or(0, |_| self.axes() + 2);
-        self.first_of_swell() + of_swell
+        self.of_jitter() + usize::from(self.jitter_s.is_some())
     }
 
     /// Returns the index of a number's logarithm.
@@ -206,6 +211,7 @@ impl Noise {
             NoiseNumber::Swell(axis) => self.first_of_swell() + axis,
             NoiseNumber::SwellFrequency => self.first_of_swell() + n,
             NoiseNumber::SwellDamping => self.first_of_swell() + n + 1,
+            NoiseNumber::Jitter => self.of_jitter(),
         }
     }
 
@@ -219,6 +225,10 @@ impl Noise {
 
     fn first_of_swell(&self) -> usize {
         self.first_of_drift() + if self.drift.is_some() { 2 } else { 0 }
+    }
+
+    fn of_jitter(&self) -> usize {
+        self.first_of_swell() + self.swell.as_ref().map_or(0, |_| self.axes() + 2)
     }
 
     /// Returns the logarithms of all numbers.
@@ -256,6 +266,7 @@ impl Noise {
             NoiseNumber::Swell(axis) => swell.and_then(|swell| swell.std.get_mut(axis)),
             NoiseNumber::SwellFrequency => swell.map(|swell| &mut swell.frequency),
             NoiseNumber::SwellDamping => swell.map(|swell| &mut swell.damping),
+            NoiseNumber::Jitter => self.jitter_s.as_mut(),
         }
     }
 
@@ -351,6 +362,7 @@ mod tests {
             instruments: InstrumentNoise { active, ..InstrumentNoise::NONE },
             drift: Some(Drift::FIRST),
             swell: Some(Swell { std: DVector::repeat(2, 5.0), frequency: 6.0, damping: 0.1 }),
+            jitter_s: Some(0.02),
         };
         let numbers = noise.numbers();
         assert_eq!(numbers.len(), noise.count());

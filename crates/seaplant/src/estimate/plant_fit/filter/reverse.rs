@@ -117,6 +117,8 @@ struct Step {
     by_current: Option<[DVector<f64>; 2]>,
     /// How the state after it moves with an impulse along each axis.
     impulses: Vec<DVector<f64>>,
+    /// Covariance that the jitter of thrust adds to the state.
+    jitter: Option<DMatrix<f64>>,
     /// The measurements after it.
     measured: std::ops::Range<usize>,
 }
@@ -150,21 +152,22 @@ impl Tape {
     ) {
         let end = self.measured.len();
         let moved = transition.rows.as_ref().and_then(|rows| rows.moved.as_deref());
-        let impulse = |axis: usize| {
-            let mut impulse = DVector::zeros(M + N + covariance.count);
-            impulse.rows_mut(0, N).copy_from(&inverse.column(axis));
-            if let Some([_, after]) = moved {
-                let moved = after.rows(0, covariance.count).columns(0, N) * inverse.column(axis);
-                impulse.rows_mut(M + N, covariance.count).copy_from(&moved);
-            }
-            impulse
-        };
+        let count = covariance.count;
+        // How the state after the step moves with the motion after it.
+        let mut by_motion = DMatrix::zeros(M + N + count, M);
+        by_motion.view_mut((0, 0), (M, M)).fill_with_identity();
+        if let Some([_, after]) = moved {
+            by_motion.view_mut((M + N, 0), (count, M)).copy_from(&after.rows(0, count));
+        }
+        let impulse = |axis: usize| by_motion.columns(0, N) * inverse.column(axis);
+        let jitter = transition.jitter.map(|jitter| &by_motion * jitter * by_motion.transpose());
         self.steps.push(Step {
             mean: numbers_of(mean),
             covariance: matrix_of(covariance),
             transition: transition_of(transition, covariance.count),
             by_current: transition.current.map(|step| step.directions::<N>(covariance.count)),
             impulses: (0..N).map(impulse).collect(),
+            jitter,
             measured: end..end,
         });
     }
@@ -221,7 +224,7 @@ impl Back {
 
     /// Goes back over a step; the state begins with m numbers of motion, and disturbances follow.
     fn predict(&mut self, m: usize, step: &Step, changes: &[Change]) {
-        let Step { mean, covariance, transition, by_current, impulses, .. } = step;
+        let Step { mean, covariance, transition, by_current, impulses, jitter, .. } = step;
         let first = m + impulses.len();
         let product = &self.covariance * transition;
         let of_impulse = |(axis, impulse): (usize, &DVector<f64>)| {
@@ -264,6 +267,9 @@ impl Back {
                     by += current.fade * (2.0 * with_from + of_mean);
                     by += current.added * (&self.covariance * direction).dot(direction);
                 }
+            }
+            if let Some(jitter) = jitter.as_ref().filter(|_| change.jitter != 0.0) {
+                by += change.jitter * self.covariance.dot(jitter);
             }
             self.gradient[k] += by;
         }

@@ -242,6 +242,7 @@ impl<const N: usize, const M: usize, const K: usize> Covariance<N, M, K> {
     ) {
         let before = crossed.map(|_| *self);
         self.predict_motion(step, process);
+        step.jitter.iter().for_each(|jitter| self.xx += jitter);
         if let (Some(before), Some(crossed), Some(rows)) = (before, crossed, &step.rows) {
             self.predict_navigation(&before, crossed, (rows, process));
         }
@@ -297,6 +298,8 @@ pub(super) struct Transition<const N: usize, const M: usize, const K: usize> {
     pub(super) rows: Option<Rows<M, K>>,
     /// Step of the current, after the other states; `None` if it does not vary.
     pub(super) current: Option<CurrentStep<M>>,
+    /// Covariance that the jitter of thrust adds to motion; `None` where thrust does not change.
+    pub(super) jitter: Option<SMatrix<f64, M, M>>,
 }
 
 impl<const N: usize, const M: usize, const K: usize> Transition<N, M, K> {
@@ -324,6 +327,7 @@ mod tests {
             fade: Vector2::new(0.99, 0.995),
             rows: None,
             current: None,
+            jitter: None,
         };
         let mut process = Covariance::<2, 2, 4>::zeros(2);
         process.xx = Matrix2::identity() * 1e-8;

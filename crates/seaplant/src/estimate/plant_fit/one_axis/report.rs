@@ -181,6 +181,7 @@ impl OneAxis<'_> {
             sensor_lag_s: None,
             sensor_window_s: None,
             swell,
+            thrust_jitter_s: found.thrust_jitter_s.map(positive),
             current_drift: found.current_drift.map(|drift| positive(drift.std_m_s)),
             current: currents.collect(),
             turning: by_effect(Candidate::Turning.name()).map(|force| Estimate {

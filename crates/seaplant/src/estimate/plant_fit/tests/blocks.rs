@@ -194,6 +194,7 @@ fn a_heading_counts_without_the_whole_turns_that_a_log_lost() {
         actuator: Actuator::default(),
         currents: vec![[0.0; 2]],
         noise: problem::first_noise(&logged, &[1.0; 6]),
+        jitter_of: Actuator::default(),
     };
     let slopes = |record: &TrialRecord| {
         let problem = problem(record);
