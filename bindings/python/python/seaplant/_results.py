@@ -137,6 +137,7 @@ Candidate: TypeAlias = Literal[
     "sensor-window",
     "swell",
     "current-drift",
+    "thrust-jitter",
     "smooth-speed",
     "smooth-thrust",
 ]

@@ -47,6 +47,8 @@ pub enum Candidate {
     Swell,
     /// A current that varies in each trial.
     CurrentDrift,
+    /// Changes of thrust that act earlier or later than its log, lag and delay say.
+    ThrustJitter,
     /// Propeller speeds that move smoothly from one logged sample to the next.
     #[serde(alias = "linear-thrust")]
     SmoothSpeed,
@@ -56,7 +58,7 @@ pub enum Candidate {
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Lag,
         Self::Delay,
         Self::ReverseRatio,
@@ -75,6 +77,7 @@ impl Candidate {
         Self::SensorWindow,
         Self::Swell,
         Self::CurrentDrift,
+        Self::ThrustJitter,
         Self::SmoothSpeed,
         Self::SmoothThrust,
     ];
@@ -100,6 +103,7 @@ impl Candidate {
             Self::SensorWindow => "sensor-window",
             Self::Swell => "swell",
             Self::CurrentDrift => "current-drift",
+            Self::ThrustJitter => "thrust-jitter",
             Self::SmoothSpeed => "smooth-speed",
             Self::SmoothThrust => "smooth-thrust",
         }

@@ -35,7 +35,7 @@ use crate::motion::{
 };
 use crate::plant::Plant;
 use follower::{Process, StepCache};
-pub(super) use jitter::Jolts;
+pub(super) use jitter::ThrustChanges;
 use navigation::Ends;
 pub(super) use navigation::{InstrumentNoise, Layout, MOST as MOST_NAVIGATION, Reading};
 pub(super) use noise::{Drift, Noise, NoiseNumber, Swell};
@@ -185,7 +185,7 @@ pub(super) struct PassInput<'a> {
     /// Force over each slice of the schedule.
     pub(super) pushes: &'a HeldForces,
     /// Changes of thrust that may act at another time; `None` without jitter.
-    pub(super) jolts: Option<&'a Jolts>,
+    pub(super) thrust_changes: Option<&'a ThrustChanges>,
     /// Mean current, north and east, m/s.
     pub(super) current: [f64; 2],
     pub(super) noise: &'a Noise,

@@ -219,9 +219,9 @@ impl Fitted {
 
     /// The same with jitter of thrust, if that is likelier by more than chance.
     ///
-    /// What changes between two samples of its log acts up to a period before the latter. The mean of
-    /// that is a negative delay; what is left would pass for a disturbance of short memory, which is
-    /// there at all times.
+    /// Thrust that changes between two samples of its log acts up to a period before the second one. The
+    /// mean of this lead is a negative delay. The rest would be fitted as a disturbance with a short
+    /// correlation time, which acts at all times.
     pub(super) fn with_jitter_that_shows(mut self) -> Result<Self, Error> {
         let Self { problem, optimum, .. } = &self;
         let has_log = problem.thrust_period_s > 0.0;

@@ -146,7 +146,7 @@ impl Problem {
         let limits = self.noise_limits(&point.noise);
         let hessian = descent.hessian(&logarithms, &gradient, &information);
         let damping = &mut descent.damping;
-        // What is absent need not grow, and a disturbance that is has no correlation time either.
+        // A number that changes no likelihood and need not grow is held, with the correlation time of a disturbance.
         let is_absent = |k: usize| information[(k, k)] < ABSENT && gradient[k] >= 0.0;
         let numbers = point.noise.numbers();
         let is_held = |k: usize| match numbers[k] {

@@ -228,7 +228,9 @@ impl OneAxis<'_> {
         if self.may_have(Candidate::Slew) {
             fitted = fitted.with_slew_that_shows()?;
         }
-        fitted = fitted.with_jitter_that_shows()?;
+        if self.may_have(Candidate::ThrustJitter) {
+            fitted = fitted.with_jitter_that_shows()?;
+        }
         fitted = self.with_later_numbers(fitted);
         fitted = fitted.with_speeds_as_they_are(records)?.searched(records)?;
         let tried = std::mem::take(&mut fitted.tried);

@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector, Matrix6};
 
 use super::actuator::Actuator;
 use super::filter::{
-    Filter, Gains, Innovation, InstrumentNoise, Jolts, Layout, Noise, NoiseNumber, Pass, PassInput,
-    Slope,
+    Filter, Gains, Innovation, InstrumentNoise, Layout, Noise, NoiseNumber, Pass, PassInput, Slope,
+    ThrustChanges,
 };
 use super::schedule::{Attitude, Schedule, known_together};
 use super::sensor_lag::SensorLag;
@@ -28,7 +28,7 @@ pub(super) struct Point {
     pub(super) currents: Vec<[f64; 2]>,
     /// Disturbance and measurement noise, common to all trials.
     pub(super) noise: Noise,
-    /// The actuator by which the jitter of thrust has its changes.
+    /// The actuator whose changes of thrust have jitter: that at which a descent with its noise began.
     pub(super) jitter_of: Actuator,
 }
 
@@ -88,7 +88,8 @@ pub(super) struct Problem {
     pub(super) is_free: bool,
 }
 
-/// Cache of what follows from an actuator, for each schedule, for the last one: most passes use the same.
+/// Cache of a quantity that depends on the actuator, by schedule, for the last actuator: most passes use
+/// the same one.
 struct OfActuator<T>(Mutex<Option<(Actuator, Arc<[T]>)>>);
 
 impl<T> Default for OfActuator<T> {
@@ -98,7 +99,7 @@ impl<T> Default for OfActuator<T> {
 }
 
 impl<T: Send> OfActuator<T> {
-    /// Returns it for each of some schedules.
+    /// Returns the quantity of each schedule.
     fn get(
         &self,
         actuator: &Actuator,
@@ -122,7 +123,7 @@ impl<T: Send> OfActuator<T> {
 #[derive(Default)]
 struct ForceCache {
     pushes: OfActuator<HeldForces>,
-    jolts: OfActuator<Jolts>,
+    thrust_changes: OfActuator<ThrustChanges>,
 }
 
 /// Fisher information of the logarithms of the noise for one measurement, for each set of numbers at the last
@@ -384,18 +385,21 @@ impl Problem {
         };
         let pushes = self.forces.pushes.get(&point.actuator, &self.schedules, of(point.actuator));
         let has_log = self.thrust_period_s > 0.0;
-        let jolts = point.noise.jitter_s.filter(|_| has_log).map(|_| {
+        let thrust_changes = point.noise.jitter_s.filter(|_| has_log).map(|_| {
             let pushes = of(point.jitter_of);
-            self.forces.jolts.get(&point.jitter_of, &self.schedules, |schedule| {
-                Jolts::of(&pushes(schedule), &schedule.slices, self.thrust_period_s)
+            self.forces.thrust_changes.get(&point.jitter_of, &self.schedules, |schedule| {
+                ThrustChanges::of(&pushes(schedule), &schedule.slices, self.thrust_period_s)
             })
         });
         Ok(parallel::of_each(self.schedules.len(), |k| {
             let (schedule, pushes) = (&self.schedules[k], &pushes[k]);
-            let jolts = jolts.as_ref().map(|jolts| &jolts[k]);
+            let thrust_changes = thrust_changes.as_ref().map(|thrust_changes| &thrust_changes[k]);
             let current = point.currents[schedule.trial];
             let (noise, fits) = (&point.noise, self.fits);
-            work(k, &*filter.pass(PassInput { schedule, pushes, jolts, current, noise, fits }))
+            work(
+                k,
+                &*filter.pass(PassInput { schedule, pushes, thrust_changes, current, noise, fits }),
+            )
         }))
     }
 

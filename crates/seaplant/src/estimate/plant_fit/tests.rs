@@ -12,7 +12,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::filter::{Filter, InstrumentNoise, Jolts, Noise, Pass, PassInput};
+use super::filter::{Filter, InstrumentNoise, Noise, Pass, PassInput, ThrustChanges};
 use super::schedule::Schedule;
 use super::sensor_lag::SensorLag;
 use super::*;
@@ -183,18 +183,35 @@ fn noise() -> Noise {
 }
 
 /// The force over each slice, and its changes.
-type Forces = (HeldForces, Jolts);
+type Forces = (HeldForces, ThrustChanges);
 
 fn forces(actuator: Actuator, schedule: &Schedule, axes: &[Dof]) -> Forces {
     let pushes = actuator.pushes(&schedule.thrust, &schedule.slices, axes);
-    let jolts = Jolts::of(&pushes, &schedule.slices, 0.1);
-    (pushes, jolts)
+    let thrust_changes = ThrustChanges::of(&pushes, &schedule.slices, 0.1);
+    (pushes, thrust_changes)
+}
+
+fn input<'a>(
+    (schedule, (pushes, thrust_changes)): (&'a Schedule, &'a Forces),
+    current: [f64; 2],
+    noise: &'a Noise,
+) -> PassInput<'a> {
+    PassInput { schedule, pushes, thrust_changes: Some(thrust_changes), current, noise, fits: ALL }
+}
+
+fn pass<'a>(
+    filter: &'a dyn Filter,
+    forces: (&'a Schedule, &'a Forces),
+    current: [f64; 2],
+    noise: &'a Noise,
+) -> Box<dyn Pass + 'a> {
+    filter.pass(input(forces, current, noise))
 }
 
 /// The same force, logged so often that each slice of the filter is short: what lies in its middle
 /// then stands for all of it as exactly as differences tell.
 fn logged_often(mut record: TrialRecord) -> TrialRecord {
-    const PERIOD_S: f64 = 0.1 / 16.0;
+    const PERIOD_S: f64 = 0.1 / 32.0;
     let finely = |force: Timed| {
         let grid = Grid::spanning(force.first_s(), force.last_s(), PERIOD_S);
         // Rounding must not put an instant before the step that begins at it.
@@ -222,8 +239,7 @@ fn check_slope_by_plant(sensor: SensorLag) {
     let record = of_thrusters(logged_often(record(&plant, "a", 1, 20, 0.005)));
     let schedules = Schedule::complete(&[&record], plant.structure(), Attitude::Known, sensor);
     let schedule = &schedules[0];
-    // Jitter is in the gains alone, which are fixed here.
-    let noise = Noise { jitter_s: None, ..noise() };
+    let noise = noise();
     // Away from the optimum, where slopes are steep.
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let current = [0.07, 0.02];
@@ -232,21 +248,6 @@ fn check_slope_by_plant(sensor: SensorLag) {
         filter_of(&plant, Attitude::Known)
     };
     let base = prepared(&off);
-    fn pass<'a>(
-        filter: &'a dyn Filter,
-        (schedule, forces): (&'a Schedule, &'a Forces),
-        current: [f64; 2],
-        noise: &'a Noise,
-    ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput {
-            schedule,
-            pushes: &forces.0,
-            jolts: Some(&forces.1),
-            current,
-            noise,
-            fits: ALL,
-        })
-    }
     let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
     let pushed = |actuator: Actuator| forces(actuator, schedule, plant.axes());
     let pushes = pushed(actuator);
@@ -339,14 +340,7 @@ pub(super) fn over<T>(
         Schedule::complete(&[record], plant.structure(), Attitude::Known, SensorLag::default());
     let schedule = &schedules[0];
     let pushes = forces(Actuator::default(), schedule, plant.axes());
-    work(PassInput {
-        schedule,
-        pushes: &pushes.0,
-        jolts: Some(&pushes.1),
-        current: [0.07, 0.02],
-        noise: &noise,
-        fits: ALL,
-    })
+    work(input((schedule, &pushes), [0.07, 0.02], &noise))
 }
 
 /// A vehicle that rolls and pitches, driven freely, as its sensors see it.
@@ -413,30 +407,16 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
         filter_of(&plant, Attitude::State)
     };
-    fn pass<'a>(
-        filter: &'a dyn Filter,
-        (schedule, forces): (&'a Schedule, &'a Forces),
-        noise: &'a Noise,
-    ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput {
-            schedule,
-            pushes: &forces.0,
-            jolts: Some(&forces.1),
-            current: [0.0; 2],
-            noise,
-            fits: ALL,
-        })
-    }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let base = prepared(&off);
-    let here = pass(&*base, (schedule, &pushes), &noise);
+    let here = pass(&*base, (schedule, &pushes), [0.0; 2], &noise);
     let (slope, gains) = here.by_plant();
     for (k, term) in plant.structure().terms().iter().enumerate() {
         let step = 1e-6 * off[k].abs().max(0.1);
         let at = |sign: f64| {
             let mut moved = off.clone();
             moved[k] += sign * step;
-            pass(&*prepared(&moved), (schedule, &pushes), &noise).at_gains(&gains)
+            pass(&*prepared(&moved), (schedule, &pushes), [0.0; 2], &noise).at_gains(&gains)
         };
         let expected = (at(1.0) - at(-1.0)) / (2.0 * step);
         let part = (slope.gradient[k] - expected).abs() / expected.abs().max(1.0);
@@ -444,7 +424,7 @@ fn slopes_are_those_of_the_likelihood_where_attitude_is_a_state() {
     }
     let truth = prepared(plant.coefficients());
     let of_noise = |noise: &Noise| {
-        let pass = pass(&*truth, (schedule, &pushes), noise);
+        let pass = pass(&*truth, (schedule, &pushes), [0.0; 2], noise);
         (pass.noise_gradient(), pass.cost())
     };
     let ((found, gradient), cost) = of_noise(&noise);
@@ -489,14 +469,7 @@ fn the_noises_slope_is_that_of_the_likelihood() {
     let logarithms = noise().logarithms();
     let pushes = forces(Actuator::default(), schedule, plant.axes());
     let pass = |noise: &Noise| {
-        let pass = filter.pass(PassInput {
-            schedule,
-            pushes: &pushes.0,
-            jolts: Some(&pushes.1),
-            current: [0.1, -0.05],
-            noise,
-            fits: ALL,
-        });
+        let pass = pass(&*filter, (schedule, &pushes), [0.1, -0.05], noise);
         (pass.noise_gradient(), pass.cost())
     };
     let ((found, gradient), cost) = pass(&noise());
@@ -538,14 +511,7 @@ fn check_slope_by_noise(sensor: SensorLag) {
         jitter_s: Some(0.03),
     };
     let pass = |noise: &Noise| {
-        let pass = filter.pass(PassInput {
-            schedule,
-            pushes: &pushes.0,
-            jolts: Some(&pushes.1),
-            current: [0.1, 0.0],
-            noise,
-            fits: ALL,
-        });
+        let pass = pass(&*filter, (schedule, &pushes), [0.1, 0.0], noise);
         (pass.noise_gradient().1, pass.cost())
     };
     let (gradient, _) = pass(&noise);
@@ -1013,21 +979,6 @@ fn slopes_are_those_of_the_likelihood_where_only_positions_and_acceleration_are_
         let plant = Plant::new(plant.structure().clone(), coefficients.to_vec()).expect("possible");
         filter_of(&plant, Attitude::State)
     };
-    fn pass<'a>(
-        filter: &'a dyn Filter,
-        (schedule, forces): (&'a Schedule, &'a Forces),
-        current: [f64; 2],
-        noise: &'a Noise,
-    ) -> Box<dyn Pass + 'a> {
-        filter.pass(PassInput {
-            schedule,
-            pushes: &forces.0,
-            jolts: Some(&forces.1),
-            current,
-            noise,
-            fits: ALL,
-        })
-    }
     let off: Vec<f64> = plant.coefficients().iter().map(|x| 1.1 * x).collect();
     let (base, current) = (prepared(&off), [0.04, -0.03]);
     let (slope, gains) = pass(&*base, (schedule, &pushes), current, &noise).by_plant();

@@ -168,8 +168,11 @@ fn early_thrust(fit: &PlantFit) -> Option<Caveat> {
     let [_, delay_std, ..] = fit.actuator_std;
     let (early_s, std) = (-fit.actuator.delay_s, delay_std?);
     (early_s > 0.0).then(|| {
+        let spread = fit.thrust_jitter_s.map_or_else(String::new, |(std_s, _)| {
+            format!(" on average, and single changes {} s (standard deviation) earlier or later", spoken(std_s))
+        });
         let message = format!(
-            "thrust acts {} ± {} s before its log says, as it does where its log is late, or where it is logged less often than it changes and held until the next sample; mass and drag are those of thrust that much earlier, and what it did between samples nobody knows; log what thrusters are told at every change, on the clock of the sensors",
+            "thrust acts {} ± {} s before its log says{spread}, as it does where its log is late, or where it is logged less often than it changes and held until the next sample; mass and drag are those of thrust that much earlier, and what it did between samples nobody knows; log what thrusters are told at every change, on the clock of the sensors",
             spoken(early_s),
             spoken(1.96 * std)
         );

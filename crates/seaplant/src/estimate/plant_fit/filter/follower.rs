@@ -224,7 +224,7 @@ impl<const N: usize, const M: usize, const K: usize> NoiseSensitivity<N, M, K> {
     ) {
         let mut own = crossed.map(|_| (self.covariance, self.covariance.crossed(step)));
         self.covariance.predict_motion(step, process);
-        step.jitter.iter().for_each(|jitter| self.covariance.xx += jitter * change.jitter);
+        step.jitter.iter().for_each(|jitter| self.covariance.xx += **jitter * change.jitter);
         let mut pushed = SVector::zeros();
         if let Some(fade) = &change.fade {
             pushed = self.fade(fade, step, covariance);

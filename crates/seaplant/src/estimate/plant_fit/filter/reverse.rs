@@ -160,7 +160,8 @@ impl Tape {
             by_motion.view_mut((M + N, 0), (count, M)).copy_from(&after.rows(0, count));
         }
         let impulse = |axis: usize| by_motion.columns(0, N) * inverse.column(axis);
-        let jitter = transition.jitter.map(|jitter| &by_motion * jitter * by_motion.transpose());
+        let jitter = transition.jitter.as_deref();
+        let jitter = jitter.map(|jitter| &by_motion * jitter * by_motion.transpose());
         self.steps.push(Step {
             mean: numbers_of(mean),
             covariance: matrix_of(covariance),

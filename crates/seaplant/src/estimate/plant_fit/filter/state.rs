@@ -242,7 +242,7 @@ impl<const N: usize, const M: usize, const K: usize> Covariance<N, M, K> {
     ) {
         let before = crossed.map(|_| *self);
         self.predict_motion(step, process);
-        step.jitter.iter().for_each(|jitter| self.xx += jitter);
+        step.jitter.iter().for_each(|jitter| self.xx += **jitter);
         if let (Some(before), Some(crossed), Some(rows)) = (before, crossed, &step.rows) {
             self.predict_navigation(&before, crossed, (rows, process));
         }
@@ -299,7 +299,7 @@ pub(super) struct Transition<const N: usize, const M: usize, const K: usize> {
     /// Step of the current, after the other states; `None` if it does not vary.
     pub(super) current: Option<CurrentStep<M>>,
     /// Covariance that the jitter of thrust adds to motion; `None` where thrust does not change.
-    pub(super) jitter: Option<SMatrix<f64, M, M>>,
+    pub(super) jitter: Option<Box<SMatrix<f64, M, M>>>,
 }
 
 impl<const N: usize, const M: usize, const K: usize> Transition<N, M, K> {

@@ -65,6 +65,9 @@ impl OneAxis<'_> {
                     let drift = fit.current_drift.map(|drift| drift.std_m_s);
                     (drift.map(|(x, std)| squared(x, std)), ADMITTED)
                 }
+                (Candidate::ThrustJitter, _) => {
+                    (fit.thrust_jitter_s.map(|(x, std)| squared(x, std)), ADMITTED)
+                }
                 (Candidate::Inflow | Candidate::InflowAhead, _) => {
                     let own = fit.tried.iter().find(|tried| tried.name == candidate.name());
                     let ratio = own.map_or(0.0, |tried| tried.likelihood_ratio);

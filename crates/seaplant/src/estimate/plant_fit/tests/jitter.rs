@@ -19,23 +19,30 @@ fn changing_between_samples(plant: &Plant, trial: &str, seed: u64) -> TrialRecor
     driven(plant, TrialRecord { force, ..empty }, acting, (&time_s, 0.002, &mut random))
 }
 
+/// Ten instants between a sample and the next at which a change may act, evenly: their standard deviation and mean.
+const SPREAD_S: f64 = 0.0287;
+const MEAN_S: f64 = 0.045;
+
 #[test]
-fn thrust_that_changes_between_samples_of_its_log_has_jitter_and_leaves_masses_right() {
+fn thrust_that_changes_between_samples_of_its_log_has_jitter() {
     let plant = planar();
     let records =
         [("a", 1), ("b", 2)].map(|(trial, seed)| changing_between_samples(&plant, trial, seed));
     let records: Vec<&TrialRecord> = records.iter().collect();
     let fit = fit_plant(plant.structure(), &records, None, false).expect("a plant");
-    let (jitter_s, std) = fit.thrust_jitter_s.expect("changes act at any time");
-    // Evenly between one sample and the next.
-    let expected = 0.1 / 12_f64.sqrt();
-    assert!((jitter_s - expected).abs() < 4.0 * std.max(0.05 * expected), "{jitter_s} ± {std} s");
-    assert!((fit.actuator.delay_s + 0.05).abs() < 0.01, "{} s", fit.actuator.delay_s);
+    let (jitter_s, _) = fit.thrust_jitter_s.expect("changes act at any time");
+    // Some of it remains in the disturbance.
+    assert!((jitter_s - SPREAD_S).abs() < 0.2 * SPREAD_S, "{jitter_s} s");
+    assert!((fit.actuator.delay_s + MEAN_S).abs() < 0.2 * MEAN_S, "{} s", fit.actuator.delay_s);
     let terms = plant.structure().terms().iter().zip(plant.coefficients());
     for (k, (term, expected)) in terms.enumerate() {
         let (found, std) = (fit.plant.coefficients()[k], fit.covariance[(k, k)].sqrt());
         assert!((found - expected).abs() < 3.5 * std, "{term}: {found} ± {std}, {expected}");
+        // Without jitter masses are off by up to 0.6 %, and innovations have a colour of up to 10.
+        let is_mass = matches!(term, Basis::Mass(i, j) if i == j);
+        assert!(!is_mass || (found / expected - 1.0).abs() < 0.003, "{term}: {found}, {expected}");
     }
+    assert!(fit.whiteness.values().all(|colour| *colour < 3.0), "{:?}", fit.whiteness);
 }
 
 #[test]
