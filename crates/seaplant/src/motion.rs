@@ -4,6 +4,7 @@ mod attitude;
 mod flow;
 mod held;
 mod known;
+mod pair;
 mod products;
 mod rate;
 mod simulate;

@@ -22,7 +22,7 @@ mod structure;
 
 pub(crate) use basis::own_terms;
 pub use basis::{Basis, Factor, Instant, NO_WAY, Product};
-pub(crate) use basis::{kirchhoff, kirchhoff_slope};
+pub(crate) use basis::{kirchhoff, kirchhoff_slope, sign};
 pub use coefficients::Plant;
 pub(crate) use effect::MOST_READ;
 pub use effect::{Effect, EffectForce, Foil, Pusher, Signal};

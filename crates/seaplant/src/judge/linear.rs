@@ -40,8 +40,9 @@ pub(crate) struct Window {
     pub(crate) thrust: Vec<f64>,
     /// Acceleration by drag over the same step.
     pub(crate) drag: Vec<f64>,
-    /// Negative decay rate of a small velocity error, 1/s.
-    decay: Vec<f64>,
+    /// Of the step that starts at each sample, the factor by which a velocity error decays, and the gain of a
+    /// constant acceleration, s.
+    steps: Vec<[f64; 2]>,
     /// Model of the velocity sensor.
     sensor: VelocitySensor,
     nuisances: Vec<Vec<f64>>,
@@ -116,7 +117,12 @@ impl Window {
         let simulated = &comparison.simulated[part.clone()];
         let velocity: Vec<f64> = simulated.iter().map(|v| v - current).collect();
         let plant = model.lumped;
+        // Negative decay rate of a small velocity error, 1/s.
         let decay = velocity.iter().map(|v| (2.0 * plant.beta * v.abs() + plant.mu).min(0.0));
+        let decay: Vec<f64> = decay.collect();
+        let step = |(rates, times): (&[f64], &[f64])| {
+            step_response(0.5 * (rates[0] + rates[1]), times[1] - times[0])
+        };
         let (mut thrust, mut drag) = (Vec::new(), Vec::new());
         for k in 0..velocity.len() {
             // No step starts at the last sample; its value is not used.
@@ -131,7 +137,7 @@ impl Window {
             comparison.measured[part].iter().zip(simulated).map(|(y, s)| y - s).collect();
         let mut window = Self {
             trial: comparison.trial.clone(),
-            decay: decay.collect(),
+            steps: decay.windows(2).zip(time_s.windows(2)).map(step).collect(),
             sensor: model.sensor,
             time_s,
             error: Vec::new(),
@@ -142,7 +148,7 @@ impl Window {
         };
         let force = window.sensor_output(&vec![1.0; error.len()]);
         // Drag acts on velocity through the water: a current u adds −(2β|v| + μ) u.
-        let current = window.sensor_output(&window.decay.iter().map(|x| -x).collect::<Vec<_>>());
+        let current = window.sensor_output(&decay.iter().map(|x| -x).collect::<Vec<_>>());
         let has_current = !comparison.dof.is_rotation();
         let nuisances =
             [Some(window.start_response()), Some(force), has_current.then_some(current)];
@@ -171,30 +177,20 @@ impl Window {
     }
 
     fn start_response(&self) -> Vec<f64> {
-        let mut response = vec![1.0];
-        for k in 1..self.time_s.len() {
-            response.push(response[k - 1] * self.step_response(k).0);
-        }
-        response
+        let kept = self.steps.iter().scan(1.0, |left, [kept, _]| {
+            *left *= kept;
+            Some(*left)
+        });
+        std::iter::once(1.0).chain(kept).collect()
     }
 
     fn integrate(&self, acceleration: &[f64]) -> Vec<f64> {
-        let mut response = vec![0.0];
-        for k in 1..self.time_s.len() {
-            let (kept, gain_s) = self.step_response(k);
-            response.push(kept * response[k - 1] + gain_s * acceleration[k - 1]);
-        }
-        response
-    }
-
-    /// Returns the factor by which a velocity error decays over step k, and the gain of a constant
-    /// acceleration over it, s.
-    fn step_response(&self, k: usize) -> (f64, f64) {
-        let step_s = self.time_s[k] - self.time_s[k - 1];
-        let decay = 0.5 * (self.decay[k] + self.decay[k - 1]);
-        let kept = (decay * step_s).exp();
-        let gain_s = if decay * step_s > -1e-9 { step_s } else { (kept - 1.0) / decay };
-        (kept, gain_s)
+        let steps = self.steps.iter().zip(acceleration);
+        let response = steps.scan(0.0, |velocity, ([kept, gain_s], acceleration)| {
+            *velocity = kept * *velocity + gain_s * acceleration;
+            Some(*velocity)
+        });
+        std::iter::once(0.0).chain(response).collect()
     }
 
     fn without_nuisances(&self, mut x: Vec<f64>) -> Vec<f64> {
@@ -222,6 +218,14 @@ impl Window {
     pub(crate) fn duration_s(&self) -> f64 {
         self.time_s[self.time_s.len() - 1] - self.time_s[0]
     }
+}
+
+/// Returns the factor by which a velocity error decays over a step, and the gain of a constant acceleration
+/// over it, s; `decay` is the negative rate, 1/s.
+fn step_response(decay: f64, step_s: f64) -> [f64; 2] {
+    let kept = (decay * step_s).exp();
+    let gain_s = if decay * step_s > -1e-9 { step_s } else { (kept - 1.0) / decay };
+    [kept, gain_s]
 }
 
 fn norm(x: &[f64]) -> f64 {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 use super::{Prepared, apply, times};
+use crate::series::ROUNDING_S;
 
 /// An interval of constant force, at most 0.05 s, short enough that the integration error of roll
 /// and pitch at some rad/s is negligible.
@@ -119,6 +120,27 @@ pub(crate) struct Flow<const N: usize, const M: usize> {
     parameters: Vec<usize>,
     /// The forcing of each derivative in the middle of a slice.
     sources: Vec<SVector<f64, N>>,
+    /// The decay over half of the last slice: most slices are as long as those before them.
+    half: HalfDecay<N>,
+}
+
+/// What is left of a disturbance after half of a slice.
+#[derive(Clone, Copy)]
+struct HalfDecay<const N: usize> {
+    rate: SVector<f64, N>,
+    length_s: f64,
+    left: SVector<f64, N>,
+}
+
+impl<const N: usize> HalfDecay<N> {
+    /// Computes it anew for a slice of another length, or at other rates.
+    fn over(&mut self, rate: &SVector<f64, N>, length_s: f64) -> SVector<f64, N> {
+        if (length_s - self.length_s).abs() > ROUNDING_S || *rate != self.rate {
+            let left = rate.map(|rate| (-0.5 * rate * length_s).exp());
+            *self = Self { rate: *rate, length_s, left };
+        }
+        self.left
+    }
 }
 
 impl<const N: usize, const M: usize> Flow<N, M> {
@@ -150,6 +172,7 @@ impl<const N: usize, const M: usize> Flow<N, M> {
             columns: vec![SVector::zeros(); count],
             parameters: Vec::new(),
             sources: vec![SVector::zeros(); count.saturating_sub(M)],
+            half: HalfDecay { rate: SVector::zeros(), length_s: 0.0, left: SVector::repeat(1.0) },
         }
     }
 
@@ -195,12 +218,8 @@ pub(crate) fn advance<'a, const N: usize, const M: usize>(
 ) {
     flow.start(motion);
     let mut left = SVector::<f64, N>::repeat(1.0);
-    let (mut length_s, mut half) = (0.0, left);
     for (index, (slice, push)) in slices.iter().zip(pushes).enumerate() {
-        if slice.length_s != length_s {
-            length_s = slice.length_s;
-            half = decay.rate.map(|rate| (-0.5 * rate * length_s).exp());
-        }
+        let half = flow.half.over(&decay.rate, slice.length_s);
         let middle = left.component_mul(&half);
         let remaining = [left, middle, middle.component_mul(&half)];
         step(plant, (slice, push), (disturbance, &remaining), index == 0, flow);

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
+use super::pair::{Extended, Pair, extended};
 use super::{Load, apply, times};
 use crate::plant::{
     Basis, Instant, MOST_READ, Plant, Product, Structure, kirchhoff, kirchhoff_slope,
@@ -12,7 +13,8 @@ use crate::{Dof, Error};
 struct Forces<const N: usize> {
     axes: [Option<usize>; N],
     mass: Matrix6<f64>,
-    /// The index among the axes on which each acts, and its coefficient.
+    pairs: Vec<Pair>,
+    /// Other products of velocities: the index among the axes on which each acts, and its coefficient.
     products: Vec<(usize, Product, f64)>,
     weight_excess: f64,
     lever: Vector3<f64>,
@@ -31,6 +33,7 @@ impl<const N: usize> Forces<N> {
         let mut forces = Self {
             axes,
             mass: Matrix6::zeros(),
+            pairs: Vec::new(),
             products: Vec::new(),
             weight_excess: 0.0,
             lever: Vector3::zeros(),
@@ -57,6 +60,7 @@ impl<const N: usize> Forces<N> {
 
     /// Sets the coefficients of the same terms; the second call allocates nothing.
     fn set(&mut self, terms: &[Basis], coefficients: &[f64]) {
+        self.pairs.clear();
         self.products.clear();
         self.effects.clear();
         for (term, &value) in terms.iter().zip(coefficients) {
@@ -66,8 +70,10 @@ impl<const N: usize> Forces<N> {
                     self.mass[(j.index(), i.index())] = value;
                 }
                 Basis::Product(on, product) => {
-                    if let Some(place) = self.place(on) {
-                        self.products.push((place, product, value));
+                    let Some(place) = self.place(on) else { continue };
+                    match Pair::new(place, &product, value) {
+                        Some(pair) => self.pairs.push(pair),
+                        None => self.products.push((place, product, value)),
                     }
                 }
                 Basis::WeightExcess => (self.weight_excess, self.restores) = (value, true),
@@ -92,6 +98,10 @@ impl<const N: usize> Forces<N> {
         let mut n = self.constant;
         if self.turns_momentum {
             n += self.on_axes(&kirchhoff(&(self.mass * velocity), velocity));
+        }
+        let all = extended(velocity);
+        for pair in &self.pairs {
+            n[pair.on] += pair.value(&all);
         }
         for (place, product, value) in &self.products {
             n[*place] += value * product.value(velocity);
@@ -126,6 +136,16 @@ impl<const N: usize> Forces<N> {
                 (Some(on), Some(of)) => six[(on, of)],
                 _ => 0.0,
             });
+        }
+        let all = extended(velocity);
+        let mut rows = [Extended::default(); N];
+        for pair in &self.pairs {
+            pair.add_slope(&all, &mut rows[pair.on]);
+        }
+        for (i, row) in rows.iter().enumerate() {
+            for (j, axis) in self.axes.iter().enumerate() {
+                slope[(i, j)] += axis.map_or(0.0, |axis| row[axis]);
+            }
         }
         for (place, product, value) in &self.products {
             let mut row = [0.0; 6];

@@ -94,10 +94,14 @@ impl Product {
             [Some(one), Some(other), None, ..] => one.value(velocity) * other.value(velocity),
             _ => self.factors().map(|factor| factor.value(velocity)).product(),
         };
-        match self.speed {
-            0 => product,
-            power => product * Speed::new(velocity).power(power).0,
-        }
+        if self.speed == 0 { product } else { product * self.power_of_speed(velocity) }
+    }
+
+    /// Returns the power of U; out of line, since its root and division are hoisted out of loops over products
+    /// otherwise, most of which have none.
+    #[inline(never)]
+    fn power_of_speed(&self, velocity: &Vector6<f64>) -> f64 {
+        Speed::new(velocity).power(self.speed).0
     }
 
     /// Returns the product with its last non-modulus factor evaluated at another velocity.
@@ -110,10 +114,7 @@ impl Product {
             false => factor.value(velocity),
         };
         let product: f64 = self.factors().enumerate().map(at).product();
-        match self.speed {
-            0 => product,
-            power => product * Speed::new(velocity).power(power).0,
-        }
+        if self.speed == 0 { product } else { product * self.power_of_speed(velocity) }
     }
 
     /// Adds `weight · ∂product/∂ν` to a row.
@@ -170,7 +171,8 @@ impl Speed {
     }
 }
 
-fn sign(x: f64) -> f64 {
+/// Returns −1, 0 or 1.
+pub(crate) fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 

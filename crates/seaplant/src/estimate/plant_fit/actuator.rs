@@ -292,7 +292,11 @@ impl Actuator {
             return Ok(record.force.clone());
         }
         let slices = self.slices(&record.force);
-        let pushes = self.pushes(&LoggedThrust::of(record, 0.0), &slices, &Dof::ALL);
+        let pushes = self.pushes(
+            &LoggedThrust::of(record, 0.0, self.log_change_loaded != 0.0),
+            &slices,
+            &Dof::ALL,
+        );
         let mut acting = [const { None }; 6];
         for (axis, _) in record.force.iter().enumerate().filter(|(_, logged)| logged.is_some()) {
             let values = pushes.each().map(|push| push.force[axis]).collect::<Vec<f64>>();
@@ -480,13 +484,15 @@ pub(super) struct LoggedThrust {
     window_s: (f64, f64),
     /// How far through all trials it is, from −½ to ½.
     between: f64,
-    /// `Σ (k n²)^(3/2)` of all thrusters, and what it is of each at a speed of 1 rad/s; none of a wrench.
+    /// `Σ (k n²)^(3/2)` of all thrusters, and what it is of each at a speed of 1 rad/s; none of a wrench, and
+    /// where thrust does not depend on it.
     load: Option<(Timed, f64)>,
 }
 
 impl LoggedThrust {
-    /// What pushes in a trial that is so far through all trials, from −½ of the first to ½ of the last.
-    pub(super) fn of(record: &TrialRecord, between: f64) -> Arc<Self> {
+    /// What pushes in a trial that is so far through all trials, from −½ of the first to ½ of the last; with the
+    /// load of all thrusters if thrust may depend on that.
+    pub(super) fn of(record: &TrialRecord, between: f64, has_load: bool) -> Arc<Self> {
         let is_of_thrusters =
             |axis: usize| record.thrusters.iter().any(|thruster| thruster.wrench[axis] != 0.0);
         let wrench = std::array::from_fn(|axis| match is_of_thrusters(axis) {
@@ -494,7 +500,7 @@ impl LoggedThrust {
             false => record.force[axis].clone(),
         });
         let (thrusters, window_s) = (record.thrusters.clone(), record.window_s);
-        let load = total_load(&thrusters);
+        let load = has_load.then(|| total_load(&thrusters)).flatten();
         Arc::new(Self { thrusters, wrench, window_s, between, load })
     }
 

@@ -397,7 +397,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         let mut row = vec![0.0; count];
         let (mut since_mark_s, mut steps) = (0.0, StepCache::default());
         let still = SVector::zeros();
-        let (lag_s, mut behind) = (lag_s.unwrap_or_default(), SVector::<f64, M>::zeros());
+        let mut behind = SVector::<f64, M>::zeros();
         for direction in 0..2 {
             let own = &mut by[p + direction];
             own.motion = -self.water_column(&self.schedule.instants[0], direction);
@@ -411,7 +411,9 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             let before = mean.motion;
             let transition = self.predict(instant, &mut mean, &mut flow);
             let acceleration = (mean.motion - before) / instant.length_s;
-            behind = acceleration + (behind - acceleration) * (-instant.length_s / lag_s).exp();
+            if let Some(lag_s) = lag_s {
+                behind = acceleration + (behind - acceleration) * (-instant.length_s / lag_s).exp();
+            }
             let own = flow.by_plant().iter().chain(std::iter::repeat(&still));
             by.iter_mut().zip(own).for_each(|(state, own)| state.step(&transition, own));
             if let Some(north) = self.schedule.layout.position {

@@ -201,7 +201,8 @@ impl Fitted {
     /// chance beside the colour of innovations.
     pub(super) fn with_load_that_shows(self) -> Result<Self, Error> {
         let Self { problem, optimum, .. } = &self;
-        if !problem.has_thrusters || problem.fits[Actuator::LOADED] {
+        let is_alone = problem.structure.axes().len() == 1;
+        if !problem.has_thrusters || is_alone || problem.fits[Actuator::LOADED] {
             return Ok(self);
         }
         let mut loaded = problem.clone();

@@ -137,8 +137,9 @@ impl Schedule {
     ) -> Arc<[Self]> {
         let loads = &loads(records);
         let how = How { structure, attitude, loads, sensor };
+        let has_load = structure.axes().len() > 1;
         let of = |(trial, record): (usize, &&TrialRecord)| {
-            let thrust = LoggedThrust::of(record, order(trial, records.len()));
+            let thrust = LoggedThrust::of(record, order(trial, records.len()), has_load);
             Self::stretches(trial, record, &thrust, record.window_s, how)
         };
         records.iter().enumerate().flat_map(of).collect()
@@ -153,9 +154,10 @@ impl Schedule {
     ) -> Arc<[Self]> {
         let loads = &loads(records);
         let how = How { structure, attitude, loads, sensor };
+        let has_load = structure.axes().len() > 1;
         let of = |(trial, record): (usize, &&TrialRecord)| {
             let (from, to) = record.window_s;
-            let thrust = LoggedThrust::of(record, order(trial, records.len()));
+            let thrust = LoggedThrust::of(record, order(trial, records.len()), has_load);
             let spacing = (to - from) / PIECES as f64;
             let piece = |k: usize| {
                 let middle = from + (k as f64 + 0.5) * spacing;

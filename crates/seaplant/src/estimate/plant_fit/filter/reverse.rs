@@ -24,28 +24,35 @@ use super::{Sweep, half_log};
 use crate::estimate::plant_fit::schedule::FilterInstant;
 use crate::motion::Flow;
 
-/// Number of instants between two stored states, from which what is between them is computed again.
+/// Least number of instants between two stored states, from which what is between them is computed again …
 const SEGMENT: usize = 128;
+
+/// … and entries of covariances that are stored at once: several megabytes, which hold a trial of one axis.
+const MOST_STORED: usize = 200_000;
 
 impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     /// Computes the negative log-likelihood and its gradient by the logarithms of the noise.
     pub(super) fn noise_gradient(&self) -> (f64, DVector<f64>) {
         let instants = &self.schedule.instants[1..];
+        let mut back = Back::new(M + N + self.states(), self.noise.count());
+        let length =
+            (MOST_STORED / back.covariance.len()).clamp(SEGMENT, instants.len().max(SEGMENT));
         let (mut steps, mut of_steps) = (StepCache::default(), StepCache::default());
         let mut at = (self.initial_mean(), self.initial_covariance());
-        let (mut cost, mut marks) = (0.0, Vec::new());
-        for segment in instants.chunks(SEGMENT) {
+        let (mut cost, mut marks, mut tape) = (0.0, Vec::new(), Tape::default());
+        for segment in instants.chunks(length) {
             marks.push(at);
-            cost += self.follow(segment, &mut at, &mut steps, None);
+            // The sweep back begins with the last segment.
+            let is_last = marks.len() == instants.len().div_ceil(length);
+            cost += self.follow(segment, &mut at, &mut steps, is_last.then_some(&mut tape));
         }
-        let mut back = Back::new(M + N + self.states(), self.noise.count());
         if !cost.is_finite() || !at.0.motion.iter().all(|v| v.is_finite()) {
             return (f64::INFINITY, back.gradient);
         }
-        let mut tape = Tape::default();
-        for (segment, mark) in instants.chunks(SEGMENT).zip(marks).rev() {
-            tape.clear();
-            self.follow(segment, &mut { mark }, &mut steps, Some(&mut tape));
+        for (segment, mark) in instants.chunks(length).zip(marks).rev() {
+            if tape.steps.is_empty() {
+                self.follow(segment, &mut { mark }, &mut steps, Some(&mut tape));
+            }
             for (instant, step) in segment.iter().zip(&tape.steps).rev() {
                 for state in self.reset_states(instant) {
                     back.reset(M + N + state);
@@ -56,6 +63,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 let changes = of_steps.get(instant.length_s, |h| self.changes(h));
                 back.predict(M, step, changes);
             }
+            tape.clear();
         }
         for (k, first) in self.noise_sensitivities().iter().enumerate() {
             back.gradient[k] += back.covariance.dot(&matrix_of(&first.covariance));
