@@ -23,19 +23,18 @@ pub use colour::box_pierce;
 pub(crate) use coupling::{Coupling, turned};
 pub(crate) use cross::left_out;
 pub use good_for::{ConfirmedMotion, GoodFor, WorseTrial};
-pub(crate) use good_for::{LEAST_R2, Tested, range};
+pub(crate) use good_for::{Tested, range};
 pub(crate) use judged::Judged;
 pub(crate) use linear::windows_of;
 pub(crate) use null::Nulls;
 pub use null::{NullModel, NullScore};
 pub use off::{MayBeOff, OffBecause};
 pub(crate) use off::{Number, may_be_off};
+pub(crate) use score::{PREDICTS, Scored, records, score};
 pub use score::{PlantScore, Score, score_plant};
-pub(crate) use score::{Scored, records, score};
 pub(crate) use thrust::{STILL, feedback, one_speed, reversed, still};
 pub(crate) use verdict::{
-    Judge, KNOWN_DRAG, KNOWN_MASS, MORE, PREDICTS, WIDEST_DRAG, WIDEST_MASS, explains, free_error,
-    intervals, statement, vouched,
+    Judge, KNOWN_DRAG, KNOWN_MASS, MORE, WIDEST_DRAG, WIDEST_MASS, intervals, statement, vouched,
 };
 pub use verdict::{Trust, Verdict};
 pub(crate) use working::{drag_at, working_speed};

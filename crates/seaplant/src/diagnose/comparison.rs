@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::caveat::{estimated, spoken};
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{Estimate, Fit, Method};
-use crate::judge::{Judged, PREDICTS, Scored, drag_at, free_error, is_better, vouched};
+use crate::judge::{Judged, PREDICTS, Scored, drag_at, is_better, vouched};
 use crate::results::{PlantResult, Score, SteadyResult, TrialResult};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
@@ -166,7 +166,7 @@ pub(crate) fn outdone(one: &Judged, by: &Judged) -> Option<Caveat> {
 
 /// Returns whether a plant predicts trials worse than their mean, also with offsets removed.
 fn contradicts(score: &Score) -> bool {
-    let is_far = free_error(score) > PREDICTS * score.null_error;
+    let is_far = score.free_error() > PREDICTS * score.null_error;
     score.r_squared.is_some_and(|r2| r2 < 0.0) && is_far
 }
 
@@ -201,7 +201,7 @@ pub(crate) fn scoring(dof: Dof, fit: &Score, tested: Option<&Scored>) -> Vec<Cav
                 ),
             ));
         }
-        Some(error) if error >= null && free_error(score) >= null => caveats.push(Caveat::severe(
+        Some(error) if error >= null && score.free_error() >= null => caveats.push(Caveat::severe(
             CaveatCode::NoBetterThanNull,
             format!(
                 "on {which} trials the {dof} model is off by {error:.3} {} on average, no better than a model that never moves ({null:.3})",

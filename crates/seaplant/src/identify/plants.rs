@@ -5,6 +5,7 @@ mod doubts;
 mod known;
 mod online;
 mod prime;
+mod restoring;
 mod rivals;
 mod scale;
 mod score;
@@ -13,7 +14,6 @@ mod steady;
 mod thrusters;
 mod trials;
 mod under_way;
-mod verdict;
 
 pub(super) use scale::WIDEST_SCALE;
 pub use score::{compare_fitted_plant, score_fitted_plant, score_table};
@@ -23,11 +23,12 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
+use super::verdict::{Evidence, Judged};
 use crate::axes::listed;
 use crate::estimate::{
     Actuator, INSTRUMENTS, PlantFit, Tried, fit_alone, fit_plant, fit_plant_freely, restless_thrust,
 };
-use crate::judge::{OffBecause, STILL};
+use crate::judge::{OffBecause, STILL, may_be_off};
 use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure};
 use crate::results::{
     Coefficient, Correlation, Driven, Failure, Identifiability, MatrixResult, Parameter,
@@ -167,9 +168,12 @@ fn plant(
     let by_mass = known::scale(&fit, &records.fit, vehicle);
     let by_forces = scale::scale(&fit);
     let is_known = by_forces.is_some_and(|(scale, half)| half <= WIDEST_SCALE * scale);
-    let refuted_scale = verdict::refuted_scale(&fit, vehicle, by_mass.as_ref(), is_known);
-    let of_trials = plant.hold_out.as_ref().map(|held| trials::Confirmed::new(held, &records));
-    let worse = of_trials.iter().flat_map(trials::Confirmed::caveats).collect::<Vec<_>>();
+    let refuted_scale = scale::refuted(&fit, vehicle, by_mass.as_ref(), is_known);
+    let good_for = plant.hold_out.as_ref().map(|held| trials::confirmed(held, &records));
+    // Axes that all trials together show to be badly predicted are left to other caveats.
+    let is_predicted = |dof: Dof| plant.held_out(dof).is_some_and(|pooled| !pooled.falls_short());
+    let worse: Vec<Caveat> =
+        good_for.iter().flat_map(|good_for| good_for.caveats(is_predicted)).collect();
     let mut numbers = known::numbers(&fit, rival.as_ref(), plant.hold_out.as_ref(), &records.fit);
     for one in sensor_place::centred(&fit, &records.fit, vehicle) {
         let own = numbers.iter_mut().filter(|(dof, number)| *dof == one.swing.by && number.is_mass);
@@ -195,9 +199,16 @@ fn plant(
     plant.caveats.splice(0..0, own);
     let online = online::plants(&fit, &records, vehicle, options);
     plant.caveats.splice(0..0, records.left_out);
-    let of_trials = of_trials.as_ref();
-    let evidence = verdict::Evidence { fit: &fit, of_trials, numbers: &numbers, refuted_scale };
-    (plant.verdict, plant.verdicts) = verdict::verdicts(&plant, &evidence, &of_axes);
+    let axes = numbers.iter().map(|(dof, _)| *dof);
+    let evidence = Evidence {
+        of_axes: of_axes.iter().map(|(dof, caveat)| (*dof, caveat)).collect(),
+        against_all: refuted_scale.or(doubts::too_early(&fit)),
+        lacking: plant.axes.iter().copied().filter(|dof| doubts::lacks(&fit, *dof)).collect(),
+        is_early: fit.actuator.delay_s < 0.0,
+        good_for,
+        may_be_off: axes.zip(may_be_off(numbers.iter().map(|(_, number)| number))).collect(),
+    };
+    (plant.verdict, plant.verdicts) = Judged { plant: &plant, evidence: &evidence }.verdicts();
     Ok((structure.name(), plant, online))
 }
 

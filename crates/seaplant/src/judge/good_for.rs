@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::null::NullModel;
-use super::verdict::{PREDICTS, explains};
+use super::score::{LEAST_R2, PREDICTS, explains};
 use crate::axes::listed;
 use crate::caveat::spoken;
 use crate::signal::slope_around;
@@ -84,9 +84,6 @@ const LEAST_TESTING_MOTION: f64 = 0.3;
 const HELD: f64 = 10.0;
 /// … if the error is at least this fraction of the typical motion of the trials.
 const MATERIAL: f64 = 0.05;
-
-/// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
-pub(crate) const LEAST_R2: f64 = 0.28;
 
 /// Half the length of the interval over which the slope of speed gives acceleration, s: long enough
 /// to suppress noise.

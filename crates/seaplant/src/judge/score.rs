@@ -8,6 +8,7 @@ use super::null::{NullScore, Nulls};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::caveat::spoken;
 use crate::evaluate::compare_record;
 use crate::regression::batch_s;
 use crate::{
@@ -71,7 +72,85 @@ const FOLLOWED: f64 = 0.5;
 /// Ratio of the error to that of a disturbance, above which the disturbance does not explain it.
 const DISTURBED: f64 = 1.5;
 
+/// Maximum prediction error of a confirmed plant, relative to that of a model that never moves.
+pub(crate) const PREDICTS: f64 = 0.5;
+
+/// R² of a plant whose error is 0.85 of that of a model that keeps its mean speed.
+pub(super) const LEAST_R2: f64 = 0.28;
+
+/// Fraction of the variance of acceleration that a valid plant explains; the rest may be vibration.
+const EXPLAINED: f64 = 0.5;
+
+/// Returns true if a plant explains most of the acceleration of trials where nothing else was
+/// measured.
+pub(super) fn explains(quantity: ScoredMotion, r_squared: Option<f64>) -> bool {
+    quantity == ScoredMotion::Acceleration && r_squared.is_some_and(|r2| r2 > EXPLAINED)
+}
+
+/// Maximum error of a plant that predicts, relative to that of the best model without a plant …
+const BEATS_NULL: f64 = 0.85;
+
+/// … and relative to the same where trials confirm the plant otherwise: noise brings the errors closer together,
+/// but does not make that of the better model larger by more than chance.
+const HIDDEN_BY_NOISE: f64 = 1.1;
+
 impl Score {
+    /// Returns the error after removal of the offsets by current or tether, which affect every model.
+    pub(crate) fn free_error(&self) -> f64 {
+        let errors = [self.mean_abs_error, self.offset_free_error];
+        errors.into_iter().flatten().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns true if the error is too near to that of a model that never moves.
+    pub(crate) fn fails(&self) -> bool {
+        self.mean_abs_error.is_some()
+            && self.free_error() > PREDICTS * self.null_error
+            && !explains(self.quantity, self.r_squared)
+    }
+
+    /// Returns true if the best model without a plant does nearly as well; where that is not known, one that
+    /// keeps its mean speed.
+    fn explains_nothing(&self) -> bool {
+        match self.best_null {
+            Some(null) => self.free_error() > BEATS_NULL * null.mean_abs_error,
+            None => self.r_squared.is_some_and(|r2| r2 < LEAST_R2),
+        }
+    }
+
+    /// Returns true if the plant predicts no better than a model without one.
+    pub(crate) fn falls_short(&self) -> bool {
+        self.fails() || self.explains_nothing()
+    }
+
+    /// Returns true if the best model without a plant does better by more than noise.
+    pub(crate) fn is_worse_than_null(&self) -> bool {
+        self.best_null.is_some_and(|null| self.free_error() > HIDDEN_BY_NOISE * null.mean_abs_error)
+    }
+
+    /// Returns how the plant falls short in an axis on some trials, if it does.
+    pub(crate) fn shortfall(&self, dof: Dof, trials: &str) -> Option<String> {
+        let unit = self.quantity.unit(dof);
+        let error = spoken(self.free_error());
+        if self.fails() {
+            return Some(format!(
+                "on {trials} the error of {dof} is {error} {unit}, too near to that of {}, {} {unit}",
+                self.quantity.null_model(),
+                spoken(self.null_error)
+            ));
+        }
+        self.explains_nothing().then(|| match self.best_null {
+            Some(null) => format!(
+                "on {trials} the error of {dof} is {error} {unit}, hardly less than that of {}, {} {unit}",
+                null.model.description(),
+                spoken(null.mean_abs_error)
+            ),
+            None => format!(
+                "on {trials} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
+                100.0 * self.r_squared.unwrap_or(0.0).max(0.0)
+            ),
+        })
+    }
+
     /// Returns whether the disturbance explains the error, which is then not evidence against the
     /// plant.
     pub(crate) fn is_of_disturbance(&self) -> bool {

@@ -8,7 +8,7 @@ use super::off::MayBeOff;
 use super::score::Score;
 use super::working::drag_at;
 use crate::caveat::spoken;
-use crate::{Caveat, CaveatCode, Estimate, Fit, ScoredMotion, Severity, Term};
+use crate::{Caveat, CaveatCode, Estimate, Fit, Severity, Term};
 
 /// Level of trust in a plant.
 #[derive(
@@ -149,8 +149,6 @@ pub(crate) fn statement(message: &str) -> String {
     message.split(": ").next().unwrap_or_default().to_owned()
 }
 
-/// Maximum prediction error of a confirmed plant, relative to that of a model that never moves.
-pub(crate) const PREDICTS: f64 = 0.5;
 /// Ratio of the ends of a mass interval above which mass is undetermined.
 pub(crate) const WIDEST_MASS: f64 = 2.0;
 /// Relative half-width of the interval above which drag at working speed is undetermined.
@@ -211,27 +209,12 @@ pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
 /// Minimum R² of the simulated path that confirms a plant.
 const FOLLOWED: f64 = 0.95;
 
-/// Returns true if unseen trials determine the plant and agree with it, even if velocity noise
-/// hides the quality of its prediction: they support no change, or the simulation follows the
+/// Returns true if unseen trials determine the plant and agree with it, even if velocity noise or forces that
+/// are not logged hide the quality of its prediction: they support no change, or the simulation follows the
 /// measured path of each.
 pub(crate) fn vouched<'a>(score: &Score, trials: impl Iterator<Item = &'a Score>) -> bool {
     let follows = |trial: &Score| trial.position_r_squared.is_some_and(|r| r > FOLLOWED);
     let mut trials = trials.peekable();
     let follows_all = trials.peek().is_some() && trials.all(follows);
-    follows_all || score.change.is_some_and(|change| change.vouches())
-}
-
-/// Fraction of the variance of acceleration that a valid plant explains; the rest may be vibration.
-const EXPLAINED: f64 = 0.5;
-
-/// Returns true if a plant explains most of the acceleration of trials where nothing else was
-/// measured.
-pub(crate) fn explains(quantity: ScoredMotion, r_squared: Option<f64>) -> bool {
-    quantity == ScoredMotion::Acceleration && r_squared.is_some_and(|r2| r2 > EXPLAINED)
-}
-
-/// Returns the error after removal of the offsets by current or tether, which affect every model.
-pub(crate) fn free_error(score: &Score) -> f64 {
-    let errors = [score.mean_abs_error, score.offset_free_error];
-    errors.into_iter().flatten().fold(f64::INFINITY, f64::min)
+    follows_all || score.is_vouched() || score.change.is_some_and(|change| change.vouches())
 }

@@ -1,13 +1,13 @@
 //! Reasons to doubt a plant of several axes.
 
+use super::restoring::restoring;
 use super::{Records, correlation, known, scale, thrusters, under_way};
 use crate::caveat::{estimated, spoken};
 use crate::estimate::{Actuator, NEGLIGIBLE_POWER, PlantFit, damping_power, is_pushed};
-use crate::judge::{LEAST_R2, NOT_WHITE, PREDICTS};
+use crate::judge::NOT_WHITE;
 use crate::plant::{Basis, EffectForce};
 use crate::results::{LikelyChange, PlantResult, PlantScore, Score, ToldBy};
 use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Method, TrialRecord, Vehicle};
-use std::cmp::Ordering;
 
 /// Two coefficients that are correlated by more cannot be told apart.
 const COLLINEAR: f64 = 0.98;
@@ -193,9 +193,13 @@ fn smooth_thrust(between: BetweenSamples) -> Option<Caveat> {
     Some(Caveat::warning(CaveatCode::ThrustBetweenSamples, message))
 }
 
-/// Whether thrust acts so long before its log says that too little is known of it.
-pub(super) fn is_too_early(fit: &PlantFit) -> bool {
-    -fit.actuator.delay_s > TOO_EARLY_S
+/// Returns why no axis may be trusted where thrust acts so long before its log says that too little is known of
+/// it.
+pub(super) fn too_early(fit: &PlantFit) -> Option<&'static str> {
+    let is_too_early = -fit.actuator.delay_s > TOO_EARLY_S;
+    is_too_early.then_some(
+        "thrust acts long before its log says: what it did between its samples is not known",
+    )
 }
 
 /// Thrust that acts so long before its log says, s, is hardly known: a small vehicle rolls to and fro
@@ -341,130 +345,6 @@ fn not_dissipative(fit: &PlantFit, records: &[&TrialRecord]) -> Option<Caveat> {
     })
 }
 
-/// Weight and buoyancy as stated must be those that the motion shows. Where both that and the righting
-/// lever are too large, or both too small, thrust is.
-fn restoring(fit: &PlantFit, vehicle: &Vehicle) -> Option<Caveat> {
-    let known = restored(fit, vehicle);
-    if let Some(caveat) = thrust_by_weight(&known) {
-        return Some(caveat);
-    }
-    let off: Vec<String> = known.iter().filter(|own| own.is_off).map(Restored::words).collect();
-    let all = match weight_and_lever(&known) {
-        Some(_) => {
-            "; both say that the scale of thrust is wrong, and with it all masses and drags, as where thrusters push less in reverse than their curves or a logged wrench say; log thrusters one by one, or leave out [buoyancy] if it is a guess"
-        }
-        None => {
-            "; weigh the vehicle in water, check the centres of gravity and buoyancy, and the scale of thrust"
-        }
-    };
-    (!off.is_empty()).then(|| {
-        let message = format!("{}{all}", off.join(", and "));
-        Caveat::warning(CaveatCode::RestoringContradicts, message)
-    })
-}
-
-/// Returns true if both the weight in water and the righting lever say that thrust has another scale, the
-/// same way.
-pub(super) fn restoring_refutes(fit: &PlantFit, vehicle: &Vehicle) -> bool {
-    weight_and_lever(&restored(fit, vehicle)).is_some()
-}
-
-/// Returns how many times too large the weight in water and the righting lever say thrust is, if both say that
-/// it is too large, or both too small.
-fn weight_and_lever(known: &[Restored]) -> Option<[f64; 2]> {
-    let [weight, lever] = known else { return None };
-    let times = [weight.times.0, lever.times.0];
-    let are_alike = times.iter().all(|times| *times > 1.0)
-        || times.iter().all(|times| (0.0..1.0).contains(times));
-    let say = |own: &Restored| own.is_off && own.times.0.is_finite();
-    (say(weight) && say(lever) && are_alike).then_some(times)
-}
-
-/// Returns true if weight and buoyancy as stated say that thrust is clearly too large (`Greater`) or too small.
-pub(super) fn restoring_says(fit: &PlantFit, vehicle: &Vehicle, way: Ordering) -> bool {
-    restored(fit, vehicle).iter().any(|own| own.says(way))
-}
-
-/// Returns weight minus buoyancy and the righting lever, where both the vehicle file and the plant have them.
-fn restored(fit: &PlantFit, vehicle: &Vehicle) -> Vec<Restored> {
-    let Some((body, buoyancy)) = vehicle.rigid_body.zip(vehicle.buoyancy) else {
-        return Vec::new();
-    };
-    let (excess, lever) = buoyancy.restoring(&body);
-    let sure = fit.of_sure_thrust();
-    let of = |(term, stated): (Basis, f64)| {
-        let (value, std) = (fit.plant.coefficient(&term)?, fit.std(&term)?);
-        let is_off =
-            (value - stated).abs() > CONTRADICTION * std + CONTRADICTION_PART * stated.abs();
-        let times = (value / stated, sure.std(&term)? / stated.abs());
-        Some(Restored { term, stated, estimated: (value, std), times, is_off })
-    };
-    let known = [(Basis::WeightExcess, excess), (Basis::Lever(2), lever.z)];
-    known.into_iter().filter_map(of).collect()
-}
-
-/// A moment or force of weight and buoyancy, as stated and as the motion shows it.
-struct Restored {
-    term: Basis,
-    stated: f64,
-    estimated: (f64, f64),
-    /// How many times what is stated the motion shows, and the standard deviation of that if thrust were
-    /// known for sure.
-    times: (f64, f64),
-    is_off: bool,
-}
-
-impl Restored {
-    /// Returns true if it says that thrust is clearly too large (`Greater`) or too small.
-    fn says(&self, way: Ordering) -> bool {
-        let (times, _) = self.times;
-        let is_far = match way {
-            Ordering::Greater => times > MOST_OFF,
-            Ordering::Less => times > 0.0 && times < 1.0 / MOST_OFF,
-            Ordering::Equal => false,
-        };
-        self.is_off && is_far
-    }
-
-    fn words(&self) -> String {
-        let Self { term, stated, estimated: (value, std), .. } = self;
-        format!(
-            "`{term}` is {} {}, but by the vehicle file it is {}",
-            estimated(*value, *std),
-            term.unit(),
-            spoken(*stated)
-        )
-    }
-}
-
-/// That thrust is off by a factor, which weight and lever show alike.
-fn thrust_by_weight(known: &[Restored]) -> Option<Caveat> {
-    let [first, second] = weight_and_lever(known)?;
-    let mean = 0.5 * (first + second);
-    let std = known.iter().fold(0.0, |all: f64, own| all.hypot(own.times.1));
-    let apart = CONTRADICTION * std + CONTRADICTION_PART * mean;
-    let are_sure = known.iter().all(|own| own.times.1 < CONTRADICTION_PART * own.times.0);
-    if !are_sure || (first - second).abs() > apart {
-        return None;
-    }
-    let message = format!(
-        "weight minus buoyancy is {} times that of the vehicle file, and the righting lever {} times: thrust is as many times too large (its curve, its unit), and with it all masses and drags, or the vehicle file has weight in another unit; correct it and identify again",
-        spoken(first),
-        spoken(second)
-    );
-    Some(match (1.0 / MOST_OFF..MOST_OFF).contains(&mean) {
-        true => Caveat::warning(CaveatCode::RestoringContradicts, message),
-        false => Caveat::severe(CaveatCode::RestoringContradicts, message),
-    })
-}
-
-/// More than so many times what it is, or less than that part, thrust has another unit or another curve.
-const MOST_OFF: f64 = 1.25;
-
-/// So many standard deviations, and this part of it, is an estimate off what was stated.
-const CONTRADICTION: f64 = 3.0;
-const CONTRADICTION_PART: f64 = 0.1;
-
 /// What the error on held-out trials says against a plant, or on fitted ones where none are held
 /// out.
 pub(super) fn scores(fit: &PlantScore, hold_out: Option<&PlantScore>) -> Vec<Caveat> {
@@ -496,46 +376,13 @@ fn another_plant(score: &PlantScore) -> Option<Caveat> {
     Some(Caveat::warning(CaveatCode::AnotherPlantFits, message))
 }
 
-/// Whether the error is too near to that of a model that never moves.
-fn fails(score: &Score) -> bool {
-    score.mean_abs_error.is_some_and(|error| error > PREDICTS * score.null_error)
-}
-
-/// Whether it is too near to that of a model that keeps its mean speed.
-fn explains_nothing(score: &Score) -> bool {
-    score.r_squared.is_some_and(|r2| r2 < LEAST_R2)
-}
-
-/// Whether an axis is predicted no better than without a plant.
-pub(super) fn falls_short(score: &Score) -> bool {
-    fails(score) || explains_nothing(score)
-}
-
-/// How an axis falls short of what it takes over some trials, if it does.
-pub(super) fn shortfall(dof: Dof, score: &Score, where_: &str) -> Option<String> {
-    let unit = dof.units().velocity;
-    if fails(score) {
-        let error = score.mean_abs_error.map_or("unbounded".to_owned(), spoken);
-        let null = spoken(score.null_error);
-        return Some(format!(
-            "on {where_} the error of {dof} is {error} {unit}, too near to that of a model that never moves, {null} {unit}"
-        ));
-    }
-    explains_nothing(score).then(|| {
-        format!(
-            "on {where_} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
-            100.0 * score.r_squared.unwrap_or(0.0).max(0.0)
-        )
-    })
-}
-
 fn no_better(score: &PlantScore, where_: &str) -> Vec<Caveat> {
     let of = |(dof, score): (&Dof, &Score)| {
         if score.mean_abs_error.is_none() {
             let message = format!("simulated over {where_}, the plant diverges");
             return Some(Caveat::severe(CaveatCode::Unstable, message));
         }
-        let what = shortfall(*dof, score, where_)?;
+        let what = score.shortfall(*dof, where_)?;
         if let Some(change) = score.likely_change.filter(LikelyChange::vouches) {
             return Some(Caveat::note(
                 CaveatCode::NoBetterThanNull,
@@ -546,7 +393,7 @@ fn no_better(score: &PlantScore, where_: &str) -> Vec<Caveat> {
                 ),
             ));
         }
-        let why = if !fails(score) {
+        let why = if !score.fails() {
             ""
         } else if score.is_of_disturbance() {
             ", about as much as forces that are not logged cause: these trials hardly test the plant there; excite the axis more"
@@ -565,9 +412,13 @@ fn no_better(score: &PlantScore, where_: &str) -> Vec<Caveat> {
 /// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
 const COLOURED: f64 = 4.0;
 
-/// Whether the innovations of an axis are strongly correlated in time; output error has none.
-pub(super) fn is_coloured(fit: &PlantFit, dof: Dof) -> bool {
-    fit.method != Method::OutputError && fit.whiteness.get(&dof).is_some_and(|x| *x > COLOURED)
+/// Returns true if the innovations of an axis are so strongly correlated in time that the plant lacks something;
+/// where they show no dependence on thrust, that is a disturbance, which is no part of it. Output error has no
+/// innovations.
+pub(super) fn lacks(fit: &PlantFit, dof: Dof) -> bool {
+    let is_coloured =
+        fit.method != Method::OutputError && fit.whiteness.get(&dof).is_some_and(|x| *x > COLOURED);
+    is_coloured && !shows_no_dependence(fit, dof)
 }
 
 /// Smallest probability at which correlation of innovations with the thrusters counts as chance.
@@ -575,7 +426,7 @@ const CHANCE: f64 = 0.01;
 
 /// Returns true if the innovations of an axis were tested for dependence on the thrusters, and none was
 /// found.
-pub(super) fn shows_no_dependence(fit: &PlantFit, dof: Dof) -> bool {
+fn shows_no_dependence(fit: &PlantFit, dof: Dof) -> bool {
     fit.independence.get(&dof).is_some_and(|probability| *probability > CHANCE)
 }
 
@@ -606,43 +457,28 @@ fn not_white(fit: &PlantFit) -> Option<Caveat> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Severity;
+    use crate::Estimate;
 
     #[test]
-    fn weight_and_lever_that_are_off_alike_say_that_thrust_is() {
-        let of = |term, times: f64| Restored {
-            term,
-            stated: 10.0,
-            estimated: (10.0 * times, 0.1),
-            times: (times, 0.01),
-            is_off: (times - 1.0).abs() > 0.13,
+    fn a_trial_that_asks_for_another_plant_is_a_warning() {
+        let part = |value, std| Estimate::new(value, std, 1e4).into();
+        let of = |mass: f64| {
+            let (mass, drag) = (part(mass, 0.01), part(0.0, 0.05));
+            let likely_change = Some(LikelyChange { mass, drag, whiteness: 1.0, surprise: 1.0 });
+            let score = Score {
+                mean_abs_error: Some(0.01),
+                null_error: 0.1,
+                likely_change,
+                ..Score::default()
+            };
+            let by_axis = [(Dof::Sway, score)].into();
+            let held = PlantScore { by_axis, ..PlantScore::default() };
+            scores(&PlantScore::default(), Some(&held))
         };
-        let severity = |weight: f64, lever: f64| {
-            let known = [of(Basis::WeightExcess, weight), of(Basis::Lever(2), lever)];
-            thrust_by_weight(&known).map(|caveat| caveat.severity)
-        };
-        assert_eq!(severity(2.0, 2.04), Some(Severity::Severe));
-        assert_eq!(severity(0.45, 0.45), Some(Severity::Severe));
-        assert_eq!(severity(1.18, 1.2), Some(Severity::Warning));
-        // Those that are off differently show a force beside the scale; the verdict is of both.
-        let refutes = |weight: f64, lever: f64| {
-            let known = [of(Basis::WeightExcess, weight), of(Basis::Lever(2), lever)];
-            weight_and_lever(&known).is_some()
-        };
-        assert!(refutes(1.18, 1.2) && refutes(2.0, 3.0) && refutes(0.8, 0.3));
-        assert!(!refutes(1.0, 1.2) && !refutes(0.8, 1.2) && !refutes(-2.0, -2.0));
-        assert!(!refutes(f64::INFINITY, 1.2));
-        // One that is off alone is wrong in the vehicle file.
-        assert_eq!(severity(2.0, 1.0), None);
-        assert_eq!(severity(2.0, 3.0), None);
-        assert_eq!(severity(-2.0, -2.0), None);
-        let ways = [Ordering::Less, Ordering::Equal, Ordering::Greater];
-        let says = |times: f64| ways.map(|way| of(Basis::Lever(2), times).says(way));
-        assert_eq!(says(2.0), [false, false, true]);
-        assert_eq!(says(0.5), [true, false, false]);
-        for unclear in [1.0, 1.2, -2.0] {
-            assert_eq!(says(unclear), [false; 3], "{unclear}");
-        }
+        let found = of(0.2);
+        assert_eq!(found[0].code, CaveatCode::AnotherPlantFits);
+        assert!(found[0].message.contains("sway: mass +20.0 ± 2.0 %"), "{}", found[0].message);
+        assert_eq!(of(0.06), []);
     }
 
     /// Two small changes of the same sign leave the scale as open as a large one.

@@ -1,9 +1,13 @@
 //! What known forces say of the scale of thrust.
 
+use std::cmp::Ordering;
+
+use super::known::OtherScale;
+use super::restoring::{restoring_refutes, restoring_says};
 use crate::caveat::spoken;
 use crate::estimate::{PlantFit, ScaleClaim};
 use crate::motion::{KnownForce, KnownKind};
-use crate::{Caveat, CaveatCode, ThrustUncertainty, TrialRecord};
+use crate::{Caveat, CaveatCode, ThrustUncertainty, TrialRecord, Vehicle};
 
 /// A scale of thrust that is not known better than that says nothing: half of its interval.
 pub(in crate::identify) const WIDEST_SCALE: f64 = 0.2;
@@ -17,6 +21,34 @@ pub(super) fn scale(fit: &PlantFit) -> Option<(f64, f64)> {
     let scale = fit.actuator.log_scale.exp();
     Some((scale, 1.96 * scale * std?))
 }
+
+/// Returns why thrust has another scale, if two of what is stated say so: mass, weight in water and righting
+/// lever. One may be wrong by itself, as with water in the hull or a guessed centre of gravity; but masses below those of
+/// any body of that mass are impossible, unless known forces tell the scale.
+pub(super) fn refuted(
+    fit: &PlantFit,
+    vehicle: &Vehicle,
+    by_mass: Option<&OtherScale>,
+    is_scale_known: bool,
+) -> Option<&'static str> {
+    if by_mass.is_some_and(|other| restoring_says(fit, vehicle, other.way)) {
+        Some(SCALE_BY_MASS)
+    } else if restoring_refutes(fit, vehicle) {
+        Some(SCALE_BY_LEVER)
+    } else {
+        let is_below = by_mass.is_some_and(|other| other.way == Ordering::Less) && !is_scale_known;
+        is_below.then_some(SCALE_BELOW_BODIES)
+    }
+}
+
+/// Why no axis may be trusted where masses are below those of any body.
+const SCALE_BELOW_BODIES: &str = "the masses of surge, sway and heave are together less than those of any body of the stated mass: thrust has another scale, and with it all masses and drags, or the stated mass is wrong";
+
+/// Why no axis may be trusted where mass and restoring refute the scale of thrust.
+const SCALE_BY_MASS: &str = "the stated mass and the stated weight and buoyancy both say that thrust has another scale, and with it all masses and drags";
+
+/// Why no axis may be trusted where weight in water and righting lever do.
+const SCALE_BY_LEVER: &str = "the stated weight in water and righting lever both say that thrust has another scale, and with it all masses and drags";
 
 /// Reports what fixed the scale of thrust, and to what accuracy; or that nothing did.
 pub(super) fn doubts(fit: &PlantFit, records: &[&TrialRecord]) -> Vec<Caveat> {
