@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Matrix6};
 
 use super::IdentifyOptions;
-use super::verdict::{Evidence, Judged};
+use super::verdict::{Evidence, Judgement};
 use crate::axes::listed;
 use crate::estimate::{
     Actuator, INSTRUMENTS, PlantFit, Tried, fit_alone, fit_plant, fit_plant_freely, restless_thrust,
@@ -208,7 +208,7 @@ fn plant(
         good_for,
         may_be_off: axes.zip(may_be_off(numbers.iter().map(|(_, number)| number))).collect(),
     };
-    (plant.verdict, plant.verdicts) = Judged { plant: &plant, evidence: &evidence }.verdicts();
+    (plant.verdict, plant.verdicts) = Judgement { plant: &plant, evidence: &evidence }.verdicts();
     Ok((structure.name(), plant, online))
 }
 

@@ -34,12 +34,12 @@ pub(super) fn verdict(plant: &PlantResult) -> Verdict {
         may_be_off: may_be_off.into_iter().map(|off| (dof, off)).collect(),
         ..Evidence::default()
     };
-    Judged { plant, evidence: &evidence }.verdicts().0
+    Judgement { plant, evidence: &evidence }.verdicts().0
 }
 
 /// A plant with what it is judged by.
 #[derive(Clone, Copy)]
-pub(super) struct Judged<'a> {
+pub(super) struct Judgement<'a> {
     pub(super) plant: &'a PlantResult,
     pub(super) evidence: &'a Evidence<'a>,
 }
@@ -52,7 +52,7 @@ struct Tested<'a> {
     trials: &'a str,
 }
 
-impl<'a> Judged<'a> {
+impl<'a> Judgement<'a> {
     /// Judges a plant by its stability, its caveats, its innovations and its error on unseen trials: as a whole, and
     /// axis by axis.
     ///
@@ -215,10 +215,10 @@ impl<'a> Judged<'a> {
                 return Some(reason.to_owned());
             }
         }
-        if warns(CaveatCode::WideInterval) {
-            if let Some(reason) = self.beside_wide_interval(dof, warns) {
-                return Some(reason.to_owned());
-            }
+        if warns(CaveatCode::WideInterval)
+            && let Some(reason) = self.beside_wide_interval(dof, warns)
+        {
+            return Some(reason.to_owned());
         }
         self.lacks(dof, score).then(|| lacks_something(dof))
     }

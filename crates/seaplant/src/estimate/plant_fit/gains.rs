@@ -167,6 +167,27 @@ impl Fitted {
         Ok(self.moved_to(problem, optimum))
     }
 
+    /// The same without gains of thrusters that turn out to be alike: what they stood for, such as the delay of
+    /// thrust, was found after them.
+    pub(super) fn without_gains_of_alike(self) -> Result<Self, Error> {
+        let plant = self.problem.plant(&self.optimum.point.free)?;
+        let structure = plant.structure();
+        let group: Vec<Basis> =
+            structure.terms().iter().copied().filter(|term| is_gain(structure, term)).collect();
+        let is_minded = |term: &Basis| {
+            plant.coefficient(term).is_some_and(|excess| excess.abs() > LEAST_MINDED)
+        };
+        if group.is_empty() || group.iter().any(is_minded) {
+            return Ok(self);
+        }
+        let problem = self.problem.with_terms(structure.without(|term| group.contains(term)));
+        let start = search::widened(&problem, &self.problem, &self.optimum.point);
+        let Ok(optimum) = problem.descent(start, Tolerance::COARSE) else { return Ok(self) };
+        let lost = 2.0 * (optimum.cost - self.optimum.cost);
+        let alike = self.moved_to(problem, optimum);
+        Ok(if lost < needed(group.len()) * alike.colour_of(&group)? { alike } else { self })
+    }
+
     /// What terms are worth together, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the
     /// last where one number could stand for all.
     fn worth_of(&self, terms: &[Basis], differing: bool) -> Result<(f64, f64), Error> {
@@ -400,6 +421,24 @@ const NOTHING: f64 = 1e-4;
 
 /// How often weights are made anew.
 const REWEIGHTED: usize = 40;
+
+/// Adds to information on the coefficients of a plant that its thrusters give what they gave in the mean: thrust as
+/// many times larger on all of them looks like mass and drag as many times larger.
+pub(super) fn hold_mean(structure: &Structure, information: &mut DMatrix<f64>) {
+    let terms = structure.terms().iter().enumerate();
+    let places: Vec<usize> =
+        terms.filter(|(_, term)| is_gain(structure, term)).map(|(k, _)| k).collect();
+    if has_scale(structure) {
+        return;
+    }
+    let own = (places.len() as f64 * HELD_WITHIN).powi(-2);
+    for &i in &places {
+        places.iter().for_each(|j| information[(i, *j)] += own);
+    }
+}
+
+/// Standard deviation of a mean gain that is held.
+const HELD_WITHIN: f64 = 1e-3;
 
 /// A plant with thrusters whose gains are those of their curves in the mean.
 pub(super) struct Scaled {

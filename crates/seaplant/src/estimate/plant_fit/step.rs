@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::actuator::Actuator;
 use super::filter::{Drift, Noise, Swell};
+use super::gains;
 use super::problem::{Point, Problem};
 use super::report::left_of_report;
 use super::schedule::Attitude;
@@ -73,7 +74,10 @@ impl PlantFit {
         let step = -(inverse(&own) * slope.gradient.rows(first, q));
         point.currents.as_flattened_mut().iter_mut().zip(&step).for_each(|(x, by)| *x += by);
         let Some((slope, _)) = problem.by_plant(&point) else { return Ok(None) };
-        let covariance = inverse(&slope.information);
+        // The scale of thrust is that of the fit, whose uncertainty is told apart.
+        let mut information = slope.information;
+        gains::hold_mean(&problem.structure, &mut information);
+        let covariance = inverse(&information);
         let change = -(covariance.rows(0, p) * &slope.gradient);
         let covariance = covariance.view((0, 0), (p, p)).into_owned();
         let innovations = problem.innovations(&point)?;

@@ -109,6 +109,12 @@ fn thrusters_that_are_not_alike_do_not_pass_for_mass_or_drag() {
     let mass = fit.plant.structure().term_named("mass.surge").expect("there");
     let part = fit.std(&mass).expect("fitted") / 20.0;
     assert!((0.01..0.08).contains(&part), "{part}");
+    // Another trial tells mass beside that mean.
+    let other = trial("c", 23, gains.map(|gain| [gain; 2]));
+    let step = fit.likelihood_step(&[&other]).expect("a pass").expect("a step");
+    let place = fit.plant.structure().index_of(&mass).expect("there");
+    let [change, std] = [step.change[place], step.covariance[(place, place)].sqrt()];
+    assert!(std < 0.01 * 20.0 && change.abs() < 3.5 * std, "{change} ± {std}");
 }
 
 #[test]
