@@ -43,7 +43,7 @@ fn stroke(ink: Ink) -> Stroke {
     let dashes: Vec<f32> = look.dashes.iter().map(|length| length * units).collect();
     Stroke {
         width: look.width * units,
-        line_join: LineJoin::Bevel,
+        line_join: LineJoin::Round,
         dash: StrokeDash::new(dashes, 0.0),
         ..Stroke::default()
     }
