@@ -180,7 +180,7 @@ fn fit_as(
         Attitude::State if !is_free => fitted.with_attitude(records)?.with_actuator_that_shows()?,
         _ => fitted,
     };
-    let fitted = fitted.without_gains_of_alike()?;
+    let fitted = fitted.without_gains_of_alike(structure)?;
     let as_stated = match as_stated {
         Some(other) => Some(Box::new(other.finished(first.clone(), &least_squares, method)?)),
         None => None,

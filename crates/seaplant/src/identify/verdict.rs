@@ -52,7 +52,7 @@ struct Tested<'a> {
     trials: &'a str,
 }
 
-impl<'a> Judgement<'a> {
+impl Judgement<'_> {
     /// Judges a plant by its stability, its caveats, its innovations and its error on unseen trials: as a whole, and
     /// axis by axis.
     ///
@@ -103,17 +103,12 @@ impl<'a> Judgement<'a> {
     fn trials(self) -> String {
         match &self.plant.hold_out {
             None => "trials that were left out in turn".to_owned(),
-            Some(_) if !self.is_alone() => "held-out trials".to_owned(),
+            Some(_) if !self.plant.is_alone() => "held-out trials".to_owned(),
             Some(held) => match held.by_trial.len() {
                 0 | 1 => "the held-out trial".to_owned(),
                 n => format!("the {n} held-out trials"),
             },
         }
-    }
-
-    /// Returns true for a plant of one axis that was identified alone.
-    fn is_alone(self) -> bool {
-        self.plant.is_alone()
     }
 
     /// Judges the plant as a whole; `own` are the doubts of its axes.
@@ -175,7 +170,7 @@ impl<'a> Judgement<'a> {
             .as_ref()
             .filter(|good_for| good_for.not_as_in.iter().any(|worse| is_hidden(worse.axis)));
         let predicts = match tested.score.by_axis.get(&plant.first_axis()) {
-            Some(score) if self.is_alone() => {
+            Some(score) if self.plant.is_alone() => {
                 predicts_alone(plant.first_axis(), score, tested.trials)
             }
             _ => tested.predicts(own, hides),
@@ -205,7 +200,7 @@ impl<'a> Judgement<'a> {
         if let Some(reason) = tested.refuted(dof) {
             return Some(reason);
         }
-        let warns = |code| warns(warnings(), code);
+        let warns = |code| warnings().any(|caveat| caveat.code == code);
         let score = tested.score.by_axis.get(&dof);
         if warns(CaveatCode::AnotherPlantFits) {
             let changes = [self.plant.fitted(dof), score];
@@ -262,10 +257,6 @@ const EXPLAINED: f64 = 0.98;
 const fn is_doubt(code: CaveatCode) -> bool {
     use CaveatCode::{CoupledAxes, InstrumentElsewhere, NotDetermined};
     matches!(code, NotDetermined | CoupledAxes | InstrumentElsewhere)
-}
-
-fn warns<'a>(mut warnings: impl Iterator<Item = &'a Caveat>, code: CaveatCode) -> bool {
-    warnings.any(|caveat| caveat.code == code)
 }
 
 impl Tested<'_> {

@@ -4,7 +4,8 @@ use nalgebra::Vector6;
 
 use crate::plant::{Product, sign};
 
-/// Velocities on the six axes, followed by ones, which stand for factors that a product lacks.
+/// Velocities on the six axes, followed by ones, which stand for factors that a product lacks. An index modulo the
+/// length needs no check of bounds.
 pub(super) type Extended = [f64; 8];
 
 /// Index of a factor that a product lacks.

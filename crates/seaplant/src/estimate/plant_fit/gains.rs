@@ -167,13 +167,13 @@ impl Fitted {
         Ok(self.moved_to(problem, optimum))
     }
 
-    /// The same without gains of thrusters that turn out to be alike: what they stood for, such as the delay of
-    /// thrust, was found after them.
-    pub(super) fn without_gains_of_alike(self) -> Result<Self, Error> {
+    /// The same without gains of thrusters that turn out to be alike, but for those that were asked for: what they
+    /// stood for, such as the delay of thrust, was found after them.
+    pub(super) fn without_gains_of_alike(self, asked: &Structure) -> Result<Self, Error> {
         let plant = self.problem.plant(&self.optimum.point.free)?;
         let structure = plant.structure();
-        let group: Vec<Basis> =
-            structure.terms().iter().copied().filter(|term| is_gain(structure, term)).collect();
+        let is_found = |term: &Basis| is_gain(structure, term) && asked.index_of(term).is_none();
+        let group: Vec<Basis> = structure.terms().iter().copied().filter(is_found).collect();
         let is_minded = |term: &Basis| {
             plant.coefficient(term).is_some_and(|excess| excess.abs() > LEAST_MINDED)
         };
@@ -184,7 +184,9 @@ impl Fitted {
         let start = search::widened(&problem, &self.problem, &self.optimum.point);
         let Ok(optimum) = problem.descent(start, Tolerance::COARSE) else { return Ok(self) };
         let lost = 2.0 * (optimum.cost - self.optimum.cost);
-        let alike = self.moved_to(problem, optimum);
+        let iterations = self.optimum.iterations + optimum.iterations;
+        let optimum = super::descent::Optimum { iterations, ..optimum };
+        let alike = Self { problem, optimum, ..self.clone() };
         Ok(if lost < needed(group.len()) * alike.colour_of(&group)? { alike } else { self })
     }
 

@@ -1,4 +1,4 @@
-//! What weight and buoyancy say of a plant, and of the scale of thrust.
+//! Weight and buoyancy of a plant, compared with those that the vehicle file states.
 
 use std::cmp::Ordering;
 
@@ -7,8 +7,8 @@ use crate::estimate::PlantFit;
 use crate::plant::Basis;
 use crate::{Caveat, CaveatCode, Vehicle};
 
-/// Weight and buoyancy as stated must be those that the motion shows. Where both that and the righting
-/// lever are too large, or both too small, thrust is.
+/// Returns a caveat if weight minus buoyancy or the righting lever differ from those of the vehicle file. If both
+/// are too large, or both too small, thrust has another scale.
 pub(super) fn restoring(fit: &PlantFit, vehicle: &Vehicle) -> Option<Caveat> {
     let known = restored(fit, vehicle);
     if let Some(caveat) = thrust_by_weight(&known) {
@@ -35,8 +35,8 @@ pub(super) fn restoring_refutes(fit: &PlantFit, vehicle: &Vehicle) -> bool {
     weight_and_lever(&restored(fit, vehicle)).is_some()
 }
 
-/// Returns how many times too large the weight in water and the righting lever say thrust is, if both say that
-/// it is too large, or both too small.
+/// Returns the ratios of weight in water and righting lever to those of the vehicle file, if both differ clearly
+/// and in the same direction, as with thrust of another scale.
 fn weight_and_lever(known: &[Restored]) -> Option<[f64; 2]> {
     let [weight, lever] = known else { return None };
     let times = [weight.times.0, lever.times.0];
@@ -46,12 +46,13 @@ fn weight_and_lever(known: &[Restored]) -> Option<[f64; 2]> {
     (say(weight) && say(lever) && are_alike).then_some(times)
 }
 
-/// Returns true if weight and buoyancy as stated say that thrust is clearly too large (`Greater`) or too small.
+/// Returns true if one of weight in water and righting lever shows that thrust is clearly too large (`Greater`) or
+/// too small (`Less`).
 pub(super) fn restoring_says(fit: &PlantFit, vehicle: &Vehicle, way: Ordering) -> bool {
     restored(fit, vehicle).iter().any(|own| own.says(way))
 }
 
-/// Returns weight minus buoyancy and the righting lever, where both the vehicle file and the plant have them.
+/// Compares weight minus buoyancy and the righting lever, where both the vehicle file and the plant have them.
 fn restored(fit: &PlantFit, vehicle: &Vehicle) -> Vec<Restored> {
     let Some((body, buoyancy)) = vehicle.rigid_body.zip(vehicle.buoyancy) else {
         return Vec::new();
@@ -69,19 +70,19 @@ fn restored(fit: &PlantFit, vehicle: &Vehicle) -> Vec<Restored> {
     known.into_iter().filter_map(of).collect()
 }
 
-/// A moment or force of weight and buoyancy, as stated and as the motion shows it.
+/// A force or moment of weight and buoyancy, as stated and as estimated.
 struct Restored {
     term: Basis,
     stated: f64,
     estimated: (f64, f64),
-    /// How many times what is stated the motion shows, and the standard deviation of that if thrust were
-    /// known for sure.
+    /// The estimate relative to the stated value, and the standard deviation of that without the uncertainty of
+    /// the scale of thrust.
     times: (f64, f64),
     is_off: bool,
 }
 
 impl Restored {
-    /// Returns true if it says that thrust is clearly too large (`Greater`) or too small.
+    /// Returns true if it shows that thrust is clearly too large (`Greater`) or too small (`Less`).
     fn says(&self, way: Ordering) -> bool {
         let (times, _) = self.times;
         let is_far = match way {
@@ -103,7 +104,7 @@ impl Restored {
     }
 }
 
-/// That thrust is off by a factor, which weight and lever show alike.
+/// Returns a caveat if weight in water and righting lever show the same factor of thrust.
 fn thrust_by_weight(known: &[Restored]) -> Option<Caveat> {
     let [first, second] = weight_and_lever(known)?;
     let mean = 0.5 * (first + second);
@@ -124,10 +125,10 @@ fn thrust_by_weight(known: &[Restored]) -> Option<Caveat> {
     })
 }
 
-/// More than so many times what it is, or less than that part, thrust has another unit or another curve.
+/// Factor of thrust from which on it has another unit or another curve; below its inverse likewise.
 const MOST_OFF: f64 = 1.25;
 
-/// So many standard deviations, and this part of it, is an estimate off what was stated.
+/// Difference from a stated value that contradicts it: this many standard deviations, plus this part of the value.
 const CONTRADICTION: f64 = 3.0;
 const CONTRADICTION_PART: f64 = 0.1;
 
