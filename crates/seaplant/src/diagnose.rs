@@ -6,7 +6,7 @@ mod plausible;
 
 pub(crate) use comparison::{
     Strokes, better_elsewhere, disagreement, disputed, outdone, predicts_as_well,
-    reverse_elsewhere, scoring, short_against_long, steady_against_unsteady,
+    reverse_elsewhere, short_against_long, steady_against_unsteady,
 };
 
 pub(crate) use mistakes::{Mistake, certain, mistakes};

@@ -11,6 +11,7 @@ mod linear;
 mod null;
 mod off;
 mod score;
+mod scoring;
 mod thrust;
 mod verdict;
 mod working;
@@ -30,8 +31,9 @@ pub(crate) use null::Nulls;
 pub use null::{NullModel, NullScore};
 pub use off::{MayBeOff, OffBecause};
 pub(crate) use off::{Number, may_be_off};
-pub(crate) use score::{PREDICTS, Scored, records, score};
+pub(crate) use score::{Expected, Outcome, PREDICTS, Scored, records, score, scores};
 pub use score::{PlantScore, Score, score_plant};
+pub(crate) use scoring::scoring;
 pub(crate) use thrust::{STILL, feedback, one_speed, reversed, still};
 pub(crate) use verdict::{
     Judge, KNOWN_DRAG, KNOWN_MASS, MORE, WIDEST_DRAG, WIDEST_MASS, intervals, statement, vouched,

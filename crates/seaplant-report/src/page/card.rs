@@ -223,14 +223,17 @@ fn score_row(label: &str, score: &Score) -> ScoreRow {
         label: label.to_owned(),
         e: score.mean_abs_error.map_or_else(|| "diverges".to_owned(), |e| significant(e, 3)),
         null: significant(score.null_error, 3),
-        best_null: score.best_null.map_or_else(
-            || ABSENT.to_owned(),
-            |null| {
-                format!("{} ({})", significant(null.mean_abs_error, 3), null.model.description())
-            },
-        ),
+        best_null: best_null(score),
         r_squared: or_absent(score.r_squared, 4),
     }
+}
+
+/// Formats the error of the best model without a plant, with its name.
+pub(crate) fn best_null(score: &Score) -> String {
+    score.best_null.map_or_else(
+        || ABSENT.to_owned(),
+        |null| format!("{} ({})", significant(null.mean_abs_error, 3), null.model.description()),
+    )
 }
 
 pub(crate) fn stability(dof: Dof, stability: &Stability) -> String {

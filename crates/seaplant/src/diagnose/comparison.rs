@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use crate::caveat::{estimated, spoken};
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{Estimate, Fit, Method};
-use crate::judge::{Judged, PREDICTS, Scored, drag_at, is_better, vouched};
-use crate::results::{PlantResult, Score, SteadyResult, TrialResult};
+use crate::judge::{Judged, drag_at, is_better};
+use crate::results::{PlantResult, SteadyResult, TrialResult};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
 /// Returns a caveat if two fits of one degree of freedom differ by more than their intervals allow.
@@ -162,55 +162,6 @@ pub(crate) fn outdone(one: &Judged, by: &Judged) -> Option<Caveat> {
         );
         Caveat::warning(CaveatCode::AnotherPredictsBetter, message)
     })
-}
-
-/// Returns whether a plant predicts trials worse than their mean, also with offsets removed.
-fn contradicts(score: &Score) -> bool {
-    let is_far = score.free_error() > PREDICTS * score.null_error;
-    score.r_squared.is_some_and(|r2| r2 < 0.0) && is_far
-}
-
-/// Returns caveats from the score of a plant.
-pub(crate) fn scoring(dof: Dof, fit: &Score, tested: Option<&Scored>) -> Vec<Caveat> {
-    let hold_out = tested.map(|scored| &scored.score);
-    let mut caveats = Vec::new();
-    if hold_out.is_none() {
-        let message = format!(
-            "the {dof} plant is scored on the trial that it was fitted to, which makes it look better than it is: add a trial with role = \"{}\"",
-            Role::HoldOut.name()
-        );
-        caveats.push(Caveat::note(CaveatCode::ScoredOnFit, message));
-    }
-    let (score, which) = hold_out.map_or((fit, "fitted"), |score| (score, "held-out"));
-    let units = dof.units();
-    let null = score.null_error;
-    let vouched = tested.is_some_and(|scored| vouched(&scored.score, scored.of_trials()));
-    match score.mean_abs_error {
-        None => caveats.push(Caveat::severe(
-            CaveatCode::NoBetterThanNull,
-            format!("the simulated {dof} velocity diverges on a {which} trial"),
-        )),
-        Some(_) if vouched => {}
-        Some(_) if hold_out.is_some_and(|held| contradicts(fit) && contradicts(held)) => {
-            caveats.push(Caveat::severe(
-                CaveatCode::NoBetterThanNull,
-                format!(
-                    "the {dof} model predicts both the fitted and the held-out trials worse than their mean speed does (R² {:.2} and {:.2}): it is no model of this motion",
-                    fit.r_squared.unwrap_or(0.0),
-                    score.r_squared.unwrap_or(0.0)
-                ),
-            ));
-        }
-        Some(error) if error >= null && score.free_error() >= null => caveats.push(Caveat::severe(
-            CaveatCode::NoBetterThanNull,
-            format!(
-                "on {which} trials the {dof} model is off by {error:.3} {} on average, no better than a model that never moves ({null:.3})",
-                units.velocity
-            ),
-        )),
-        Some(_) => {}
-    }
-    caveats
 }
 
 /// Ratio of errors below which another plant is clearly better.

@@ -226,14 +226,16 @@ impl Scored {
         let as_driven = fit.as_driven(&records.fit)?;
         let as_driven: Vec<&TrialRecord> = as_driven.iter().collect();
         let fitted = if as_driven.is_empty() { records.fit.as_slice() } else { &as_driven };
-        let of_fit = score::score(&fit.plant, &beside, fitted, own)?;
+        let of_fit = score::score(&fit.plant, &beside, (fitted, fitted), own)?;
         let wired = fit.as_wired(&records.hold_out)?;
         let wired: Vec<&TrialRecord> = wired.iter().collect();
         let held_out = if wired.is_empty() { records.hold_out.as_slice() } else { &wired };
         let mut of_hold_out = match held_out {
             [] => None,
             // A trial outside the fit has no estimated current.
-            held => Some(score::score(&fit.plant, &beside, held, |_| fit.mean_current())?),
+            held => {
+                Some(score::score(&fit.plant, &beside, (fitted, held), |_| fit.mean_current())?)
+            }
         };
         if let Some(score) = &mut of_hold_out {
             for (dof, change) in change::changes(&fit, held_out)? {
@@ -298,7 +300,9 @@ fn scores_alone(fit: &PlantFit, records: &Records<'_>, vehicle: &Vehicle) -> BTr
         // An axis that cannot be fitted separately has no such score.
         let alone = fit_alone(fit, dof, &records.fit, vehicle.rigid_body.as_ref()).ok()?;
         let beside = score::Standing::beside(&alone);
-        let score = score::score(&alone.plant, &beside, scored, |_| alone.mean_current()).ok()?;
+        let current = alone.mean_current();
+        let trials = (records.fit.as_slice(), scored.as_slice());
+        let score = score::score(&alone.plant, &beside, trials, |_| current).ok()?;
         Some((dof, *score.by_axis.get(&dof)?))
     };
     match fit.plant.axes() {

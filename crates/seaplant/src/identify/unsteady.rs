@@ -9,14 +9,14 @@ use super::convert::{Scores, plant_result};
 use crate::caveat::spoken;
 use crate::diagnose::{
     Evidence, better_elsewhere, caveats, disagreement, disputed, outdone, predicts_as_well,
-    scoring, short_against_long,
+    short_against_long,
 };
 use crate::estimate::{Method, Records, simulated_speed};
 use crate::judge::{
     Contender, Coupling, Drift, Judged, LAGS, NOT_WHITE, Nulls, Number, OffBecause, Scored, Tested,
     another_plant, box_pierce, choose, drag_at, feedback, impossible, intervals, left_out,
-    may_be_off, one_speed, records, reversed, score, still, turned, vouched, widened, windows_of,
-    working_speed,
+    may_be_off, one_speed, records, reversed, score, scoring, still, turned, vouched, widened,
+    windows_of, working_speed,
 };
 use crate::results::{Failure, FittedModel, GoodFor, Identification, PlantChange, Results, Score};
 use crate::trial::Beside;
@@ -329,19 +329,8 @@ impl Work<'_> {
         };
         let tested = scored.trials.iter().map(|(name, trial)| {
             let (speed, acceleration) = of(name);
-            Tested {
-                trial: name,
-                axis: self.dof,
-                error: trial.mean_abs_error,
-                free_error: trial.offset_free_error,
-                null_error: trial.null_error,
-                usual_null_error: scored.score.null_error,
-                r_squared: trial.r_squared,
-                is_explained: false,
-                is_vouched,
-                speed,
-                acceleration,
-            }
+            let tested = Tested::new(name, self.dof, trial, (&scored.score, is_vouched));
+            Tested { speed, acceleration, ..tested }
         });
         let tested: Vec<Tested<'_>> = tested.collect();
         GoodFor::new(&tested, &BTreeMap::new())
@@ -440,7 +429,7 @@ impl Work<'_> {
             hold_out: hold_out.as_ref().map(|scored| scored.of_axis(self.dof)),
             left_out: left_out.as_ref().map(|scored| scored.of_axis(self.dof)),
         };
-        doubts.extend(scoring(self.dof, &own.score, hold_out.as_ref()));
+        doubts.extend(scoring(&scores.fit, scores.hold_out.as_ref()));
         doubts.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
         doubts.dedup();
         let body = self.vehicle.rigid_body.as_ref();

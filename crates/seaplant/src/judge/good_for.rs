@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::null::NullModel;
-use super::score::{LEAST_R2, PREDICTS, explains};
+use super::score::{LEAST_R2, PREDICTS, Score, explains};
 use crate::axes::listed;
 use crate::caveat::spoken;
 use crate::signal::slope_around;
@@ -89,7 +89,25 @@ const MATERIAL: f64 = 0.05;
 /// to suppress noise.
 const SLOPE_HALF_S: f64 = 0.5;
 
-impl Tested<'_> {
+impl<'a> Tested<'a> {
+    /// Creates an axis of a trial with its score; `pooled` is that over all unseen trials, and whether these vouch for
+    /// the plant.
+    pub(crate) fn new(trial: &'a str, axis: Dof, own: &Score, pooled: (&Score, bool)) -> Self {
+        Self {
+            trial,
+            axis,
+            error: own.mean_abs_error,
+            free_error: own.offset_free_error,
+            null_error: own.null_error,
+            usual_null_error: pooled.0.null_error,
+            r_squared: own.r_squared,
+            is_explained: own.is_of_disturbance(),
+            is_vouched: pooled.1,
+            speed: None,
+            acceleration: None,
+        }
+    }
+
     fn tests(&self) -> bool {
         self.null_error >= LEAST_TESTING_MOTION * self.usual_null_error
     }

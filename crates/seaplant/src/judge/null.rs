@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{AxisRecord, Comparison, ScoredMotion};
+use crate::{AxisRecord, Comparison, ScoredMotion, Timed};
 
 /// A model without a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -56,12 +56,20 @@ pub(crate) struct Nulls {
 }
 
 impl Nulls {
-    /// Fits steady speed to thrust, ahead and astern, by least squares.
+    /// Fits the models to records of one axis.
     pub(crate) fn of(fitted: &[AxisRecord]) -> Self {
-        let (mut products, mut squares) = ([0.0; 2], [0.0; 2]);
-        for axis in fitted {
-            let Ok(velocity) = axis.velocity() else { continue };
-            let mut force = axis.force.reader();
+        let measured: Vec<(Timed, &Timed)> =
+            fitted.iter().filter_map(|axis| Some((axis.velocity().ok()?, &axis.force))).collect();
+        let steady = Self::steady(measured.iter().map(|(velocity, force)| (velocity, *force)));
+        Self { thrust_coefficient: fit_thrust_alone(fitted), ..steady }
+    }
+
+    /// Fits steady speed to thrust, ahead and astern, by least squares on the velocity and force of trials.
+    pub(crate) fn steady<'a>(trials: impl Iterator<Item = (&'a Timed, &'a Timed)>) -> Self {
+        let (mut products, mut squares, mut is_fitted) = ([0.0; 2], [0.0; 2], false);
+        for (velocity, force) in trials {
+            is_fitted = true;
+            let mut force = force.reader();
             for (&t, &v) in velocity.time_s().iter().zip(velocity.values()) {
                 let tau = force.held_at(t);
                 let (way, root) = signed_root(tau);
@@ -69,9 +77,8 @@ impl Nulls {
                 squares[way] += root * root;
             }
         }
-        let thrust_coefficient = fit_thrust_alone(fitted);
         let of = |way: usize| if squares[way] > 0.0 { products[way] / squares[way] } else { 0.0 };
-        Self { steady: (!fitted.is_empty()).then(|| [of(0), of(1)]), thrust_coefficient }
+        Self { steady: is_fitted.then(|| [of(0), of(1)]), thrust_coefficient: 0.0 }
     }
 
     /// Returns the best model on some simulated trials; `None` without samples.

@@ -246,20 +246,11 @@ pub(crate) fn records(dof: Dof, trials: &[&Trial]) -> Result<Vec<AxisRecord>, Er
 /// As [`score_plant`].
 pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result<Scored, Error> {
     let outcomes = axes.iter().map(|axis| outcome(model, axis)).collect::<Result<Vec<_>, _>>()?;
-    let quantity = quantity_of(axes);
     let windows: Vec<Window> = outcomes.iter().flat_map(|outcome| outcome.windows(model)).collect();
-    let has_run_away = outcomes.iter().any(|outcome| matches!(outcome, Outcome::Diverged { .. }));
-    let (total, mut trials) = total_score(&outcomes);
-    let mut score = Score { quantity, ..total };
-    if has_run_away {
+    let (score, trials) = scores(&outcomes, &windows, nulls);
+    let mut score = Score { quantity: quantity_of(axes), ..score };
+    if score.mean_abs_error.is_none() {
         return Ok(Scored { score, trials, parts: Vec::new() });
-    }
-    score.best_null =
-        nulls.best(&outcomes.iter().filter_map(Outcome::comparison).collect::<Vec<_>>());
-    score.offset_free_error = offset_free_error(windows.iter());
-    for (name, trial) in &mut trials {
-        let own = windows.iter().filter(|window| window.trial == *name);
-        trial.offset_free_error = offset_free_error(own);
     }
     let accelerations = outcomes.iter().filter_map(Outcome::comparison);
     let accelerations: Vec<f64> = accelerations.flat_map(parts_of_acceleration).collect();
@@ -268,6 +259,27 @@ pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result
     let parts = [parts(&windows), accelerations].concat();
     score.change = change(model, axes, windows)?;
     Ok(Scored { score, trials, parts })
+}
+
+/// Returns the score of a plant on one axis of some trials, and that of each; `windows` are those of the trials'
+/// comparisons, by which offsets are removed.
+pub(crate) fn scores(
+    outcomes: &[Outcome],
+    windows: &[Window],
+    nulls: &Nulls,
+) -> (Score, Vec<(String, Score)>) {
+    let (mut total, mut trials) = total_score(outcomes);
+    let compared: Vec<&Comparison> = outcomes.iter().filter_map(Outcome::comparison).collect();
+    if compared.len() < outcomes.len() {
+        return (total, trials);
+    }
+    total.best_null = nulls.best(&compared);
+    total.offset_free_error = offset_free_error(windows.iter());
+    for (name, trial) in &mut trials {
+        let own = windows.iter().filter(|window| window.trial == *name);
+        trial.offset_free_error = offset_free_error(own);
+    }
+    (total, trials)
 }
 
 /// Returns the compared quantity: acceleration only where velocity was not measured.
@@ -309,36 +321,76 @@ fn parts(windows: &[Window]) -> Vec<f64> {
     windows.iter().flat_map(of).collect()
 }
 
-/// Result of the simulation of one trial.
-enum Outcome {
-    Compared(Box<Comparison>),
+/// Result of the simulation of one axis of a trial.
+pub(crate) enum Outcome {
+    Compared(Box<Comparison>, Expected),
     Diverged { trial: String, null_error: f64, samples: usize },
 }
 
+/// The errors that the true plant would have, and those of roll and pitch over some seconds: means over the samples
+/// of a trial, where they are known.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Expected {
+    pub(crate) disturbance: Option<f64>,
+    pub(crate) restarted: Option<f64>,
+    pub(crate) kept: Option<f64>,
+}
+
 impl Outcome {
+    /// Returns the outcome of a simulation that diverges, with the measured values.
+    pub(crate) fn diverged(trial: &str, measured: &[f64]) -> Self {
+        let samples = measured.len();
+        let null_error = measured.iter().map(|v| v.abs()).sum::<f64>() / samples.max(1) as f64;
+        Self::Diverged { trial: trial.to_owned(), null_error, samples }
+    }
+
     fn comparison(&self) -> Option<&Comparison> {
         match self {
-            Self::Compared(comparison) => Some(comparison),
+            Self::Compared(comparison, _) => Some(comparison),
             Self::Diverged { .. } => None,
         }
     }
 
-    fn windows(&self, model: &Model) -> Vec<Window> {
+    /// Returns the windows of the comparison, by a model that an error of velocity decays by.
+    pub(crate) fn windows(&self, model: &Model) -> Vec<Window> {
         // Windows explain errors of velocity only.
         let of_velocity = self.comparison().filter(|one| one.quantity == ScoredMotion::Velocity);
         of_velocity.map(|comparison| windows(comparison, model)).unwrap_or_default()
+    }
+
+    fn score(&self) -> (String, Score) {
+        match self {
+            Self::Compared(comparison, expected) => {
+                let position = comparison.position.as_ref().map(|position| position.agreement);
+                let score = Score {
+                    quantity: comparison.quantity,
+                    mean_abs_error: Some(comparison.velocity.mean_abs_error),
+                    null_error: comparison.velocity.null_error,
+                    disturbance_error: expected.disturbance,
+                    restarted_error: expected.restarted,
+                    kept_error: expected.kept,
+                    r_squared: comparison.velocity.r_squared,
+                    position_r_squared: position.and_then(|agreement| agreement.r_squared),
+                    position_mean_abs_error: position.map(|agreement| agreement.mean_abs_error),
+                    samples: comparison.velocity.samples,
+                    ..Score::default()
+                };
+                (comparison.trial.clone(), score)
+            }
+            Self::Diverged { trial, null_error, samples } => {
+                let (null_error, samples) = (*null_error, *samples);
+                (trial.clone(), Score { null_error, samples, ..Score::default() })
+            }
+        }
     }
 }
 
 fn outcome(model: &Model, axis: &AxisRecord) -> Result<Outcome, Error> {
     match compare_record(model, axis) {
-        Ok(comparison) => Ok(Outcome::Compared(Box::new(comparison))),
+        Ok(comparison) => Ok(Outcome::Compared(Box::new(comparison), Expected::default())),
         Err(Error::Diverged { .. }) => {
             let velocity = axis.velocity().unwrap_or_else(|_| axis.motion.series().clone());
-            let samples = velocity.len();
-            let null_error =
-                velocity.values().iter().map(|v| v.abs()).sum::<f64>() / samples as f64;
-            Ok(Outcome::Diverged { trial: axis.trial.clone(), null_error, samples })
+            Ok(Outcome::diverged(&axis.trial, velocity.values()))
         }
         Err(other) => Err(other),
     }
@@ -349,39 +401,25 @@ fn total_score(outcomes: &[Outcome]) -> (Score, Vec<(String, Score)>) {
     let compared = outcomes.iter().filter_map(Outcome::comparison);
     let pairs = compared.flat_map(|c| c.measured.iter().copied().zip(c.simulated.iter().copied()));
     let all = Agreement::over(pairs, 0.0);
-    let of = |outcome: &Outcome| match outcome {
-        Outcome::Compared(comparison) => (comparison.trial.clone(), trial_score(comparison)),
-        Outcome::Diverged { trial, null_error, samples } => {
-            let (null_error, samples) = (*null_error, *samples);
-            (trial.clone(), Score { null_error, samples, ..Score::default() })
-        }
-    };
-    let trials: Vec<(String, Score)> = outcomes.iter().map(of).collect();
+    let trials: Vec<(String, Score)> = outcomes.iter().map(Outcome::score).collect();
     let diverged = outcomes.iter().any(|outcome| outcome.comparison().is_none());
     let samples = trials.iter().map(|(_, score)| score.samples).sum::<usize>();
-    let null = trials.iter().map(|(_, score)| score.null_error * score.samples as f64);
+    // A mean over all samples, if it is known of each trial.
+    let mean = |of: fn(&Score) -> Option<f64>| {
+        let own = trials.iter().map(|(_, score)| Some(of(score)? * score.samples as f64));
+        Some(own.sum::<Option<f64>>()? / samples.max(1) as f64)
+    };
     let total = Score {
         mean_abs_error: (!diverged).then_some(all.mean_abs_error),
-        null_error: if samples == 0 { 0.0 } else { null.sum::<f64>() / samples as f64 },
+        null_error: mean(|score| Some(score.null_error)).unwrap_or(0.0),
+        disturbance_error: mean(|score| score.disturbance_error),
+        restarted_error: mean(|score| score.restarted_error),
+        kept_error: mean(|score| score.kept_error),
         r_squared: all.r_squared.filter(|_| !diverged),
         samples,
         ..Score::default()
     };
     (total, trials)
-}
-
-fn trial_score(comparison: &Comparison) -> Score {
-    let position = comparison.position.as_ref().map(|position| position.agreement);
-    Score {
-        quantity: comparison.quantity,
-        mean_abs_error: Some(comparison.velocity.mean_abs_error),
-        null_error: comparison.velocity.null_error,
-        r_squared: comparison.velocity.r_squared,
-        position_r_squared: position.and_then(|agreement| agreement.r_squared),
-        position_mean_abs_error: position.map(|agreement| agreement.mean_abs_error),
-        samples: comparison.velocity.samples,
-        ..Score::default()
-    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use seaplant::{Dof, ScoredMotion};
 
 use super::{Methods, axes_of_kind, of_kind};
 use crate::number::{ABSENT, Decimals, count, or_absent, significant};
+use crate::page::card::best_null;
 use crate::page::table::{Row, Table};
 use crate::words;
 
@@ -38,6 +39,7 @@ fn by_axis(plant: &PlantResult) -> Table {
         let scored = held.or(own);
         let mut row = vec![words::capitalised(dof.name()), quantity.unit(*dof).to_owned()];
         row.extend(cells(held));
+        row.push(scored.map_or_else(|| ABSENT.to_owned(), best_null));
         row.push(or_absent(scored.and_then(|score| score.disturbance_error), 3));
         row.extend(cells(own));
         row.push(r_squared(plant.single_axes.get(dof)));
@@ -50,6 +52,7 @@ fn by_axis(plant: &PlantResult) -> Table {
         "held out: e",
         &still,
         "R²",
+        "best without a plant",
         "disturbance: e",
         "fitted: e",
         &still,

@@ -4,9 +4,9 @@ use super::restoring::restoring;
 use super::{Records, correlation, known, scale, thrusters, under_way};
 use crate::caveat::{estimated, spoken};
 use crate::estimate::{Actuator, NEGLIGIBLE_POWER, PlantFit, damping_power, is_pushed};
-use crate::judge::NOT_WHITE;
+use crate::judge::{NOT_WHITE, scoring};
 use crate::plant::{Basis, EffectForce};
-use crate::results::{LikelyChange, PlantResult, PlantScore, Score, ToldBy};
+use crate::results::{PlantResult, ToldBy};
 use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Method, TrialRecord, Vehicle};
 
 /// Two coefficients that are correlated by more cannot be told apart.
@@ -46,7 +46,7 @@ pub(super) fn doubts(
     all.extend(of_vehicle);
     all.extend(not_dissipative(fit, records));
     all.extend(restoring(fit, vehicle));
-    all.extend(scores(&plant.fit, plant.hold_out.as_ref()));
+    all.extend(scoring(&plant.fit, plant.hold_out.as_ref()));
     all.extend(not_white(fit));
     all.extend(unsure_thrust(fit));
     all.extend(scale::doubts(fit, records));
@@ -345,70 +345,6 @@ fn not_dissipative(fit: &PlantFit, records: &[&TrialRecord]) -> Option<Caveat> {
     })
 }
 
-/// What the error on held-out trials says against a plant, or on fitted ones where none are held
-/// out.
-pub(super) fn scores(fit: &PlantScore, hold_out: Option<&PlantScore>) -> Vec<Caveat> {
-    let (score, where_) = match hold_out {
-        Some(held) => (held, "the held-out trials"),
-        None => (fit, "the trials that it was fitted to"),
-    };
-    let mut all = no_better(score, where_);
-    if hold_out.is_none() {
-        let message =
-            "the error is that on fitted trials; hold out one trial with role = \"hold-out\"";
-        all.push(Caveat::note(CaveatCode::ScoredOnFit, message));
-    }
-    all.extend(hold_out.and_then(another_plant));
-    all
-}
-
-/// That held-out trials ask for another mass or drag, in the axis where they do most.
-fn another_plant(score: &PlantScore) -> Option<Caveat> {
-    let beyond = |dof: &Dof| score.by_axis[dof].likely_change.and_then(|change| change.beyond());
-    let axes = score.by_axis.keys().filter_map(|dof| Some((dof, beyond(dof)?)));
-    let (dof, _) = axes.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let change = score.by_axis[dof].likely_change?;
-    let message = format!(
-        "allowing for forces that are not logged, the held-out trials ask for another plant in {dof}: mass {}, drag {}; the model lacks something, or the trials differ in vehicle, trim or thrust",
-        change.mass.spoken(),
-        change.drag.spoken()
-    );
-    Some(Caveat::warning(CaveatCode::AnotherPlantFits, message))
-}
-
-fn no_better(score: &PlantScore, where_: &str) -> Vec<Caveat> {
-    let of = |(dof, score): (&Dof, &Score)| {
-        if score.mean_abs_error.is_none() {
-            let message = format!("simulated over {where_}, the plant diverges");
-            return Some(Caveat::severe(CaveatCode::Unstable, message));
-        }
-        let what = score.shortfall(*dof, where_)?;
-        if let Some(change) = score.likely_change.filter(LikelyChange::vouches) {
-            return Some(Caveat::note(
-                CaveatCode::NoBetterThanNull,
-                format!(
-                    "{what}, as forces that are not logged add up; allowing for these, the trials ask for the same plant: mass {}, drag {}",
-                    change.mass.spoken(),
-                    change.drag.spoken()
-                ),
-            ));
-        }
-        let why = if !score.fails() {
-            ""
-        } else if score.is_of_disturbance() {
-            ", about as much as forces that are not logged cause: these trials hardly test the plant there; excite the axis more"
-        } else if score.is_followed() {
-            "; begun anew every 10 s from what is measured it follows the axis: over a whole trial it loses the phase"
-        } else {
-            ""
-        };
-        Some(Caveat::warning(CaveatCode::NoBetterThanNull, format!("{what}{why}")))
-    };
-    let mut found: Vec<Caveat> = score.by_axis.iter().filter_map(of).collect();
-    found.dedup();
-    found
-}
-
 /// Above this it says that the plant lacks so much that its numbers may be another vehicle's.
 const COLOURED: f64 = 4.0;
 
@@ -457,29 +393,6 @@ fn not_white(fit: &PlantFit) -> Option<Caveat> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Estimate;
-
-    #[test]
-    fn a_trial_that_asks_for_another_plant_is_a_warning() {
-        let part = |value, std| Estimate::new(value, std, 1e4).into();
-        let of = |mass: f64| {
-            let (mass, drag) = (part(mass, 0.01), part(0.0, 0.05));
-            let likely_change = Some(LikelyChange { mass, drag, whiteness: 1.0, surprise: 1.0 });
-            let score = Score {
-                mean_abs_error: Some(0.01),
-                null_error: 0.1,
-                likely_change,
-                ..Score::default()
-            };
-            let by_axis = [(Dof::Sway, score)].into();
-            let held = PlantScore { by_axis, ..PlantScore::default() };
-            scores(&PlantScore::default(), Some(&held))
-        };
-        let found = of(0.2);
-        assert_eq!(found[0].code, CaveatCode::AnotherPlantFits);
-        assert!(found[0].message.contains("sway: mass +20.0 ± 2.0 %"), "{}", found[0].message);
-        assert_eq!(of(0.06), []);
-    }
 
     /// Two small changes of the same sign leave the scale as open as a large one.
     #[test]

@@ -4,12 +4,10 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::{
-    MOST_STD, Records, coefficient_of, doubts as batch_doubts, failure, known, result as of_fit,
-    rivals, score,
-};
+use super::{MOST_STD, Records, coefficient_of, failure, known, result as of_fit, rivals, score};
 use crate::estimate::PlantFit;
 use crate::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_plant, logs::doubts};
+use crate::judge::scoring;
 use crate::motion::{body_from_world, interpolated_attitude};
 use crate::plant::RigidBody;
 use crate::results::{Failure, Parameters, PlantResult, Trust, Verdict};
@@ -61,15 +59,14 @@ fn plant(
     };
     let mut plant = result(&online, found, &fit, body);
     let as_found = &fit.estimate.plant;
-    plant.fit = score::score(as_found, &score::Standing::beside(found), &records.fit, |record| {
-        found.current_of(&record.trial)
-    })?;
-    plant.hold_out = match records.hold_out.as_slice() {
-        [] => None,
-        held => Some(score::score(as_found, &score::Standing::beside(found), held, |_| {
-            found.mean_current()
-        })?),
-    };
+    let beside = score::Standing::beside(found);
+    let (fitted, held) = (records.fit.as_slice(), records.hold_out.as_slice());
+    let own = |record: &TrialRecord| found.current_of(&record.trial);
+    plant.fit = score::score(as_found, &beside, (fitted, fitted), own)?;
+    if !held.is_empty() {
+        let score = score::score(as_found, &beside, (fitted, held), |_| found.mean_current())?;
+        plant.hold_out = Some(score);
+    }
     plant.caveats.extend(beside_batch(found, &online, &plant, &records.fit, vehicle));
     plant.caveats.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     let codes = plant.caveats.iter().map(|caveat| caveat.code).collect();
@@ -112,7 +109,7 @@ fn beside_batch(
     vehicle: &Vehicle,
 ) -> Vec<Caveat> {
     let known = known::doubts(online, &plant.parameters, records, vehicle);
-    let scores = batch_doubts::scores(&plant.fit, plant.hold_out.as_ref());
+    let scores = scoring(&plant.fit, plant.hold_out.as_ref());
     let mut all: Vec<Caveat> = known.into_iter().map(|(_, caveat)| caveat).collect();
     all.extend(rivals::from_batch(found, online, records));
     all.extend(scores);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use nalgebra::{DVector, Vector6};
 use rand::SeedableRng;
@@ -10,79 +11,18 @@ use rand_chacha::ChaCha8Rng;
 use super::LEVERS;
 use crate::estimate::{Actuator, PlantFit};
 use crate::exchange::{Actuation, PlantModel};
+use crate::judge::{Expected, Nulls, Outcome, scores};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
-use crate::plant::Plant;
+use crate::plant::{Plant, own_terms};
 use crate::random::{gauss_markov, normal, stochastic_cycle};
-use crate::results::{Parameter, PlantResult, PlantScore, Score, plant_of_result};
+use crate::results::{Parameter, PlantResult, PlantScore, plant_of_result};
 use crate::series::union;
 use crate::signal::sample_noise;
 use crate::statistics::root;
 use crate::{
-    Agreement, Comparison, Dof, Error, Method, ScoredMotion, Timed, Trial, TrialRecord, Vehicle,
-    VelocityReport, parallel,
+    Agreement, Comparison, Dof, Error, LumpedParameters, Method, Model, PhysicalParameters,
+    ScoredMotion, Timed, Trial, TrialRecord, Vehicle, VelocityReport, parallel,
 };
-
-/// Sums that make a score.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    n: usize,
-    error: f64,
-    null: f64,
-    squares: f64,
-    sum: f64,
-    of_squares: f64,
-    disturbed: f64,
-    restarted: f64,
-    kept: f64,
-    diverged: bool,
-}
-
-impl Sums {
-    fn add(&mut self, model: Option<f64>, measured: f64) {
-        self.n += 1;
-        self.null += measured.abs();
-        self.sum += measured;
-        self.of_squares += measured * measured;
-        match model {
-            Some(model) => {
-                self.error += (model - measured).abs();
-                self.squares += (model - measured).powi(2);
-            }
-            None => self.diverged = true,
-        }
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self {
-            n: self.n + other.n,
-            error: self.error + other.error,
-            null: self.null + other.null,
-            squares: self.squares + other.squares,
-            sum: self.sum + other.sum,
-            of_squares: self.of_squares + other.of_squares,
-            disturbed: self.disturbed + other.disturbed,
-            restarted: self.restarted + other.restarted,
-            kept: self.kept + other.kept,
-            diverged: self.diverged || other.diverged,
-        }
-    }
-
-    fn score(self) -> Score {
-        let n = self.n.max(1) as f64;
-        let spread = self.of_squares - self.sum * self.sum / n;
-        let of = |x: f64| (!self.diverged).then_some(x);
-        Score {
-            mean_abs_error: of(self.error / n),
-            null_error: self.null / n,
-            disturbance_error: of(self.disturbed / n).filter(|x| x.is_finite()),
-            restarted_error: Some(self.restarted / n).filter(|x| x.is_finite()),
-            kept_error: Some(self.kept / n).filter(|x| x.is_finite()),
-            r_squared: of(1.0 - self.squares / spread).filter(|r2| r2.is_finite()),
-            samples: self.n,
-            ..Score::default()
-        }
-    }
-}
 
 /// The error of a plant of several axes on trials, each simulated freely from its start.
 ///
@@ -100,7 +40,7 @@ pub fn score_fitted_plant(result: &PlantResult, trials: &[&Trial]) -> Result<Pla
         return Err(error.clone());
     }
     let current = mean_current(result);
-    score(&plant, &Standing::of_result(result), &records, |_| current)
+    score(&plant, &Standing::of_result(result), (&[], &records), |_| current)
 }
 
 /// The error of a table of several axes on trials, each simulated freely from its start in water
@@ -120,7 +60,7 @@ pub fn score_table(
     let of = |trial: &&Trial| with_curves_of(model, vehicle, trial.record(axes)?);
     let records = trials.iter().map(of).collect::<Result<Vec<_>, Error>>()?;
     let records: Vec<&TrialRecord> = records.iter().collect();
-    score(&model.plant, &Standing::of_table(model), &records, |_| [0.0; 2])
+    score(&model.plant, &Standing::of_table(model), (&[], &records), |_| [0.0; 2])
 }
 
 /// A record with the thrust that the curves of a plant give; a wrench that was logged is scaled as where
@@ -153,24 +93,8 @@ pub fn compare_fitted_plant(result: &PlantResult, trial: &Trial) -> Result<Vec<C
     let own = own(CURRENT_NORTH).zip(own(CURRENT_EAST)).map(|(north, east)| [north, east]);
     let current = own.unwrap_or_else(|| mean_current(result));
     let motions = motions(&plant, &Standing::of_result(result), record, current)?;
-    let comparison = |motion: AxisMotion| {
-        let AxisMotion { dof, measured, simulated, .. } = motion;
-        let simulated = simulated?;
-        let force = record.force[dof.index()].as_ref();
-        let held = |t: &f64| force.map_or(0.0, |force| force.held_at(*t));
-        Some(Comparison {
-            quantity: ScoredMotion::Velocity,
-            dof,
-            trial: record.trial.clone(),
-            force: measured.time_s().iter().map(held).collect(),
-            velocity: Agreement::of(measured.values(), &simulated, 0.0),
-            time_s: measured.time_s().to_vec(),
-            measured: measured.values().to_vec(),
-            simulated,
-            position: None,
-        })
-    };
-    Ok(motions.into_iter().filter_map(comparison).collect())
+    let comparison = |motion: &AxisMotion| motion.comparison(record, &motion.spans(false));
+    Ok(motions.iter().filter_map(comparison).collect())
 }
 
 /// How results name the current of a trial.
@@ -193,40 +117,44 @@ fn mean_current(result: &PlantResult) -> [f64; 2] {
 /// each axis, the start, the coefficients within their covariance. So far does that alone take the
 /// true plant from what is measured, and far where motion is unstable.
 ///
+/// `fitted` are the trials that models without a plant are fitted to.
+///
 /// # Errors
 /// [`Error::Plant`] if M is singular; a simulation that diverges is no error but has no score.
 pub(super) fn score(
     plant: &Plant,
     stands: &Standing<'_>,
-    records: &[&TrialRecord],
+    (fitted, records): (&[&TrialRecord], &[&TrialRecord]),
     current: impl Fn(&TrialRecord) -> [f64; 2],
 ) -> Result<PlantScore, Error> {
-    let mut score = PlantScore::default();
-    let mut all: BTreeMap<Dof, Sums> = BTreeMap::new();
+    let mut outcomes: BTreeMap<Dof, Vec<Outcome>> = BTreeMap::new();
     for record in records {
-        let sums = of_trial(plant, stands, record, current(record))?;
-        for (dof, sums) in &sums {
-            let total = all.entry(*dof).or_default();
-            *total = total.plus(*sums);
+        for motion in motions(plant, stands, record, current(record))? {
+            let noise = record.by_slope[motion.dof.index()].then(|| stands.noise(motion.dof));
+            outcomes.entry(motion.dof).or_default().push(motion.outcome(record, noise));
         }
-        let by_axis = sums.into_iter().map(|(dof, sums)| (dof, sums.score())).collect();
-        score.by_trial.insert(record.trial.clone(), by_axis);
     }
-    score.by_axis = all.into_iter().map(|(dof, sums)| (dof, sums.score())).collect();
-    Ok(score)
+    let mut all = PlantScore::default();
+    for (dof, outcomes) in outcomes {
+        let model = Model::from(lumped(plant, dof));
+        let windows: Vec<_> = outcomes.iter().flat_map(|one| one.windows(&model)).collect();
+        let driven = fitted.iter().filter_map(|record| {
+            record.velocity[dof.index()].as_ref().zip(record.force[dof.index()].as_ref())
+        });
+        let (score, trials) = scores(&outcomes, &windows, &Nulls::steady(driven));
+        all.by_axis.insert(dof, score);
+        for (trial, score) in trials {
+            all.by_trial.entry(trial).or_default().insert(dof, score);
+        }
+    }
+    Ok(all)
 }
 
-fn of_trial(
-    plant: &Plant,
-    stands: &Standing<'_>,
-    record: &TrialRecord,
-    current: [f64; 2],
-) -> Result<BTreeMap<Dof, Sums>, Error> {
-    let sums = |motion: AxisMotion| {
-        let slopes = record.by_slope[motion.dof.index()].then(|| stands.noise(motion.dof));
-        (motion.dof, motion.sums(slopes))
-    };
-    Ok(motions(plant, stands, record, current)?.into_iter().map(sums).collect())
+/// Mass, drag by its own velocity and constant force of one axis of a plant.
+fn lumped(plant: &Plant, dof: Dof) -> LumpedParameters {
+    let own = own_terms(dof).map(|(term, sign)| sign * plant.coefficient(&term).unwrap_or(0.0));
+    let [mass, d_quadratic, d_linear, bias_force] = own;
+    PhysicalParameters { mass, d_quadratic, d_linear, bias_force }.to_lumped()
 }
 
 /// Velocity of one axis over a trial.
@@ -339,37 +267,73 @@ fn restarted(
 }
 
 impl AxisMotion {
-    /// How far the simulation is from the samples, or from means of `slopes` of that noise over
-    /// spans.
-    fn sums(&self, slopes: Option<f64>) -> Sums {
-        let series = &self.measured;
-        let span = |t: f64| ((t - series.first_s()) / SPAN_OF_SLOPES_S).floor();
-        let samples: Vec<(usize, f64)> = series.time_s().iter().copied().enumerate().collect();
-        let mut sums = Sums::default();
-        for few in samples.chunk_by(|a, b| slopes.is_some() && span(a.1) == span(b.1)) {
-            let places = few[0].0..few[0].0 + few.len();
-            let part = 1.0 / few.len() as f64;
-            let mean = |x: &[f64]| part * x[places.clone()].iter().sum::<f64>();
-            let model = self.simulated.as_deref().map(mean);
-            sums.add(model, mean(series.values()));
-            // What one slope is too large by its neighbour is too small by: their sum has the noise
-            // of one.
-            let noise = MEAN_OF_NORMAL * part * slopes.unwrap_or(0.0);
-            let off = self
-                .drawn
-                .iter()
-                .map(|other| model.map_or(f64::NAN, |model| (mean(other) - model).hypot(noise)));
-            let off = off.sum::<f64>();
-            // Nothing is known where there are no draws, or of an axis that is not begun anew.
-            let [anew, kept] = self.restarted.as_ref().map_or([f64::NAN; 2], |both| {
-                both.each_ref().map(|model| (mean(model) - mean(series.values())).abs())
-            });
-            sums.restarted += anew;
-            sums.kept += kept;
-            sums.disturbed += off / self.drawn.len() as f64;
-        }
-        sums
+    /// The simulation beside the samples; `noise` is that of single slopes of a position, of which means over spans
+    /// are compared.
+    fn outcome(&self, record: &TrialRecord, noise: Option<f64>) -> Outcome {
+        let spans = self.spans(noise.is_some());
+        let Some(comparison) = self.comparison(record, &spans) else {
+            return Outcome::diverged(&record.trial, &means(self.measured.values(), &spans));
+        };
+        let mean = |errors: &mut dyn Iterator<Item = f64>| errors.sum::<f64>() / spans.len() as f64;
+        // What one slope is too large by its neighbour is too small by: their sum has the noise
+        // of one.
+        let noise = MEAN_OF_NORMAL * noise.unwrap_or(0.0);
+        let drawn = self.drawn.iter().map(|other| {
+            let other = means(other, &spans);
+            let off = other.iter().zip(&comparison.simulated).zip(&spans);
+            mean(&mut off.map(|((x, y), span)| (x - y).hypot(noise / span.len() as f64)))
+        });
+        let disturbance = drawn.sum::<f64>() / self.drawn.len() as f64;
+        let off = |model: &Vec<f64>| {
+            let model = means(model, &spans);
+            mean(&mut model.iter().zip(&comparison.measured).map(|(x, y)| (x - y).abs()))
+        };
+        let expected = Expected {
+            // Nothing is known where there are no draws.
+            disturbance: Some(disturbance).filter(|x| x.is_finite()),
+            restarted: self.restarted.as_ref().map(|[restarted, _]| off(restarted)),
+            kept: self.restarted.as_ref().map(|[_, kept]| off(kept)),
+        };
+        Outcome::Compared(Box::new(comparison), expected)
     }
+
+    /// The samples one by one, or those of each [`SPAN_OF_SLOPES_S`].
+    fn spans(&self, are_slopes: bool) -> Vec<Range<usize>> {
+        let time_s = self.measured.time_s();
+        let span = |t: f64| ((t - time_s[0]) / SPAN_OF_SLOPES_S).floor();
+        let mut from = 0;
+        let few = time_s.chunk_by(|a, b| are_slopes && span(*a) == span(*b));
+        few.map(|few| {
+            from += few.len();
+            from - few.len()..from
+        })
+        .collect()
+    }
+
+    /// Measured and simulated velocity in means over spans of samples; `None` of a simulation that runs away.
+    fn comparison(&self, record: &TrialRecord, spans: &[Range<usize>]) -> Option<Comparison> {
+        let (time_s, measured) = (self.measured.time_s(), self.measured.values());
+        let (time_s, measured) = (means(time_s, spans), means(measured, spans));
+        let simulated = means(self.simulated.as_ref()?, spans);
+        let force = record.force[self.dof.index()].as_ref();
+        Some(Comparison {
+            quantity: ScoredMotion::Velocity,
+            dof: self.dof,
+            trial: record.trial.clone(),
+            force: time_s.iter().map(|t| force.map_or(0.0, |force| force.held_at(*t))).collect(),
+            velocity: Agreement::of(&measured, &simulated, 0.0),
+            time_s,
+            measured,
+            simulated,
+            position: None,
+        })
+    }
+}
+
+/// The mean of some values over each of some spans.
+fn means(x: &[f64], spans: &[Range<usize>]) -> Vec<f64> {
+    let mean = |span: &Range<usize>| x[span.clone()].iter().sum::<f64>() / span.len() as f64;
+    spans.iter().map(mean).collect()
 }
 
 /// Mean |x| of a normal x with a standard deviation of one.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::Dof;
-use crate::judge::{GoodFor, Tested};
+use crate::judge::{GoodFor, Tested, vouched};
 use crate::results::{PlantScore, Score};
 
 use super::Records;
@@ -19,20 +19,9 @@ pub(super) fn confirmed(score: &PlantScore, records: &Records<'_>) -> GoodFor {
         .flat_map(|(trial, axes)| axes.iter().map(move |(dof, own)| (trial.as_str(), *dof, own)));
     let tested = |(trial, axis, own): (_, Dof, &Score)| {
         let pooled = score.by_axis.get(&axis)?;
-        let series = record(trial).and_then(|record| record.velocity[axis.index()].clone());
-        Some(Tested {
-            trial,
-            axis,
-            error: own.mean_abs_error,
-            free_error: None,
-            null_error: own.null_error,
-            usual_null_error: pooled.null_error,
-            r_squared: own.r_squared,
-            is_explained: own.is_of_disturbance(),
-            is_vouched: pooled.is_vouched(),
-            speed: series,
-            acceleration: None,
-        })
+        let is_vouched = vouched(pooled, score.trials(axis).map(|(_, own)| own));
+        let speed = record(trial).and_then(|record| record.velocity[axis.index()].clone());
+        Some(Tested { speed, ..Tested::new(trial, axis, own, (pooled, is_vouched)) })
     };
     let tested: Vec<Tested<'_>> = all.filter_map(tested).collect();
     let drift = records
