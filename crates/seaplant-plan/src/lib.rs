@@ -28,6 +28,7 @@ mod logging;
 mod lua;
 mod manoeuvre;
 mod margin;
+mod minutes;
 mod mission;
 mod outcome;
 mod page;

@@ -34,7 +34,7 @@ pub struct Plan {
     /// Energy that they take from the battery, Wh; none if its power is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_wh: Option<f64>,
-    /// Minutes that the goals need with these shares; none if they cannot be met.
+    /// Minutes that the goals need, with no manoeuvre of less than a minute; none if they cannot be met.
     pub minutes_needed: Option<f64>,
     /// Predicted intervals of the goals.
     pub goals: Vec<Forecast>,

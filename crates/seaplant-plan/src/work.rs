@@ -6,12 +6,13 @@ use seaplant::exchange::Draws;
 use seaplant::{Dof, Vehicle, parallel, spoken};
 
 use crate::Error;
-use crate::allocate::Allocation;
+use crate::allocate::{Allocation, Criterion};
 use crate::battery::HOUR_S;
 use crate::drive::{Pilot, Sea, drive};
 use crate::forecast::{Forecast, Forecaster, TIMES_MIN};
 use crate::limits::{Limits, Use};
 use crate::manoeuvre::{Kind, Manoeuvre, library, refinements, unplanned};
+use crate::minutes::{STEP_MIN, enough, rounded, within};
 use crate::plan::{Certificate, LimitCheck, PLAN_SCHEMA, Plan, Planned};
 use crate::prior::Prior;
 use crate::request::Request;
@@ -20,8 +21,6 @@ use crate::scale::SCALE;
 use crate::wave::seed_of;
 use crate::weigh::{Bench, Candidate, MARGIN_RUNS, MARGIN_S};
 
-/// Resolution of minutes.
-const STEP_MIN: f64 = 0.5;
 /// Relative widening of intervals below which a manoeuvre of small share is left out.
 const WORTH: f64 = 0.02;
 /// Share above which a manoeuvre is refined.
@@ -103,7 +102,7 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
     allocation = work.with_margins(&mut used, &mut refused, seconds)?;
     work.check_goals(&used, &refused)?;
     let needed = work.forecaster.seconds_needed(&used, &allocation.shares);
-    let mut battery_ends = false;
+    let (mut battery_ends, mut meets_goals) = (false, false);
     if request.minutes.is_none() {
         let most = 60.0 * TIMES_MIN[1];
         seconds = needed.unwrap_or(most);
@@ -114,8 +113,9 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
             battery_ends = last < seconds;
             seconds = seconds.min(last);
         }
+        meets_goals = needed.is_some() && !battery_ends;
     }
-    let mut plan = work.finished(&used, &allocation, seconds, needed)?;
+    let mut plan = work.finished(&used, &allocation, seconds, (needed, meets_goals))?;
     if battery_ends {
         plan.notes.push(format!("the battery ends the plan after {} min", spoken(plan.minutes)));
     }
@@ -252,15 +252,29 @@ impl Work<'_> {
         Some(self.request.battery?.energy_wh * HOUR_S / watts)
     }
 
+    /// Makes the plan of so many seconds, or of as many as the goals need with manoeuvres of a minute or more;
+    /// `needed` are the seconds that they need by their shares.
     fn finished(
         &self,
         used: &[Candidate],
         allocation: &Allocation,
         seconds: f64,
-        needed: Option<f64>,
+        (needed, meets_goals): (Option<f64>, bool),
     ) -> Result<Plan, Error> {
-        let shares = self.worth_driving(used, &allocation.shares, seconds);
-        let minutes = rounded(&shares, seconds / 60.0);
+        let program = self.forecaster.program(used, seconds);
+        let is_worst = self.request.criterion == Criterion::Worst;
+        let whole = |seconds: f64| {
+            let shares = self.worth_driving(used, &allocation.shares, seconds);
+            rounded(&shares, seconds / 60.0)
+        };
+        let enough =
+            needed.and_then(|seconds| enough(&program, whole(seconds), TIMES_MIN[1], is_worst));
+        let needed = enough.as_ref().map(|minutes| minutes.iter().sum::<f64>());
+        let minutes = match enough.filter(|_| meets_goals) {
+            Some(minutes) => minutes,
+            None if is_worst => within(&program, whole(seconds), seconds / 60.0),
+            None => whole(seconds),
+        };
         let total: f64 = minutes.iter().sum();
         let shares: Vec<f64> = minutes.iter().map(|x| x / total).collect();
         let program = self.forecaster.program(used, 60.0 * total);
@@ -311,7 +325,7 @@ impl Work<'_> {
             manoeuvres,
             minutes: total,
             energy_wh,
-            minutes_needed: needed.map(|seconds| seconds / 60.0),
+            minutes_needed: needed,
             goals,
             coefficients,
             certificate: Certificate {
@@ -425,7 +439,7 @@ impl Work<'_> {
             goals.iter().filter(|goal| !goal.is_met()).map(|goal| goal.name.as_str()).collect();
         if !missed.is_empty() {
             let time = match needed {
-                Some(seconds) => format!("they need {:.0} min", (seconds / 60.0).ceil()),
+                Some(minutes) => format!("they need {} min", spoken(minutes)),
                 None => format!("{:.0} min would not be enough", TIMES_MIN[1]),
             };
             notes.push(format!("{:.1} min do not reach {}: {time}", total, missed.join(", ")));
@@ -440,7 +454,7 @@ impl Work<'_> {
             && total > minutes + STEP_MIN
         {
             notes.push(format!(
-                "no manoeuvre is driven for less than a minute, so that {minutes} min become {total}; ask for fewer goals to have fewer manoeuvres"
+                "no manoeuvre is driven for less than a minute, and the goals need all of these, so that {minutes} min become {total}; ask for fewer goals to have fewer manoeuvres"
             ));
         }
         notes.push(
@@ -452,36 +466,5 @@ impl Work<'_> {
             );
         }
         notes
-    }
-}
-
-/// Rounds shares of the time to complete steps, at least two for a manoeuvre that is driven.
-fn rounded(shares: &[f64], minutes: f64) -> Vec<f64> {
-    let steps = (minutes / STEP_MIN).round().max(LEAST_STEPS);
-    let exact: Vec<f64> = shares.iter().map(|share| share * steps).collect();
-    let least = |x: &f64| if *x > 0.0 { x.floor().max(LEAST_STEPS) } else { 0.0 };
-    let mut whole: Vec<f64> = exact.iter().map(least).collect();
-    let mut order: Vec<usize> = (0..exact.len()).filter(|k| exact[*k] > 0.0).collect();
-    order.sort_by(|a, b| (exact[*b] - whole[*b]).total_cmp(&(exact[*a] - whole[*a])));
-    let left = (steps - whole.iter().sum::<f64>()).max(0.0) as usize;
-    for k in order.iter().cycle().take(if order.is_empty() { 0 } else { left }) {
-        whole[*k] += 1.0;
-    }
-    whole.iter().map(|x| x * STEP_MIN).collect()
-}
-
-/// Minimum duration of a manoeuvre in steps of time.
-const LEAST_STEPS: f64 = 2.0;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn minutes_are_multiples_of_a_half_and_nothing_is_driven_for_seconds() {
-        let minutes = rounded(&[0.505, 0.31, 0.185, 0.0], 10.0);
-        assert_eq!(minutes.iter().sum::<f64>(), 10.0);
-        assert_eq!(minutes[3], 0.0);
-        assert!(minutes[..3].iter().all(|x| *x >= 1.0 && (x / STEP_MIN).fract() == 0.0));
     }
 }

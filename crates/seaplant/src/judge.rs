@@ -31,7 +31,7 @@ pub(crate) use null::Nulls;
 pub use null::{NullModel, NullScore};
 pub use off::{MayBeOff, OffBecause};
 pub(crate) use off::{Number, may_be_off};
-pub(crate) use score::{Expected, Outcome, PREDICTS, Scored, records, score, scores};
+pub(crate) use score::{Expected, Outcome, Scored, records, score, scores};
 pub use score::{PlantScore, Score, score_plant};
 pub(crate) use scoring::scoring;
 pub(crate) use thrust::{STILL, feedback, one_speed, reversed, still};
