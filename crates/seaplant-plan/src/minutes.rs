@@ -45,32 +45,37 @@ pub(crate) fn enough(
         }
         (minutes, at) = (longer, reached);
     }
-    while may_leave_out
-        && let Some((shorter, _)) = shorter(program, &minutes).filter(|(_, at)| at.widest <= 1.0)
-    {
+    while may_leave_out {
+        let found = shorter(program, &minutes, SHORT_MIN).filter(|(_, at)| at.widest <= 1.0);
+        let Some((shorter, _)) = found else { break };
         minutes = shorter;
     }
     (at.widest <= 1.0).then_some(minutes)
 }
 
+/// Of manoeuvres that take longer than this, minutes, half a minute more or less is within their rounding.
+const SHORT_MIN: f64 = 5.0;
+
 /// Returns at most so many minutes in all, if the goals can be told in them: those steps are left out that widen the
 /// widest interval least.
 pub(crate) fn within(program: &Program, mut minutes: Vec<f64>, most: f64) -> Vec<f64> {
     while minutes.iter().sum::<f64>() > most {
-        let found = shorter(program, &minutes).filter(|(_, at)| at.widest.is_finite());
+        let found =
+            shorter(program, &minutes, f64::INFINITY).filter(|(_, at)| at.widest.is_finite());
         let Some((shorter, _)) = found else { break };
         minutes = shorter;
     }
     minutes
 }
 
-/// Returns minutes with a step less, or without a manoeuvre of the least duration: the best that can be had so.
-fn shorter(program: &Program, minutes: &[f64]) -> Option<(Vec<f64>, Widths)> {
+/// Returns minutes with a step less of a manoeuvre that takes at most so many, or without one of the least duration: the
+/// best that can be had so.
+fn shorter(program: &Program, minutes: &[f64], most: f64) -> Option<(Vec<f64>, Widths)> {
     let fewer = |k: usize| match minutes[k] > LEAST_STEPS * STEP_MIN {
         true => minutes[k] - STEP_MIN,
         false => 0.0,
     };
-    let driven = (0..minutes.len()).filter(|k| minutes[*k] > 0.0);
+    let driven = (0..minutes.len()).filter(|k| minutes[*k] > 0.0 && minutes[*k] <= most);
     best(program, driven.map(|k| with(minutes, k, fewer(k))))
 }
 
