@@ -45,12 +45,14 @@ pub(crate) fn enough(
         }
         (minutes, at) = (longer, reached);
     }
-    while may_leave_out {
-        let found = shorter(program, &minutes, SHORT_MIN).filter(|(_, at)| at.widest <= 1.0);
-        let Some((shorter, _)) = found else { break };
+    if at.widest > 1.0 {
+        return None;
+    }
+    let is_enough = |(_, at): &(Vec<f64>, Widths)| may_leave_out && at.widest <= 1.0;
+    while let Some((shorter, _)) = shorter(program, &minutes, SHORT_MIN).filter(is_enough) {
         minutes = shorter;
     }
-    (at.widest <= 1.0).then_some(minutes)
+    Some(minutes)
 }
 
 /// Of manoeuvres that take longer than this, minutes, half a minute more or less is within their rounding.
