@@ -407,7 +407,7 @@ fn total_score(outcomes: &[Outcome]) -> (Score, Vec<(String, Score)>) {
     // A mean over all samples, if it is known of each trial.
     let mean = |of: fn(&Score) -> Option<f64>| {
         let own = trials.iter().map(|(_, score)| Some(of(score)? * score.samples as f64));
-        Some(own.sum::<Option<f64>>()? / samples.max(1) as f64)
+        own.sum::<Option<f64>>().filter(|_| samples > 0).map(|sum| sum / samples as f64)
     };
     let total = Score {
         mean_abs_error: (!diverged).then_some(all.mean_abs_error),

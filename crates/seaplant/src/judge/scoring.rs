@@ -50,12 +50,15 @@ impl Errors<'_> {
         let what = own.shortfall(dof, trials)?;
         let code = CaveatCode::NoBetterThanNull;
         if is_vouched {
-            let asked = own.likely_change.map_or_else(String::new, |change| {
-                format!(": mass {}, drag {}", change.mass.spoken(), change.drag.spoken())
-            });
-            let message = format!(
-                "{what}, as forces that are not logged add up; allowing for these, the trials ask for the same plant{asked}"
-            );
+            let why = match own.likely_change {
+                Some(LikelyChange { mass, drag, .. }) => format!(
+                    ", as forces that are not logged add up; allowing for these, the trials ask for the same plant: mass {}, drag {}",
+                    mass.spoken(),
+                    drag.spoken()
+                ),
+                None => "; yet they ask for no other plant, or the simulated path follows the measured one".to_owned(),
+            };
+            let message = format!("{what}{why}");
             return Some(Caveat::note(code, message));
         }
         let why = if !own.fails() {
