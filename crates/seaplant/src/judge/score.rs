@@ -327,8 +327,7 @@ pub(crate) enum Outcome {
     Diverged { trial: String, null_error: f64, samples: usize },
 }
 
-/// The errors that the true plant would have, and those of roll and pitch over some seconds: means over the samples
-/// of a trial, where they are known.
+/// Mean errors over the samples of a trial that [`Score`] reports beside that of the simulation, where they are known.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Expected {
     pub(crate) disturbance: Option<f64>,
@@ -351,7 +350,7 @@ impl Outcome {
         }
     }
 
-    /// Returns the windows of the comparison, by a model that an error of velocity decays by.
+    /// Returns the windows of the comparison; errors of velocity decay in them by the drag of `model`.
     pub(crate) fn windows(&self, model: &Model) -> Vec<Window> {
         // Windows explain errors of velocity only.
         let of_velocity = self.comparison().filter(|one| one.quantity == ScoredMotion::Velocity);

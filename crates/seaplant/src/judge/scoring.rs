@@ -33,14 +33,15 @@ pub(crate) fn scoring(fit: &PlantScore, hold_out: Option<&PlantScore>) -> Vec<Ca
 /// Errors of a plant in one axis.
 struct Errors<'a> {
     dof: Dof,
-    /// How sentences name the trials of `own`.
+    /// Name of the trials of `own` in sentences.
     trials: &'a str,
     own: &'a Score,
     fitted: Option<&'a Score>,
 }
 
 impl Errors<'_> {
-    /// Returns why the axis is doubtful, if it is; it is severe if nothing explains it and the plant has no other axis.
+    /// Returns a caveat if the plant predicts the axis too badly; it is severe if nothing explains that and the plant has
+    /// no other axis.
     fn doubt(&self, is_vouched: bool, is_alone: bool) -> Option<Caveat> {
         let Self { dof, trials, own, .. } = *self;
         if own.mean_abs_error.is_none() {
@@ -52,11 +53,11 @@ impl Errors<'_> {
         if is_vouched {
             let why = match own.likely_change {
                 Some(LikelyChange { mass, drag, .. }) => format!(
-                    ", as forces that are not logged add up; allowing for these, the trials ask for the same plant: mass {}, drag {}",
+                    ", as forces that are not logged add up; allowing for these, the trials support the same plant: mass {}, drag {}",
                     mass.spoken(),
                     drag.spoken()
                 ),
-                None => "; yet they ask for no other plant, or the simulated path follows the measured one".to_owned(),
+                None => "; yet these trials support no other plant, or the simulated path follows the measured one".to_owned(),
             };
             let message = format!("{what}{why}");
             return Some(Caveat::note(code, message));
@@ -87,7 +88,7 @@ impl Errors<'_> {
     }
 }
 
-/// That held-out trials ask for another mass or drag, in the axis where they do most.
+/// Returns a caveat if held-out trials support another mass or drag, for the axis in which the change is largest.
 fn another_plant(score: &PlantScore) -> Option<Caveat> {
     let beyond = |dof: &Dof| score.by_axis[dof].likely_change.and_then(|change| change.beyond());
     let axes = score.by_axis.keys().filter_map(|dof| Some((dof, beyond(dof)?)));

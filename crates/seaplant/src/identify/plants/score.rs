@@ -150,7 +150,7 @@ pub(super) fn score(
     Ok(all)
 }
 
-/// Mass, drag by its own velocity and constant force of one axis of a plant.
+/// Returns mass, drag by its own velocity and constant force of one axis of a plant.
 fn lumped(plant: &Plant, dof: Dof) -> LumpedParameters {
     let own = own_terms(dof).map(|(term, sign)| sign * plant.coefficient(&term).unwrap_or(0.0));
     let [mass, d_quadratic, d_linear, bias_force] = own;
@@ -267,8 +267,8 @@ fn restarted(
 }
 
 impl AxisMotion {
-    /// The simulation beside the samples; `noise` is that of single slopes of a position, of which means over spans
-    /// are compared.
+    /// Compares the simulation with the samples; with means of them over spans if they are slopes of a position, of
+    /// which `noise` is the standard deviation.
     fn outcome(&self, record: &TrialRecord, noise: Option<f64>) -> Outcome {
         let spans = self.spans(noise.is_some());
         let Some(comparison) = self.comparison(record, &spans) else {
@@ -297,7 +297,7 @@ impl AxisMotion {
         Outcome::Compared(Box::new(comparison), expected)
     }
 
-    /// The samples one by one, or those of each [`SPAN_OF_SLOPES_S`].
+    /// Returns the index range of each sample, or of the samples in each [`SPAN_OF_SLOPES_S`].
     fn spans(&self, are_slopes: bool) -> Vec<Range<usize>> {
         let time_s = self.measured.time_s();
         let span = |t: f64| ((t - time_s[0]) / SPAN_OF_SLOPES_S).floor();
@@ -310,7 +310,7 @@ impl AxisMotion {
         .collect()
     }
 
-    /// Measured and simulated velocity in means over spans of samples; `None` of a simulation that runs away.
+    /// Returns measured and simulated velocity, averaged over spans of samples; `None` if the simulation diverges.
     fn comparison(&self, record: &TrialRecord, spans: &[Range<usize>]) -> Option<Comparison> {
         let (time_s, measured) = (self.measured.time_s(), self.measured.values());
         let (time_s, measured) = (means(time_s, spans), means(measured, spans));
@@ -330,7 +330,7 @@ impl AxisMotion {
     }
 }
 
-/// The mean of some values over each of some spans.
+/// Averages values over each span.
 fn means(x: &[f64], spans: &[Range<usize>]) -> Vec<f64> {
     let mean = |span: &Range<usize>| x[span.clone()].iter().sum::<f64>() / span.len() as f64;
     spans.iter().map(mean).collect()
