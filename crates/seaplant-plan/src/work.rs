@@ -102,24 +102,13 @@ pub fn plan(prior: &Prior, vehicle: &Vehicle, request: &Request) -> Result<Plan,
     allocation = work.with_margins(&mut used, &mut refused, seconds)?;
     work.check_goals(&used, &refused)?;
     let needed = work.forecaster.seconds_needed(&used, &allocation.shares);
-    let (mut battery_ends, mut meets_goals) = (false, false);
     if request.minutes.is_none() {
-        let most = 60.0 * TIMES_MIN[1];
-        seconds = needed.unwrap_or(most);
+        seconds = needed.unwrap_or(60.0 * TIMES_MIN[1]);
         if work.knows_already() {
             allocation = work.with_margins(&mut used, &mut refused, seconds)?;
         }
-        if let Some(last) = work.battery_seconds(&used, &allocation.shares) {
-            battery_ends = last < seconds;
-            seconds = seconds.min(last);
-        }
-        meets_goals = needed.is_some() && !battery_ends;
     }
-    let mut plan = work.finished(&used, &allocation, seconds, (needed, meets_goals))?;
-    if battery_ends {
-        plan.notes.push(format!("the battery ends the plan after {} min", spoken(plan.minutes)));
-    }
-    Ok(plan)
+    work.finished(&used, &allocation, seconds, needed)
 }
 
 fn no_motion(refused: &[Candidate], request: &Request) -> Error {
@@ -141,12 +130,6 @@ fn said_limit(name: &str, limits: &Limits) -> String {
         "tether_m" => format!("tether_m = {}", limits.tether_m.unwrap_or(f64::INFINITY)),
         _ => format!("thrust_part = {}", limits.thrust_part),
     }
-}
-
-/// Returns the mean power of manoeuvres, W; `None` without a battery.
-fn mean_watts(used: &[Candidate], shares: &[f64]) -> Option<f64> {
-    let parts = used.iter().zip(shares);
-    parts.map(|(candidate, share)| Some(share * candidate.watts?)).sum()
 }
 
 /// Inputs of all steps after the information is computed.
@@ -246,35 +229,65 @@ impl Work<'_> {
         }
     }
 
-    /// Returns how long the battery lasts with these shares, s.
-    fn battery_seconds(&self, used: &[Candidate], shares: &[f64]) -> Option<f64> {
-        let watts = mean_watts(used, shares)?;
-        Some(self.request.battery?.energy_wh * HOUR_S / watts)
+    /// Returns the energy that manoeuvres take, Wh; `None` without a battery.
+    fn energy_wh(&self, used: &[Candidate], minutes: &[f64]) -> Option<f64> {
+        let parts = used.iter().zip(minutes);
+        let energies = parts.map(|(candidate, minutes)| Some(60.0 * minutes * candidate.watts?));
+        Some(energies.sum::<Option<f64>>()? / HOUR_S)
     }
 
-    /// Makes the plan of so many seconds, or of as many as the goals need with manoeuvres of a minute or more;
-    /// `needed` are the seconds that they need by their shares.
-    fn finished(
+    /// Returns the minutes of each manoeuvre in so many seconds, or, if minutes are not requested, as many as the goals
+    /// need and the battery has; and the minutes that all goals need, if they can be met. `needed` are the seconds for
+    /// that by shares of the time.
+    fn minutes(
         &self,
         used: &[Candidate],
         allocation: &Allocation,
         seconds: f64,
-        (needed, meets_goals): (Option<f64>, bool),
-    ) -> Result<Plan, Error> {
+        needed: Option<f64>,
+    ) -> (Vec<f64>, Option<f64>) {
         let program = self.forecaster.program(used, seconds);
         let is_worst = self.request.criterion == Criterion::Worst;
         let whole = |seconds: f64| {
             let shares = self.worth_driving(used, &allocation.shares, seconds);
             rounded(&shares, seconds / 60.0)
         };
+        let at_most = |minutes: f64| {
+            let near = whole(60.0 * minutes);
+            if is_worst { within(&program, near, minutes) } else { near }
+        };
         let enough =
             needed.and_then(|seconds| enough(&program, whole(seconds), TIMES_MIN[1], is_worst));
         let needed = enough.as_ref().map(|minutes| minutes.iter().sum::<f64>());
-        let minutes = match enough.filter(|_| meets_goals) {
-            Some(minutes) => minutes,
-            None if is_worst => within(&program, whole(seconds), seconds / 60.0),
-            None => whole(seconds),
-        };
+        if self.request.minutes.is_some() {
+            return (at_most(seconds / 60.0), needed);
+        }
+        let mut minutes = enough.unwrap_or_else(|| at_most(seconds / 60.0));
+        while let Some(part) = self.battery_part(used, &minutes).filter(|part| *part > 1.0) {
+            let total: f64 = minutes.iter().sum();
+            let fewer = at_most((total / part).min(total - STEP_MIN).max(STEP_MIN));
+            if fewer.iter().sum::<f64>() >= total {
+                break;
+            }
+            minutes = fewer;
+        }
+        (minutes, needed)
+    }
+
+    /// Returns the part of the battery that manoeuvres take; `None` without a battery.
+    fn battery_part(&self, used: &[Candidate], minutes: &[f64]) -> Option<f64> {
+        Some(self.energy_wh(used, minutes)? / self.request.battery?.energy_wh)
+    }
+
+    /// Makes the plan; the arguments are those of [`Work::minutes`].
+    fn finished(
+        &self,
+        used: &[Candidate],
+        allocation: &Allocation,
+        seconds: f64,
+        needed: Option<f64>,
+    ) -> Result<Plan, Error> {
+        let (minutes, needed) = self.minutes(used, allocation, seconds, needed);
         let total: f64 = minutes.iter().sum();
         let shares: Vec<f64> = minutes.iter().map(|x| x / total).collect();
         let program = self.forecaster.program(used, 60.0 * total);
@@ -305,8 +318,7 @@ impl Work<'_> {
         let lag_s = self.bench.rig.lag_s;
         let mut doubts = self.request.logging.doubts(&axes, lag_s, &of_plan);
         let notes = self.notes(&goals, needed, total);
-        let watts = mean_watts(used, &shares);
-        let energy_wh = watts.map(|watts| watts * 60.0 * total / HOUR_S);
+        let energy_wh = self.energy_wh(used, &minutes);
         if let Some((energy, battery)) = energy_wh.zip(self.request.battery)
             && energy > battery.energy_wh
         {
@@ -443,6 +455,12 @@ impl Work<'_> {
                 None => format!("{:.0} min would not be enough", TIMES_MIN[1]),
             };
             notes.push(format!("{:.1} min do not reach {}: {time}", total, missed.join(", ")));
+        }
+        if self.request.minutes.is_none()
+            && self.request.battery.is_some()
+            && total < needed.unwrap_or(TIMES_MIN[1])
+        {
+            notes.push(format!("the battery ends the plan after {} min", spoken(total)));
         }
         if self.prior.thrust_part > 0.0 && self.request.weight.is_none() {
             notes.push(format!(

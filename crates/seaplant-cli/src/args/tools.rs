@@ -55,7 +55,7 @@ pub struct Page {
     #[arg(value_hint = ValueHint::AnyPath)]
     pub page: Option<PathBuf>,
     /// The port; 0 for any that is free.
-    #[arg(long, value_name = "PORT", default_value_t = 8036)]
+    #[arg(long, value_name = "PORT", default_value_t = 8036, allow_negative_numbers = true)]
     pub port: u16,
 }
 

@@ -125,6 +125,15 @@ fn impossible_plans_are_reported() {
     };
     let message = fails(&["--goal", "mass.heave=5%"]);
     assert!(message.contains("the plant has no such coefficient; it has mass.surge"), "{message}");
+    for (words, expected) in [
+        (["--minutes", "-3"], "minutes is -3"),
+        (["--speed", "-0.5"], "speed_m_s is -0.5"),
+        (["--box", "-6,6"], "box_m"),
+        (["--battery", "-60,150,15"], "battery.energy_wh is -60"),
+    ] {
+        let message = fails(&words);
+        assert!(message.contains(expected), "{message}");
+    }
     let message = fails(&["--box", "0.01,0.01"]);
     assert!(message.contains("box_m = [0.01, 0.01]"), "{message}");
     let message = fails(&["--goal", "mass.surge"]);
