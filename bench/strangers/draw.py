@@ -250,6 +250,13 @@ def exchanged(s, g):
 
 
 @fault_by_name
+def voltage(s, g):
+    """Thrusters that are told commands, on a battery whose voltage is logged."""
+    s["voltage_power"] = g.uniform(1.0, 2.0)
+    s["resistance"] = g.uniform(0.02, 0.12)
+
+
+@fault_by_name
 def misplaced(s, g):
     s["claimed_places"] = s["places"] + g.normal(0.0, 0.02, (8, 3))
 
@@ -345,6 +352,8 @@ def draw(seed, wanted=()):
         "exponent": 2.0,
         "claimed_thrust": 1.0,
         "sag": 0.0,
+        "voltage_power": 0.0,
+        "resistance": 0.0,
         "thrust_hz": float(g.choice([10.0, 20.0])),
         "wrench": False,
         "inflow": 0.0,
@@ -484,6 +493,15 @@ def followed(s, heard, speed):
     return after, 0.5 * (after + speed)
 
 
+# A lithium battery of four cells, V; the bollard test was made at the nominal voltage.
+FULL_V, EMPTY_V, NOMINAL_V = 16.8, 13.6, 15.0
+
+
+def supplied(s, load, done):
+    """Returns the voltage of the battery at this fraction of all trials, under this load."""
+    return (FULL_V - (FULL_V - EMPTY_V) * done) * (1 - s["resistance"] * load)
+
+
 def propelled(s, speed, relative, done):
     """Computes thrust of each propeller, at this fraction of all trials."""
     part = speed[:, s["follows"]] / s["max_rate"]
@@ -492,7 +510,10 @@ def propelled(s, speed, relative, done):
     pushed *= np.where(pushed < 0, s["gain"][:, :, 1], s["gain"][:, :, 0])
     pushed *= (1 - s["sag"] * done)[:, None]
     # The current of all lowers the voltage; power goes with the cube of speed.
-    pushed *= 1 - s["loaded"] * (np.abs(part) ** 3).mean(1, keepdims=True)
+    load = (np.abs(part) ** 3).mean(1, keepdims=True)
+    pushed *= 1 - s["loaded"] * load
+    if s["voltage_power"]:
+        pushed *= (supplied(s, load, done[:, None]) / NOMINAL_V) ** s["voltage_power"]
     if s["inflow"]:
         turning = np.cross(relative[:, None, 3:], s["places"][None])
         own = relative[:, :3] @ s["ways"].T + np.einsum("nij,ij->ni", turning, s["ways"])
@@ -526,7 +547,14 @@ def simulate(s, g):
     commands = np.zeros((count + late + 1, n, 8))
     out = {
         k: np.zeros((count, n, w))
-        for k, w in [("nu", 6), ("euler", 3), ("place", 3), ("command", 8), ("wrench", 6)]
+        for k, w in [
+            ("nu", 6),
+            ("euler", 3),
+            ("place", 3),
+            ("command", 8),
+            ("wrench", 6),
+            ("volts", 1),
+        ]
     }
     every = max(1, round(1.0 / (s["pilot_hz"] * STEP)))
     ou = np.zeros((n, 6))
@@ -583,6 +611,8 @@ def simulate(s, g):
         out["nu"][k], out["place"][k] = nu, place
         out["euler"][k] = np.stack([roll, pitch, yaw], 1)
         out["command"][k] = command
+        load = (np.abs(middle / s["max_rate"]) ** 3).mean(1, keepdims=True)
+        out["volts"][k] = supplied(s, load, done[:, None])
         # A ship's computer that logs a wrench knows its own curves, no lag.
         c = command / s["max_rate"]
         out["wrench"][k] = (np.sign(c) * c**2 * s["max_force"]) @ s["B"].T
@@ -655,12 +685,13 @@ def write(s, g, out, folder):
                 rows,
             )
         else:
-            table(
-                folder / trial / "thrust.csv",
-                [f"T{i + 1} (rad/s)" for i in range(8)],
-                time,
-                rows,
-            )
+            unit, full = ("-", s["max_rate"]) if s["voltage_power"] else ("rad/s", 1.0)
+            header = [f"T{i + 1} ({unit})" for i in range(8)]
+            table(folder / trial / "thrust.csv", header, time, rows / full)
+        if s["voltage_power"]:
+            time, rows = sampled(out["volts"][:count, k], 2.0)
+            rows = np.round(rows + 0.03 * g.standard_normal(rows.shape), 2)
+            table(folder / trial / "battery.csv", ["supply (V)"], time, rows)
         if s["instruments"] == ["dvl"]:
             write_dvl(s, g, nu, turn, SECONDS[k], folder / trial)
             leak = np.zeros_like(euler)
@@ -737,14 +768,16 @@ def claims(s, folder):
     ]
     if not s["wrench"]:
         # The bollard test was made at full speed.
-        factor = s["claimed_thrust"] * s["max_force"] / s["max_rate"] ** 2
+        factor = s["claimed_thrust"] * s["max_force"]
+        factor /= 1.0 if s["voltage_power"] else s["max_rate"] ** 2
+        told = 'input = "command", ' if s["voltage_power"] else ""
         for i, (place, way) in enumerate(zip(s["claimed_places"], s["ways"])):
             lines += [
                 "[[thruster]]",
                 f'name = "T{i + 1}"',
                 f"position_m = {place.tolist()}",
                 f"direction = {way.tolist()}",
-                f'curve = {{ kind = "quadratic", forward = {factor:.8g}, reverse = {factor:.8g} }}',
+                f'curve = {{ kind = "quadratic", {told}forward = {factor:.8g}, reverse = {factor:.8g} }}',
             ]
     if s["states_rigid_body"]:
         lines += [
@@ -769,6 +802,8 @@ def claims(s, folder):
         lines.append('symmetry = "none"')
     names = {"dvl": "dvl", "depth": "depth", "acceleration": "accelerometer", "fixes": "usbl"}
     files = ["thrust", *[names[x] for x in s["instruments"]], "imu"]
+    if s["voltage_power"]:
+        files.append("battery")
     for trial in TRIALS:
         lines += [
             "[[trial]]",
@@ -781,7 +816,10 @@ def claims(s, folder):
     if s["wrench"]:
         lines += [f'"wrench.{a}" = {{ column = "{a} force" }}' for a in AXES]
     else:
-        lines += [f'"thruster.T{i + 1}.speed" = {{ column = "T{i + 1}" }}' for i in range(8)]
+        told = "command" if s["voltage_power"] else "speed"
+        lines += [f'"thruster.T{i + 1}.{told}" = {{ column = "T{i + 1}" }}' for i in range(8)]
+    if s["voltage_power"]:
+        lines.append('"supply.voltage" = { column = "supply" }')
     if "dvl" in s["instruments"]:
         lines += [f'"dvl.velocity.{a}" = {{ column = "{a}" }}' for a in "xyz"]
     if "acceleration" in s["instruments"]:
@@ -838,6 +876,8 @@ def one(job):
                 "reverse",
                 "exponent",
                 "sag",
+                "voltage_power",
+                "resistance",
                 "thrust_hz",
                 "inflow",
                 "tether",

@@ -198,6 +198,13 @@ def quick_force(s, g):
 
 
 @fault(among=UNMODELLED)
+def voltage(s, g):
+    """Propellers that are told commands, on a battery whose voltage is logged."""
+    s["voltage_power"] = g.uniform(1.0, 2.0)
+    s["resistance"] = g.uniform(0.02, 0.12)
+
+
+@fault(among=UNMODELLED)
 def dead_band(s, g):
     s["dead_band"] = g.uniform(0.04, 0.12)
 
@@ -273,6 +280,8 @@ def draw(seed, wanted=()):
         "wake": 0.0,
         "tones": [],
         "tones_of": "speed",
+        "voltage_power": 0.0,
+        "resistance": 0.0,
         "dead_band": 0.0,
         "ballast": 0.0,
         "wander": 0.003,
@@ -329,6 +338,16 @@ def orders(s, g, name, seconds):
     return asked
 
 
+# A lithium battery of four cells, V; the bollard test was made at the nominal voltage.
+FULL_V, EMPTY_V, NOMINAL_V = 16.8, 13.6, 15.0
+
+
+def supplied(s, part, done):
+    """Returns the voltage of the battery at this fraction of all trials and of full propeller
+    speed."""
+    return (FULL_V - (FULL_V - EMPTY_V) * done) * (1 - s["resistance"] * abs(part) ** 3)
+
+
 class Propellers:
     """Simulates a pair of propellers from their command to their force."""
 
@@ -372,6 +391,8 @@ class Propellers:
         if pushed < 0:
             pushed *= s["known_reverse"] * s["reverse"]
         pushed *= 1 - s["sag"] * done
+        if s["voltage_power"]:
+            pushed *= (supplied(s, part, done) / NOMINAL_V) ** s["voltage_power"]
         advance = through_water / s["top"]
         pushed -= s["inflow"] * abs(part) * advance
         if part * advance > 0:
@@ -408,8 +429,8 @@ def drag(s, r):
 
 
 def drive(s, g, name, start):
-    """Simulates one trial; returns the logged propeller speed, velocity over ground and
-    position, at every step."""
+    """Simulates one trial; returns the logged propeller speed, velocity over ground, position
+    and supply voltage, at every step."""
     seconds, total = TRIALS[name], sum(TRIALS.values())
     propellers, outside = Propellers(s, g), Outside(s, g)
     v, x, told, flow = 0.0, 0.0, 0.0, 0.0
@@ -435,7 +456,7 @@ def drive(s, g, name, start):
             force = propellers.force(speed, r, done) - drag(s, flow if s["wake"] else r)
             return (force - s["bias"] - shifted + push) / s["mass"]
 
-        rows.append((told, v, x))
+        rows.append((told, v, x, supplied(s, speed / s["max_rate"], done)))
         middle = v + 0.5 * STEP * rate(v)
         x, v = x + STEP * middle, v + STEP * rate(middle)
     return rows
@@ -509,20 +530,35 @@ def table(path, header, rows):
 
 
 def speed_log(s, g, rows):
-    """Returns the speeds of both propellers, rpm; in yaw they turn against each other."""
-    rpm = 30 / math.pi
-    quantum = 2 * s["max_rate"] * rpm / s["levels"] if s["levels"] else 10.0
+    """Returns the speeds of both propellers, rpm, or their commands; in yaw they turn against
+    each other."""
+    rpm = 1 / s["max_rate"] if s["voltage_power"] else 30 / math.pi
+    usual = 0.001 if s["voltage_power"] else 10.0
+    quantum = 2 * s["max_rate"] * rpm / s["levels"] if s["levels"] else usual
     for at, t in stamped(s, g, s["thrust_hz"], len(rows)):
         logged = round(rows[at][0] * rpm / quantum) * quantum
         yield t, [logged, -logged if s["axis"] == "yaw" else logged]
 
 
+def battery_log(s, g, rows):
+    for at, t in stamped(s, g, 2.0, len(rows)):
+        yield t, [round(rows[at][3] + 0.03 * g.gauss(0, 1), 2)]
+
+
 DIRECTIONS = {"surge": [1, 0, 0], "sway": [0, 1, 0], "heave": [0, 0, 1], "yaw": [1, 0, 0]}
+
+
+def logs(s, name):
+    """Returns the files of a trial."""
+    names = ["speed", "motion"] + (["battery"] if s["voltage_power"] else [])
+    return [f"{name}-{kind}.csv" for kind in names]
 
 
 def claims(s, folder):
     """Writes the user's description of the vehicle and the trials."""
-    each = s["force"] / (2 * s["arm"]) / s["max_rate"] ** 2
+    each = s["force"] / (2 * s["arm"])
+    each /= 1.0 if s["voltage_power"] else s["max_rate"] ** 2
+    told = 'input = "command", ' if s["voltage_power"] else ""
     back = s["known_reverse"] * each
     lines = [f'name = "stranger {s["seed"]}"']
     for name, side in (("A", -1), ("B", 1)):
@@ -532,7 +568,7 @@ def claims(s, folder):
             f'name = "{name}"',
             f"position_m = {place}",
             f"direction = {DIRECTIONS[s['axis']]}",
-            f'curve = {{ kind = "quadratic", forward = {each:.9g}, reverse = {back:.9g} }}',
+            f'curve = {{ kind = "quadratic", {told}forward = {each:.9g}, reverse = {back:.9g} }}',
         ]
     (folder / "vehicle.toml").write_text("\n".join(lines) + "\n")
     lines = ['vehicle = "vehicle.toml"']
@@ -540,13 +576,16 @@ def claims(s, folder):
         lines += [
             "[[trial]]",
             f'name = "{name}"',
-            f'log = ["{name}-speed.csv", "{name}-motion.csv"]',
+            f"log = {json.dumps(logs(s, name))}",
             f'dof = ["{s["axis"]}"]',
         ]
         if name in HELD_OUT:
             lines.append('role = "hold-out"')
     lines.append("[channels]")
-    lines += [f'"thruster.{name}.speed" = {{ column = "{name} (rpm)" }}' for name in "AB"]
+    kind, unit = ("command", "-") if s["voltage_power"] else ("speed", "rpm")
+    lines += [f'"thruster.{name}.{kind}" = {{ column = "{name} ({unit})" }}' for name in "AB"]
+    if s["voltage_power"]:
+        lines.append('"supply.voltage" = { column = "supply (V)" }')
     lines += [f'"{key}" = {{ column = "{name}" }}' for key, name in HEADERS[s["axis"]].items()]
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
@@ -559,8 +598,11 @@ def write(folder, seed, wanted=()):
     for name, seconds in TRIALS.items():
         rows = drive(s, g, name, start)
         start += seconds
-        squares, count = squares + sum(v * v for _, v, _ in rows), count + len(rows)
-        table(folder / f"{name}-speed.csv", ["A (rpm)", "B (rpm)"], speed_log(s, g, rows))
+        squares, count = squares + sum(v * v for _, v, _, _ in rows), count + len(rows)
+        unit = "-" if s["voltage_power"] else "rpm"
+        table(folder / f"{name}-speed.csv", [f"A ({unit})", f"B ({unit})"], speed_log(s, g, rows))
+        if s["voltage_power"]:
+            table(folder / f"{name}-battery.csv", ["supply (V)"], battery_log(s, g, rows))
         table(
             folder / f"{name}-motion.csv", HEADERS[s["axis"]].values(), motion_log(s, g, rows)
         )

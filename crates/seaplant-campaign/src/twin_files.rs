@@ -247,12 +247,14 @@ fn thruster_entry(thruster: &Thruster) -> ThrusterEntry {
             input: *input,
             deadband: law.deadband,
             neutral: None,
+            voltage_v: law.voltage,
         }),
         ThrustCurve::Table { input, tables } => {
             let points = tables.iter().flat_map(|table| table.points()).map(|(x, f)| [x, f]);
             CurveEntry::Table(crate::vehicle_file::TableEntry {
                 input: Some(*input),
                 points: points.collect(),
+                voltage_v: thruster.curve.voltage(),
                 ..Default::default()
             })
         }

@@ -245,6 +245,21 @@ fn a_curve_is_of_a_known_kind_with_known_keys() {
 }
 
 #[test]
+fn the_supply_voltage_of_a_curve_is_one_that_matters() {
+    let quadratic = |rest: &str| {
+        of_curve(&format!("{{ kind = \"quadratic\", forward = 1.0, reverse = 1.0, {rest} }}"))
+    };
+    let none = quadratic("input = \"pwm\", voltage_v = 0.0");
+    assert!(none.ends_with("voltage_v is 0, and must be above 0 and at most 10000 V"), "{none}");
+    let speed = quadratic("voltage_v = 16.0");
+    assert!(speed.contains("voltage_v is for curves of pwm or command"), "{speed}");
+    let twice = of_curve(
+        "{ kind = \"table\", input = \"pwm\", voltage_v = 16.0, voltages = [{ voltage_v = 12.0, file = \"a.csv\" }] }",
+    );
+    assert!(twice.contains("voltage_v is stated beside voltages"), "{twice}");
+}
+
+#[test]
 fn a_table_of_thrust_comes_from_one_place_and_rises() {
     assert_eq!(
         of_curve("{ kind = \"table\", input = \"speed\" }"),

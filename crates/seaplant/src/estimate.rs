@@ -105,6 +105,10 @@ pub struct Nuisances {
     pub exponent: Option<Estimate>,
     /// The greatest propeller speed of the fitted trials: rad/s, or √N where thrust is logged.
     pub full_speed: f64,
+    /// Exponent of thrust over supply voltage, and the same thrust at [`Nuisances::mean_voltage_v`].
+    pub voltage_exponent: Option<Estimate>,
+    /// The mean supply voltage of the fitted trials, V.
+    pub mean_voltage_v: f64,
     /// What thrust does between its logged samples.
     pub between: BetweenSamples,
     /// Measured over true velocity, as position tells.

@@ -109,6 +109,13 @@ pub struct Actuation {
     /// Ratio of reverse thrust to that of the curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reverse_ratio: Option<Parameter>,
+    /// Exponent of thrust over supply voltage, for thrusters that take a command or a pulse width and whose curves
+    /// do not depend on voltage: simulations with a supply voltage have it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voltage_exponent: Option<Parameter>,
+    /// Supply voltage at which curves hold that do not state their own, V.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_voltage: Option<Parameter>,
     /// Thrust over what curves and logs said where the plant was fitted, as known forces show: curves of
     /// thrusters have it, a logged wrench has not.
     #[serde(default, skip_serializing_if = "Option::is_none")]

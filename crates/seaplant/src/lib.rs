@@ -185,8 +185,9 @@ pub use statistics::robust_covariance;
 pub use terms::{Term, Terms};
 pub use thrust::{BetweenSamples, QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable};
 pub use trial::{
-    AxisRecord, GAINED_S, PlacedThruster, Role, ThrusterFault, ThrusterTrack, Trial, TrialRecord,
-    TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource, lever_axes,
+    AxisRecord, GAINED_S, PlacedThruster, Role, Supply, ThrusterFault, ThrusterTrack, Trial,
+    TrialRecord, TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource,
+    lever_axes,
 };
 pub use vehicle::{
     Fin, PropellerCurve, SEA_WATER_KG_M3, Sensor, Sensors, ThrustUncertainty, Thruster, Vehicle,

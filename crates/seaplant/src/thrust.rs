@@ -30,6 +30,8 @@ pub struct QuadraticThrust {
     pub deadband: f64,
     /// The input of zero thrust: 0 rad/s, or 1500 µs.
     pub neutral: f64,
+    /// Supply voltage of the measurement, V, if it is stated.
+    pub voltage: Option<f64>,
 }
 
 impl QuadraticThrust {
@@ -302,6 +304,21 @@ impl ThrustCurve {
         matches!(self, Self::Table { tables, .. } if tables.len() > 1)
     }
 
+    /// Returns the supply voltage at which the curve was measured, V, if it is stated and one.
+    pub fn voltage(&self) -> Option<f64> {
+        match self {
+            Self::Quadratic { law, .. } => law.voltage,
+            Self::Table { tables, .. } if tables.len() == 1 => tables[0].voltage,
+            Self::Table { .. } => None,
+        }
+    }
+
+    /// Returns whether thrust at an input depends on the supply voltage, and the curve does not say how.
+    pub(crate) fn follows_supply(&self) -> bool {
+        let is_commanded = matches!(self.input(), ThrusterInput::Command | ThrusterInput::Pwm);
+        is_commanded && !self.needs_voltage()
+    }
+
     /// Returns the range of inputs over which the curve was measured; unbounded for a law.
     pub fn range(&self) -> (f64, f64) {
         match self {
@@ -334,7 +351,13 @@ mod tests {
 
     #[test]
     fn gives_no_thrust_inside_the_deadband() {
-        let law = QuadraticThrust { forward: 1.0, reverse: 0.5, deadband: 25.0, neutral: 1500.0 };
+        let law = QuadraticThrust {
+            forward: 1.0,
+            reverse: 0.5,
+            deadband: 25.0,
+            neutral: 1500.0,
+            voltage: None,
+        };
         assert_eq!(law.force(1524.0), 0.0);
         assert_eq!(law.force(1535.0), 100.0);
         assert_eq!(law.force(1465.0), -50.0);

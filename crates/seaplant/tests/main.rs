@@ -27,6 +27,7 @@ mod plant_cases;
 mod regressions_against_numpy;
 mod regressions_with_noise;
 mod rudders;
+mod supply_voltage;
 mod twin_bias;
 mod usv;
 mod vehicle_twin;

@@ -11,7 +11,7 @@ use seaplant::{
 use serde_json::{Value, json};
 
 /// A vehicle of three axes whose two thrusters push surge and yaw and whose third pushes sway.
-fn boat() -> PlantModel {
+pub(crate) fn boat() -> PlantModel {
     model(table())
 }
 

@@ -132,6 +132,7 @@ Candidate: TypeAlias = Literal[
     "slew",
     "inflow-ahead",
     "exponent",
+    "voltage",
     "velocity-scale",
     "sensor-lag",
     "sensor-window",
@@ -781,6 +782,9 @@ class CurveResult(Record):
 
     tables: tuple[CurveTable, ...] | None = None
     """One for each supply voltage."""
+
+    voltage: float | None = None
+    """Supply voltage of the measurement, V."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -104,6 +104,9 @@ pub struct QuadraticEntry {
     /// The input at zero thrust: 0 by default, 1500 for pwm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub neutral: Option<f64>,
+    /// The supply voltage at which the curve was measured, V: thrust at a logged supply.voltage is another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voltage_v: Option<f64>,
 }
 
 const fn speed() -> ThrusterInput {
@@ -125,6 +128,10 @@ pub struct TableEntry {
     /// Its columns; recognised by their units and names if left out.
     #[serde(skip_serializing_if = "BenchColumns::is_default")]
     pub columns: BenchColumns,
+    /// The supply voltage at which the points or the file were measured, V: thrust at a logged supply.voltage is
+    /// another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voltage_v: Option<f64>,
     /// Tables measured at several supply voltages, in place of one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub voltages: Vec<VoltageEntry>,
@@ -189,6 +196,28 @@ impl CurveEntry {
 /// Upper limit of plausible thrust per input, in SI units.
 const LARGEST: f64 = 1e9;
 
+/// Checks the stated supply voltage of a curve.
+fn check_voltage(
+    voltage_v: Option<f64>,
+    input: ThrusterInput,
+    path: &Path,
+    key: &str,
+) -> Result<(), Error> {
+    let Some(volts) = voltage_v else { return Ok(()) };
+    if !(volts > 0.0 && volts <= HIGHEST_V) {
+        let reason = format!("voltage_v is {volts}, and must be above 0 and at most {HIGHEST_V} V");
+        return Err(Error::value(path, key, reason));
+    }
+    if matches!(input, ThrusterInput::Speed | ThrusterInput::Force) {
+        let reason = "voltage_v is for curves of pwm or command: thrust at a known propeller speed does not depend on the supply; take it away";
+        return Err(Error::value(path, key, reason));
+    }
+    Ok(())
+}
+
+/// Upper limit of a plausible supply voltage, V.
+const HIGHEST_V: f64 = 10_000.0;
+
 /// Pulse width at which a hobby speed controller stops, us.
 const STOPPED_US: f64 = 1500.0;
 
@@ -216,7 +245,9 @@ impl QuadraticEntry {
             reverse: self.reverse,
             deadband: self.deadband,
             neutral: self.neutral.unwrap_or(neutral),
+            voltage: self.voltage_v,
         };
+        check_voltage(self.voltage_v, self.input, path, key)?;
         Ok(ThrustCurve::Quadratic { input: self.input, law })
     }
 }
@@ -250,6 +281,10 @@ impl TableEntry {
                 "give one of points = [[input, N], ...], file = \"...\" or voltages = [...]";
             return Err(Error::value(path, key, reason));
         }
+        if self.voltage_v.is_some() && !self.voltages.is_empty() {
+            let reason = "voltage_v is stated beside voltages, which have their own; take it away";
+            return Err(Error::value(path, key, reason));
+        }
         let bad = |source: seaplant::Error| Error::value(path, key, source.to_string());
         let mut found = self.input;
         let mut from_file = |file: &Path, voltage| -> Result<ThrustTable, Error> {
@@ -259,11 +294,11 @@ impl TableEntry {
             ThrustTable::new(voltage, bench.points).map_err(bad)
         };
         let tables = if let Some(file) = &self.file {
-            vec![from_file(file, None)?]
+            vec![from_file(file, self.voltage_v)?]
         } else if self.voltages.is_empty() {
             self.check_points(path, key)?;
             let points = self.points.iter().map(|[x, force]| (*x, *force)).collect();
-            vec![ThrustTable::new(None, points).map_err(bad)?]
+            vec![ThrustTable::new(self.voltage_v, points).map_err(bad)?]
         } else {
             let of = |entry: &VoltageEntry| from_file(&entry.file, Some(entry.voltage_v));
             self.voltages.iter().map(of).collect::<Result<_, _>>()?
@@ -271,6 +306,7 @@ impl TableEntry {
         let input = found.ok_or_else(|| {
             Error::value(path, key, "points need input = \"speed\", \"pwm\" or \"command\"")
         })?;
+        check_voltage(self.voltage_v, input, path, key)?;
         ThrustCurve::tables(input, tables).map_err(bad)
     }
 }

@@ -37,6 +37,8 @@ pub enum Candidate {
     InflowAhead,
     /// Thrust that grows with another power of propeller speed than the square.
     Exponent,
+    /// Thrust that changes with the logged supply voltage.
+    Voltage,
     /// A velocity sensor that reads a part too much, as position tells.
     VelocityScale,
     /// A velocity sensor with a first-order lag.
@@ -58,7 +60,7 @@ pub enum Candidate {
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Lag,
         Self::Delay,
         Self::ReverseRatio,
@@ -72,6 +74,7 @@ impl Candidate {
         Self::Slew,
         Self::InflowAhead,
         Self::Exponent,
+        Self::Voltage,
         Self::VelocityScale,
         Self::SensorLag,
         Self::SensorWindow,
@@ -98,6 +101,7 @@ impl Candidate {
             Self::Slew => "slew",
             Self::InflowAhead => "inflow-ahead",
             Self::Exponent => "exponent",
+            Self::Voltage => "voltage",
             Self::VelocityScale => "velocity-scale",
             Self::SensorLag => "sensor-lag",
             Self::SensorWindow => "sensor-window",
@@ -125,6 +129,7 @@ impl Candidate {
             }
             // Acceleration alone does not tell what thrust loses with speed from drag.
             Self::Inflow | Self::InflowAhead | Self::Exponent => all(AxisRecord::knows_velocity),
+            Self::Voltage => axes.iter().any(AxisRecord::has_supply),
             Self::SmoothSpeed | Self::SmoothThrust => all(AxisRecord::thrust_is_slow),
             _ => true,
         }

@@ -138,6 +138,8 @@ impl Fit {
                 inflow_ahead: value(&nuisances.inflow_ahead).unwrap_or(0.0),
                 exponent: value(&nuisances.exponent).unwrap_or(2.0),
                 full_speed: nuisances.full_speed,
+                voltage_exponent: value(&nuisances.voltage_exponent).unwrap_or(0.0),
+                mean_voltage_v: nuisances.mean_voltage_v,
                 between: nuisances.between,
                 turning: value(&nuisances.turning).unwrap_or(0.0),
                 current: current.map(|(trial, u)| (trial.clone(), u.value)).collect(),

@@ -26,13 +26,22 @@ pub(super) struct Inputs {
     directions: [f64; 2],
     /// Total increase and total decrease of the magnitudes.
     changes: [f64; 2],
+    /// Least and greatest logarithm of the supply voltage.
+    supply: [f64; 2],
 }
+
+/// Least range of the logarithm of supply voltage that shows an exponent of it.
+const LEAST_SUPPLY: f64 = 0.01;
 
 impl Inputs {
     /// Counts the propeller speeds of all records.
     pub(super) fn new<'a>(tracks: impl IntoIterator<Item = &'a ThrusterTrack>) -> Self {
-        let mut all = Self { counts: [0.0; BINS], directions: [0.0; 2], changes: [0.0; 2] };
+        let supply = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut all = Self { counts: [0.0; BINS], directions: [0.0; 2], changes: [0.0; 2], supply };
         for track in tracks {
+            for ln_volts in track.supply.iter().flat_map(|supply| supply.ln_volts.values()) {
+                all.supply = [all.supply[0].min(*ln_volts), all.supply[1].max(*ln_volts)];
+            }
             let speeds = track.speed.values();
             let full = speeds.iter().fold(0.0_f64, |max, n| max.max(n.abs()));
             if full == 0.0 {
@@ -74,6 +83,11 @@ impl Inputs {
         has_both(self.changes)
     }
 
+    /// Returns true if the supply voltage varies.
+    pub(super) fn show_voltage(&self) -> bool {
+        self.supply[1] - self.supply[0] > LEAST_SUPPLY
+    }
+
     /// Counts the levels that together cover most of the time with thrust, in order of their share.
     fn levels(&self) -> usize {
         let mut left = self.counts;
@@ -99,8 +113,9 @@ mod tests {
     use super::*;
 
     fn with(speeds: Vec<f64>) -> Inputs {
-        let (directions, changes) = ([1.0, 1.0], [1.0, 1.0]);
-        let mut inputs = Inputs { counts: [0.0; BINS], directions, changes };
+        let both = [1.0, 1.0];
+        let mut inputs =
+            Inputs { counts: [0.0; BINS], directions: both, changes: both, supply: [0.0; 2] };
         speeds.into_iter().for_each(|speed| inputs.add(speed));
         inputs
     }

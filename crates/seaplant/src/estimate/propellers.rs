@@ -52,6 +52,8 @@ pub(crate) fn drive_over<'a>(
         full_speed: thrust.full_speed,
         between: thrust.between,
         has_exponent: false,
+        voltage_exponent: thrust.voltage_exponent,
+        ln_mean_voltage: thrust.mean_voltage_v.max(f64::MIN_POSITIVE).ln(),
     };
     let mut drive = Drive::new(tracks, turning, &law, times_s.first().copied().unwrap_or(0.0));
     let mut before = None;

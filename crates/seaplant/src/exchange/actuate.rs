@@ -225,7 +225,18 @@ impl Run<'_> {
             let reason = "its curve needs the supply voltage; give supply.voltage".to_owned();
             return Err(Error::Thruster { name: thruster.name.clone(), reason });
         }
-        Ok(thruster.curve.force(input, volts))
+        Ok(thruster.curve.force(input, volts) * self.by_voltage(thruster, volts))
+    }
+
+    /// Returns thrust at a supply voltage over that of a curve which does not depend on it.
+    fn by_voltage(&self, thruster: &Thruster, volts: Option<f64>) -> f64 {
+        let value = |x: &Option<crate::results::Parameter>| x.as_ref().map(|x| x.value);
+        let Actuation { voltage_exponent, mean_voltage, .. } = &self.actuation;
+        let own = thruster.curve.voltage().or_else(|| value(mean_voltage));
+        let known = volts.filter(|_| thruster.curve.follows_supply()).zip(own);
+        let known = known.filter(|(volts, own)| *volts > 0.0 && *own > 0.0);
+        let exponent = value(voltage_exponent).unwrap_or(0.0);
+        known.map_or(1.0, |(volts, own)| (volts / own).powf(exponent))
     }
 
     /// Returns the times of all changes, and a grid for lagging propellers.
@@ -250,6 +261,8 @@ impl Run<'_> {
 mod tests {
     use super::*;
     use crate::exchange::PlantFile;
+    use crate::results::Parameter;
+    use crate::{Estimate, QuadraticThrust, ThrustCurve, ThrusterInput};
 
     fn boat() -> PlantModel {
         let file: PlantFile = serde_json::from_value(serde_json::json!({
@@ -287,6 +300,30 @@ mod tests {
         let yaw = forces[5].as_ref().expect("turned");
         assert!((yaw.held_at(0.5) - 0.5 * (400.0 + 300.0)).abs() < 1e-9);
         assert!(forces[1].is_none());
+    }
+
+    #[test]
+    fn thrust_follows_supply_voltage() {
+        let mut model = boat();
+        let number = |value| Some(Parameter::new(Estimate::new(value, 0.0, 1.0), "1"));
+        for (thruster, voltage) in model.thrusters.iter_mut().zip([None, Some(12.0)]) {
+            let law = QuadraticThrust { forward: 40.0, reverse: 30.0, voltage, ..<_>::default() };
+            thruster.curve = ThrustCurve::Quadratic { input: ThrusterInput::Command, law };
+        }
+        let actuation = Actuation {
+            voltage_exponent: number(2.0),
+            mean_voltage: number(15.0),
+            ..Actuation::default()
+        };
+        model.actuation.insert(Dof::Surge, actuation);
+        let force = |supply_v: Option<Timed>| {
+            let drive = Drive { already_turning: true, supply_v, ..drive(0.5, 0.5) };
+            model.forces(&drive, 1.0).expect("known")[0].as_ref().expect("pushed").held_at(0.5)
+        };
+        assert!((force(None) - 20.0).abs() < 1e-9);
+        // 18 V of 15 V, and of the 12 V that the other curve states.
+        let expected = 10.0 * (1.2_f64.powi(2) + 1.5_f64.powi(2));
+        assert!((force(Some(held(18.0))) - expected).abs() < 1e-9);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::plant::{Basis, Effect, Plant, Structure, Symmetry};
 use crate::results::{
     CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_gain, plant_of_result,
 };
-use crate::{Dof, Error, Method, ThrustCurve, Thruster};
+use crate::{Dof, Error, Method, ThrustCurve, Thruster, spoken};
 
 /// Terms with their coefficients and covariance.
 struct Part {
@@ -267,6 +267,8 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
         // A negative delay is an error of the log; an exported plant must be causal.
         delay: fitted("delay").filter(|delay| delay.value > 0.0),
         reverse_ratio: fitted("reverse_ratio"),
+        voltage_exponent: fitted("voltage_exponent"),
+        mean_voltage: fitted("mean_voltage"),
         thrust_scale: fitted("thrust_scale"),
     }
 }
@@ -292,6 +294,15 @@ fn note_omissions(of: &str, nuisances: &BTreeMap<String, Parameter>, notes: &mut
         notes.push(format!(
             "{of}: the fit also found {}, which the exported plant leaves out",
             names.join(", ").replace('_', " ")
+        ));
+    }
+    if let Some((exponent, volts)) =
+        nuisances.get("voltage_exponent").zip(nuisances.get("mean_voltage"))
+    {
+        notes.push(format!(
+            "{of}: thrust is in proportion to the power {} of supply voltage: simulations with a supply voltage follow it, and exports but JSON have the thrust at {} V, or at the voltage that a curve states",
+            spoken(exponent.value),
+            spoken(volts.value)
         ));
     }
     let currents = nuisances.keys().filter(|name| name.starts_with("current: ")).count();

@@ -184,6 +184,8 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         inflow_ahead,
         exponent,
         full_speed,
+        voltage_exponent,
+        mean_voltage_v,
         between: _,
         velocity_scale,
         sensor_lag_s,
@@ -212,6 +214,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         ("slew", slew_s, "s"),
         ("inflow_ahead", inflow_ahead, "N/(n v)"),
         ("thrust_exponent", exponent, "1"),
+        ("voltage_exponent", voltage_exponent, "1"),
         ("velocity_scale", velocity_scale, "1"),
         ("sensor_lag", sensor_lag_s, "s"),
         ("sensor_window", sensor_window_s, "s"),
@@ -240,6 +243,10 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
     if slew_s.is_some() || exponent.is_some() {
         let known = Estimate::new(*full_speed, 0.0, 1.0);
         all.insert("full_speed".to_owned(), Parameter::new(known, "rad/s"));
+    }
+    if voltage_exponent.is_some() {
+        let known = Estimate::new(*mean_voltage_v, 0.0, 1.0);
+        all.insert("mean_voltage".to_owned(), Parameter::new(known, "V"));
     }
     let axes = lever_axes(fit.dof).unwrap_or_default();
     for (axis, estimate) in axes.into_iter().zip(lever_m) {
@@ -438,11 +445,12 @@ fn thruster_result(thruster: &Thruster) -> ThrusterResult {
     let input = thruster.curve.input();
     let curve = match &thruster.curve {
         ThrustCurve::Quadratic { law, .. } => format!(
-            "{} forward, {} reverse, N/({})², deadband {}",
+            "{} forward, {} reverse, N/({})², deadband {}{}",
             law.forward,
             law.reverse,
             input.unit(),
-            law.deadband
+            law.deadband,
+            law.voltage.map_or_else(String::new, |volts| format!(", at {volts} V"))
         ),
         ThrustCurve::Table { tables, .. } => {
             let points: usize = tables.iter().map(|table| table.points().count()).sum();

@@ -557,6 +557,7 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
         ("lag_ratio", slowing, slowing, "1"),
         ("thrust_exponent", 2.0 + actuator.beyond_square, 1.0, "1"),
         ("slew", actuator.slew_s, 1.0, "s"),
+        ("voltage_exponent", actuator.voltage_exponent, 1.0, "1"),
         ("thrust_change_within", within, 1.0 + within, "1"),
         ("thrust_change_between", between, 1.0 + between, "1"),
         ("thrust_change_loaded", loaded, 1.0 + loaded, "1"),
@@ -570,6 +571,10 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
     let needs_full_speed = ["thrust_exponent", "slew", "thrust_change_loaded"];
     if needs_full_speed.iter().any(|name| all.contains_key(*name)) {
         all.insert("full_speed".to_owned(), parameter((actuator.full_speed, 0.0), "rad/s"));
+    }
+    if all.contains_key("voltage_exponent") {
+        let mean_v = actuator.ln_voltage[0].exp();
+        all.insert("mean_voltage".to_owned(), parameter((mean_v, 0.0), "V"));
     }
     for (trial, [north, east]) in &fit.currents {
         all.insert(format!("current north: {trial}"), parameter(*north, "m/s"));

@@ -95,7 +95,7 @@ impl HeldForces {
 
 /// Number of actuator parameters on which a force depends: two of lag, delay, reverse-thrust ratio,
 /// exponent, slew time, two of slow changes, one of load, and the scale of all.
-pub(crate) const PUSHED_BY: usize = 10;
+pub(crate) const PUSHED_BY: usize = 11;
 
 /// Decay of each axis's disturbance: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]

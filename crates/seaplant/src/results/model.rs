@@ -24,6 +24,8 @@ impl Model {
             inflow_ahead: value("inflow_ahead").unwrap_or(0.0),
             exponent: value("thrust_exponent").unwrap_or(2.0),
             full_speed: value("full_speed").unwrap_or(1.0),
+            voltage_exponent: value("voltage_exponent").unwrap_or(0.0),
+            mean_voltage_v: value("mean_voltage").unwrap_or(1.0),
             between: result.between_samples(),
             turning: value("turning").unwrap_or(0.0),
             current: current.collect(),

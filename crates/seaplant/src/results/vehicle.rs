@@ -81,6 +81,9 @@ pub enum CurveResult {
         /// The input of zero thrust.
         #[serde(default)]
         neutral: f64,
+        /// Supply voltage of the measurement, V.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        voltage: Option<f64>,
     },
     /// Measured points, linearly interpolated.
     Table {
@@ -112,6 +115,7 @@ impl CurveResult {
                 reverse: law.reverse,
                 deadband: law.deadband,
                 neutral: law.neutral,
+                voltage: law.voltage,
             },
             ThrustCurve::Table { input, tables } => {
                 let table_data = |table: &ThrustTable| CurveTable {
@@ -129,14 +133,15 @@ impl CurveResult {
     /// [`Error::ThrustTable`] for invalid points, or a law with a number that is not finite.
     pub fn curve(&self) -> Result<ThrustCurve, Error> {
         match self {
-            Self::Quadratic { input, forward, reverse, deadband, neutral } => {
+            Self::Quadratic { input, forward, reverse, deadband, neutral, voltage } => {
                 let numbers = [*forward, *reverse, *deadband, *neutral];
                 if !numbers.iter().all(|x| x.is_finite()) {
                     let reason = "holds a number that is not finite".to_owned();
                     return Err(Error::ThrustTable { reason });
                 }
                 let [forward, reverse, deadband, neutral] = numbers;
-                let law = QuadraticThrust { forward, reverse, deadband, neutral };
+                let voltage = *voltage;
+                let law = QuadraticThrust { forward, reverse, deadband, neutral, voltage };
                 Ok(ThrustCurve::Quadratic { input: *input, law })
             }
             Self::Table { input, tables } => {
@@ -157,7 +162,13 @@ mod tests {
         let table = ThrustTable::new(Some(16.0), vec![(1100.0, -40.0), (1900.0, 50.0)]);
         let tables = vec![table.expect("rises")];
         let measured = ThrustCurve::tables(ThrusterInput::Pwm, tables).expect("one");
-        let law = QuadraticThrust { forward: 0.04, reverse: 0.03, deadband: 5.0, neutral: 1.0 };
+        let law = QuadraticThrust {
+            forward: 0.04,
+            reverse: 0.03,
+            deadband: 5.0,
+            neutral: 1.0,
+            voltage: Some(16.0),
+        };
         let quadratic = ThrustCurve::Quadratic { input: ThrusterInput::Speed, law };
         for curve in [measured, quadratic] {
             assert_eq!(CurveResult::of(&curve).curve(), Ok(curve));
@@ -175,6 +186,7 @@ mod tests {
             reverse: 0.0,
             deadband: 0.0,
             neutral: 0.0,
+            voltage: None,
         };
         assert!(law(f64::NAN).curve().is_err() && law(1.0).curve().is_ok());
     }

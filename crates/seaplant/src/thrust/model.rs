@@ -35,6 +35,10 @@ pub struct ThrustModel {
     pub exponent: f64,
     /// The propeller speed at which thrust is independent of the exponent, rad/s.
     pub full_speed: f64,
+    /// Exponent of thrust over supply voltage, for thrusters whose curves do not account for it.
+    pub voltage_exponent: f64,
+    /// The supply voltage at which thrust is independent of that exponent, V, of curves that state none.
+    pub mean_voltage_v: f64,
     /// What thrust does between its logged samples.
     pub between: BetweenSamples,
     /// Ratio of the Coriolis effect of rotation on body velocity to that of a rigid body.
@@ -55,6 +59,8 @@ impl Default for ThrustModel {
             inflow_ahead: 0.0,
             exponent: 2.0,
             full_speed: 1.0,
+            voltage_exponent: 0.0,
+            mean_voltage_v: 1.0,
             between: BetweenSamples::Held,
             turning: 0.0,
             current: BTreeMap::new(),
@@ -65,7 +71,8 @@ impl Default for ThrustModel {
 impl ThrustModel {
     /// Returns whether logged thrust acts unchanged, in still water.
     pub(crate) fn is_plain(&self) -> bool {
-        let plain = Self { full_speed: self.full_speed, ..Self::default() };
+        let Self { full_speed, mean_voltage_v, .. } = *self;
+        let plain = Self { full_speed, mean_voltage_v, ..Self::default() };
         *self == plain
     }
 

@@ -301,6 +301,11 @@ impl AxisRecord {
         self.tracks().iter().any(ThrusterTrack::is_slow)
     }
 
+    /// Returns whether a supply voltage was logged that no curve accounts for.
+    pub(crate) fn has_supply(&self) -> bool {
+        self.thrusters.iter().any(|track| track.supply.is_some())
+    }
+
     /// Returns the record with delayed thrust.
     pub(crate) fn delayed(&self, delay_s: f64) -> Self {
         Self { force: self.force.shifted(delay_s), ..self.clone() }

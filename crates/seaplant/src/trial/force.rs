@@ -1,13 +1,14 @@
 //! Conversion of thruster readings to the force along a degree of freedom.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::Vector6;
 
 use super::plausible::is_slower_than;
 use super::{PlacedThruster, TrialSetup};
 use crate::navigation::Recording;
-use crate::series::{Cutter, Reader};
+use crate::series::{Cutter, Reader, median};
 use crate::{
     AxisRecord, Dof, Error, Quantity, ThrustCurve, ThrustUncertainty, Thruster, ThrusterInput,
     Timed, Vehicle, VehicleEffect,
@@ -36,6 +37,17 @@ pub struct ThrusterTrack {
     pub reverse: f64,
     /// Uncertainty of its coefficients.
     pub uncertainty: ThrustUncertainty,
+    /// Supply voltage, if it was logged and neither the curve nor a measured speed or force accounts for it.
+    pub supply: Option<Arc<Supply>>,
+}
+
+/// The supply voltage V of a thruster that is told a command or a pulse width.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Supply {
+    /// ln V.
+    pub ln_volts: Timed,
+    /// ln V of the measurement of its curve, if that is stated.
+    pub of_curve: Option<f64>,
 }
 
 /// A possible error of thrust in one direction, common to the thrusters of one degree of freedom.
@@ -84,15 +96,15 @@ impl ThrusterTrack {
     pub fn of_force(lever: f64, force: &Timed) -> Self {
         let speed = force.map(|force| force.abs().sqrt().copysign(force));
         let uncertainty = ThrustUncertainty::default();
-        Self { lever, speed, forward: 1.0, reverse: 1.0, uncertainty }
+        Self { lever, speed, forward: 1.0, reverse: 1.0, uncertainty, supply: None }
     }
 
     pub(super) fn cut(&self, cutter: &mut Cutter, window_s: (f64, f64)) -> Option<Self> {
-        Some(Self { speed: cutter.window_held(&self.speed, window_s)?, ..*self })
+        Some(Self { speed: cutter.window_held(&self.speed, window_s)?, ..self.clone() })
     }
 
     pub(super) fn window(&self, from_s: f64, to_s: f64) -> Option<Self> {
-        Some(Self { speed: self.speed.window_held(from_s, to_s)?, ..*self })
+        Some(Self { speed: self.speed.window_held(from_s, to_s)?, ..self.clone() })
     }
 
     /// Returns whether it was logged so slowly that its values between samples matter.
@@ -238,8 +250,8 @@ impl<'a> Thrusts<'a> {
         };
         let values = times.iter().map(along).collect::<Vec<f64>>();
         let force = Timed::new(&thruster.name, times, values)?;
-        let uncertainty = thruster.uncertainty;
-        Ok(ThrusterTrack { uncertainty, ..ThrusterTrack::of_force(1.0, &force) })
+        let (uncertainty, supply) = (thruster.uncertainty, track.supply.clone());
+        Ok(ThrusterTrack { uncertainty, supply, ..ThrusterTrack::of_force(1.0, &force) })
     }
 
     /// Returns the thrust of one thruster, N, held.
@@ -328,9 +340,10 @@ fn track(
         }
         _ => None,
     };
+    let supply = supply_of(thruster, recording);
     let Some((input, law)) = input else {
         let force = thruster_force(trial, thruster, recording, saturated)?;
-        return Ok(ThrusterTrack::of_force(1.0, &force));
+        return Ok(ThrusterTrack { supply, ..ThrusterTrack::of_force(1.0, &force) });
     };
     Ok(ThrusterTrack {
         lever: 1.0,
@@ -338,7 +351,26 @@ fn track(
         forward: law.forward,
         reverse: law.reverse,
         uncertainty: ThrustUncertainty::default(),
+        supply,
     })
+}
+
+/// Part of the median supply voltage below which a sample is none: the supply was off, or not yet measured.
+const LEAST_SUPPLY_PART: f64 = 0.3;
+
+/// Returns the supply voltage of a thruster if nothing else accounts for it.
+fn supply_of(thruster: &Thruster, recording: &Recording) -> Option<Arc<Supply>> {
+    let force = Quantity::Thruster { name: thruster.name.clone(), input: ThrusterInput::Force };
+    if !thruster.curve.follows_supply() || recording.contains_key(&force) {
+        return None;
+    }
+    let volts = recording.get(&Quantity::SupplyVoltage)?;
+    let least = LEAST_SUPPLY_PART * median(&mut volts.values().to_vec())?;
+    let samples = volts.time_s().iter().zip(volts.values());
+    let on = samples.filter(|(_, volts)| **volts > least.max(0.0));
+    let (times, logs): (Vec<f64>, Vec<f64>) = on.map(|(t, volts)| (*t, volts.ln())).unzip();
+    let ln_volts = Timed::new("supply.voltage", times, logs).ok()?;
+    Some(Arc::new(Supply { ln_volts, of_curve: thruster.curve.voltage().map(f64::ln) }))
 }
 
 fn thruster_force(

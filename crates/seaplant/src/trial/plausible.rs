@@ -68,6 +68,9 @@ pub(crate) fn without_outliers(mut recording: Recording) -> Recording {
     recording
 }
 
+/// Highest plausible size of a ratio: commands may be rounded, or trimmed, beyond 1.
+const HIGHEST_RATIO: f64 = 1.02;
+
 /// Returns caveats on values that are implausible in the stated unit.
 pub(super) fn suspicious_units(recording: &Recording, vehicle: &Vehicle) -> Vec<Caveat> {
     let highest_rate = highest_rate(vehicle);
@@ -90,9 +93,12 @@ pub(super) fn is_slower_than(series: &Timed, least_s: f64) -> bool {
 
 /// Returns a caveat on thrust that was logged slowly and changed in between.
 pub(super) fn coarse_thrust(trial: &str, recording: &Recording) -> Option<Caveat> {
+    // A battery's voltage changes slowly, and is interpolated.
+    let is_held =
+        |quantity: &Quantity| quantity.is_of_thrust() && *quantity != Quantity::SupplyVoltage;
     let (quantity, series) = recording
         .iter()
-        .find(|(quantity, series)| quantity.is_of_thrust() && is_slower_than(series, COARSE_S))?;
+        .find(|(quantity, series)| is_held(quantity) && is_slower_than(series, COARSE_S))?;
     let message = format!(
         "trial `{trial}`: {quantity} is logged every {:.2} s and mostly differs from one sample to the next; filter error also tries smooth motion in between, all else holds each sample until the next, which is right for commands and can double or halve mass and drag if it moved: give its channel between = \"linear\" if it did, and log it faster next time",
         series.period_s()
@@ -142,14 +148,15 @@ fn suspicious(quantity: &Quantity, series: &Timed, highest_rate: f64) -> Option<
         Kind::Angle if has_jump(series, HIGHEST_ANGLE_RAD) || peak > 100.0 => {
             (HIGHEST_ANGLE_RAD, "is it deg?")
         }
-        Kind::Ratio => (1.0 + 1e-6, "is it %, or another quantity?"),
+        Kind::Ratio => (HIGHEST_RATIO, "is it %, or another quantity?"),
         Kind::PulseWidth if low < 500.0 || peak > 2500.0 => (0.0, "is it a pulse width at all?"),
         _ => return None,
     };
     (peak > limit).then(|| {
+        let unit = Some(quantity.kind().unit()).filter(|unit| *unit != "1");
+        let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
         let message = format!(
-            "{quantity} reaches {peak:.4} {}, which no vehicle does: check its unit ({hint})",
-            quantity.kind().unit()
+            "{quantity} reaches {peak:.4}{unit}, which no vehicle does: check its unit ({hint})"
         );
         let beyond = series.values().iter().filter(|x| x.abs() > limit).count();
         let is_motion =

@@ -17,6 +17,13 @@
 //! The speed of a propeller may have a greatest rate of change: it needs a slew time from rest to the
 //! greatest speed of the trials.
 //!
+//! A propeller that is told a command or a pulse width turns slower when the supply voltage V falls. Where V is
+//! logged, and no curve accounts for it, thrust is in proportion to a power of it:
+//!
+//! ```text
+//! F = k n|n| (V/V̄)^c,   V̄ as the curve states it, otherwise the mean of the trials
+//! ```
+//!
 //! Thrust may change beside what its log says, as with the voltage of a battery: by a factor e^a from
 //! the beginning to the end of each trial, and by e^b from the first trial to the last, 1 on average;
 //! and by e^(c ℓ) under the load ℓ of all thrusters, since current lowers the voltage:
@@ -46,7 +53,9 @@ use super::search::ADMITTED;
 use crate::motion::{HeldForces, PUSHED_BY, Slice};
 use crate::plant::Signal;
 use crate::series::union;
-use crate::{BetweenSamples, Dof, Error, PlacedThruster, ThrusterTrack, Timed, TrialRecord};
+use crate::{
+    BetweenSamples, Dof, Error, PlacedThruster, Supply, ThrusterTrack, Timed, TrialRecord,
+};
 
 /// What stands between logged thrust and the thrust that acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,6 +74,8 @@ pub struct Actuator {
     /// Time that a propeller needs from rest to `full_speed` at its greatest rate of change, s; 0 without
     /// a limit.
     pub slew_s: f64,
+    /// Exponent of thrust over the logged supply voltage.
+    pub voltage_exponent: f64,
     /// Logarithm of thrust at the end of each trial over that at its beginning, beside what its log
     /// says.
     pub log_change_within: f64,
@@ -77,6 +88,9 @@ pub struct Actuator {
     pub log_scale: f64,
     /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
     pub full_speed: f64,
+    /// Logarithms of the mean supply voltage, V, where another exponent leaves thrust as curves say that state none,
+    /// and of the greatest; the mean again if all state one.
+    pub ln_voltage: [f64; 2],
     /// What propellers, or logged forces, do between their samples.
     pub between: BetweenSamples,
 }
@@ -104,13 +118,14 @@ const LEAST_EARLY_S: f64 = 0.005;
 const OUT_OF_PROPORTION: f64 = 0.01;
 
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
-const SHAPED_BY: [DriveNumber; 6] = [
+const SHAPED_BY: [DriveNumber; 7] = [
     DriveNumber::Lag,
     DriveNumber::Delay,
     DriveNumber::Reverse,
     DriveNumber::LagRatio,
     DriveNumber::Exponent,
     DriveNumber::Slew,
+    DriveNumber::Voltage,
 ];
 
 /// Whether what pushes in reverse is in proportion to all that pushes, on all axes and at all times:
@@ -156,13 +171,16 @@ impl Actuator {
     pub(super) const EXPONENT: usize = 4;
     pub(super) const SLEW: usize = 5;
 
+    /// Where the exponent of supply voltage stands among them.
+    pub(super) const VOLTAGE: usize = 6;
+
     /// Where the slow changes of thrust stand among them.
-    const CHANGE_WITHIN: usize = 6;
-    const CHANGE_BETWEEN: usize = 7;
+    const CHANGE_WITHIN: usize = 7;
+    const CHANGE_BETWEEN: usize = 8;
     /// Where the change of thrust under load stands among them.
-    pub(super) const LOADED: usize = 8;
+    pub(super) const LOADED: usize = 9;
     /// Where the scale of all thrust stands among them.
-    pub(super) const SCALE: usize = 9;
+    pub(super) const SCALE: usize = 10;
 
     /// Between what they stay.
     pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [
@@ -172,6 +190,7 @@ impl Actuator {
         (-2.5, 2.5),
         (-1.0, 1.0),
         (0.0, 5.0),
+        (-1.0, 4.0),
         (-1.5, 1.5),
         (-1.5, 1.5),
         (-1.5, 0.5),
@@ -180,7 +199,7 @@ impl Actuator {
 
     /// Their standard deviations before anything is measured.
     pub(super) const PRIOR_STD: [f64; Self::COUNT] =
-        [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 0.3, 0.3, 0.3, 1.0];
+        [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 1.5, 0.3, 0.3, 0.3, 1.0];
 
     /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
     /// delay once in 500; what contradicts the log or the curve of a thruster has to be seen as clearly
@@ -197,10 +216,10 @@ impl Actuator {
     }
 
     /// Which of its numbers a fit begins with: of a wrench that nobody knows the thrusters of, not how these
-    /// push; of propellers, what their speeds can show; of thrusters of which a part as large always pushes in reverse, not what that pushes, as
-    /// it looks like all of them stronger; of one trial, no change from trial to trial; without a known
-    /// force, no scale. A slew time has no slope where it is zero, and the change under load imitates
-    /// thrusters that are not alike: both are tried later.
+    /// push; of propellers, what their speeds can show; of thrusters of which a part as large always pushes in reverse, not
+    /// what that pushes, as it looks like all of them stronger; of a supply voltage that hardly varies, no exponent of it;
+    /// of one trial, no change from trial to trial; without a known force, no scale. A slew time has no slope where it is
+    /// zero, and the change under load imitates thrusters that are not alike: both are tried later.
     pub(super) fn fitted(records: &[&TrialRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
         let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let tracks = records.iter().flat_map(|record| &record.thrusters);
@@ -209,7 +228,8 @@ impl Actuator {
         let (lag_ratio, exponent) = (inputs.show_lag_ratio(), inputs.show_exponent());
         let scale = lag && records.iter().any(|record| !record.known.is_empty());
         let between = lag && records.len() > 1;
-        [lag, lag, reverse, lag_ratio, exponent, false, lag, between, false, scale]
+        let voltage = inputs.show_voltage();
+        [lag, lag, reverse, lag_ratio, exponent, false, voltage, lag, between, false, scale]
     }
 
     /// What is fitted of it, in the order of its fields.
@@ -221,6 +241,7 @@ impl Actuator {
             self.log_lag_ratio,
             self.beyond_square,
             self.slew_s,
+            self.voltage_exponent,
             self.log_change_within,
             self.log_change_between,
             self.log_change_loaded,
@@ -243,6 +264,12 @@ impl Actuator {
         self.log_change_loaded * all / load.len() as f64
     }
 
+    /// How far thrust is from its curve at the greatest supply voltage of the trials: the logarithm of the part.
+    pub(super) fn at_greatest_voltage(&self) -> f64 {
+        let [mean, greatest] = self.ln_voltage;
+        self.voltage_exponent.abs() * (greatest - mean)
+    }
+
     /// How far thrust at half of full speed is from a square law that is right at full speed: the
     /// logarithm of the part.
     pub(super) fn at_half_speed(&self) -> f64 {
@@ -252,7 +279,14 @@ impl Actuator {
     /// The same with such numbers.
     pub(super) const fn with(&self, numbers: [f64; Self::COUNT]) -> Self {
         let [lag_s, delay_s, log_reverse_ratio, log_lag_ratio, beyond_square, slew_s, ..] = numbers;
-        let [.., log_change_within, log_change_between, log_change_loaded, log_scale] = numbers;
+        let [
+            ..,
+            voltage_exponent,
+            log_change_within,
+            log_change_between,
+            log_change_loaded,
+            log_scale,
+        ] = numbers;
         Self {
             lag_s,
             delay_s,
@@ -260,6 +294,7 @@ impl Actuator {
             log_lag_ratio,
             beyond_square,
             slew_s,
+            voltage_exponent,
             log_change_within,
             log_change_between,
             log_change_loaded,
@@ -273,7 +308,7 @@ impl Actuator {
         let thrusters = records.iter().flat_map(|record| &record.thrusters);
         let speeds = thrusters.flat_map(|thruster| thruster.track.speed.values());
         let full_speed = speeds.fold(0.0, |most: f64, n| most.max(n.abs()));
-        Self { full_speed, ..Self::default() }
+        Self { full_speed, ln_voltage: mean_and_greatest_supply(records), ..Self::default() }
     }
 
     /// Returns the actuator from which a fit begins: with some lag where thrust is known.
@@ -429,6 +464,8 @@ impl Actuator {
             full_speed: self.full_speed,
             between: self.between,
             has_exponent: true,
+            voltage_exponent: self.voltage_exponent,
+            ln_mean_voltage: self.ln_voltage[0],
         };
         // What it was told shortly before is still on its way.
         let lead_s = (first.from_s - track.speed.first_s()).clamp(0.0, self.settles_s());
@@ -473,6 +510,26 @@ impl Actuator {
         }
         Ok(signals)
     }
+}
+
+/// Returns the mean and the greatest logarithm of the supply voltage in trials; the mean twice if all curves state the
+/// voltage of their measurement, and zero without any.
+fn mean_and_greatest_supply(records: &[&TrialRecord]) -> [f64; 2] {
+    let of_trial = |record: &&TrialRecord| {
+        let mut supplies = record.thrusters.iter().filter_map(|own| own.track.supply.clone());
+        supplies.next()
+    };
+    let supplies: Vec<Arc<Supply>> = records.iter().filter_map(of_trial).collect();
+    let all = || supplies.iter().flat_map(|supply| supply.ln_volts.values()).copied();
+    let (sum, count) = all().fold((0.0, 0), |(sum, count), x| (sum + x, count + 1));
+    if count == 0 {
+        return [0.0; 2];
+    }
+    let mean = sum / f64::from(count);
+    let thrusters = records.iter().flat_map(|record| &record.thrusters);
+    let is_open = |supply: &Arc<Supply>| supply.of_curve.is_none();
+    let is_any_open = thrusters.filter_map(|own| own.track.supply.as_ref()).any(is_open);
+    [mean, if is_any_open { all().fold(f64::MIN, f64::max) } else { mean }]
 }
 
 /// What pushes a vehicle in a trial, as logged.
@@ -678,6 +735,7 @@ mod tests {
             forward: 2.0,
             reverse: 1.5,
             uncertainty: ThrustUncertainty::default(),
+            supply: None,
         };
         PlacedThruster { name: "a".to_owned(), track, wrench: WRENCH.into() }
     }
@@ -690,6 +748,15 @@ mod tests {
 
     fn of_thruster() -> LoggedThrust {
         logged(vec![thruster()])
+    }
+
+    /// The thruster with a supply voltage that falls, and its curve's own if that is stated.
+    fn of_battery(of_curve: Option<f64>) -> LoggedThrust {
+        let volts = Timed::new("supply.voltage", vec![0.0, 0.6, 1.5], vec![16.0, 14.0, 15.0]);
+        let ln_volts = volts.expect("finite").map(f64::ln);
+        let supply = Some(Arc::new(Supply { ln_volts, of_curve }));
+        let PlacedThruster { track, name, wrench } = thruster();
+        logged(vec![PlacedThruster { track: ThrusterTrack { supply, ..track }, name, wrench }])
     }
 
     fn of_two_thrusters() -> LoggedThrust {
@@ -747,7 +814,7 @@ mod tests {
     #[test]
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
-        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18), &Dof::ALL);
         let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
         let (_, integral) = by_small_steps(actuator, 0.9, thrust);
@@ -775,16 +842,17 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_the_means() {
         let slices = slices(0.05, 30);
-        for logged in [of_wrench(0), of_thruster(), of_two_thrusters()] {
+        for logged in [of_wrench(0), of_thruster(), of_two_thrusters(), of_battery(Some(2.7))] {
             // With another exponent, how long a propeller reverses within a slice is held.
             let some = [
-                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0], 1e-3),
-                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.2, -0.1, 0.0, 0.0], 0.15),
-                ([0.0, 0.013, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.0, 0.2, -0.1, 0.0, 0.0], 0.15),
+                ([0.0, 0.013, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
+                ([0.1, 0.01, 0.1, 0.0, 0.0, 0.0, 1.3, 0.0, 0.0, 0.0, 0.0], 1e-3),
             ];
             let laws =
                 [BetweenSamples::Held, BetweenSamples::SmoothSpeed, BetweenSamples::SmoothThrust];
@@ -816,7 +884,7 @@ mod tests {
 
     #[test]
     fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
-        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0]);
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0]);
         let slices = slices(0.05, 40);
         let (logged, changed) = [Actuator::default(), actuator]
             .map(|actuator| actuator.pushes(&of_wrench(0), &slices, &Dof::ALL))
@@ -830,7 +898,7 @@ mod tests {
 
     #[test]
     fn thrust_under_the_load_of_all_thrusters_is_less_by_its_share() {
-        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0]);
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0]);
         let slices = slices(0.1, 12);
         let (logged, changed) = [Actuator::default(), actuator]
             .map(|actuator| actuator.pushes(&of_two_thrusters(), &slices, &Dof::ALL))
@@ -850,6 +918,22 @@ mod tests {
     }
 
     #[test]
+    fn thrust_is_in_proportion_to_a_power_of_voltage() {
+        let slices = slices(0.1, 12);
+        let actuator = Actuator { voltage_exponent: 1.3, ln_voltage: [2.75; 2], ..of([0.0; 11]) };
+        for (of_curve, reference) in [(None, 2.75), (Some(2.7), 2.7)] {
+            let [logged, changed] = [Actuator::default(), actuator]
+                .map(|actuator| actuator.pushes(&of_battery(of_curve), &slices, &Dof::ALL));
+            let supply = of_battery(of_curve).thrusters[0].track.supply.clone().expect("logged");
+            for (slice, (logged, changed)) in slices.iter().zip(logged.each().zip(changed.each())) {
+                let ln_volts = supply.ln_volts.at(slice.from_s + 0.05);
+                let expected = logged.force[0] * (1.3 * (ln_volts - reference)).exp();
+                assert!((changed.force[0] - expected).abs() < 1e-9, "{} s", slice.from_s);
+            }
+        }
+    }
+
+    #[test]
     fn a_wrench_that_changes_where_a_slice_ends_lags_alike() {
         let slices = slices(0.1, 12);
         let pushes = |delay_s| {
@@ -864,7 +948,7 @@ mod tests {
     #[test]
     fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
         let record = TrialRecord { thrusters: vec![thruster()], ..TrialRecord::until("a", 2.0) };
-        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
             .signals(&record)
             .expect("finite");
         let [speed, thrust] = [Signal::PropellerSpeed("a".into()), Signal::Thrust("a".into())]
@@ -887,11 +971,11 @@ mod tests {
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
         let some = [
-            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, -0.2, 0.0, 0.0, 0.0],
-            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, 0.0, -0.2, 0.0, 0.0, 0.0],
+            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0],
         ];
         for numbers in some {
             let actuator = of(numbers);

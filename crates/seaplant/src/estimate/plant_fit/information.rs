@@ -70,6 +70,7 @@ const ACTUATOR_NAMES: [&str; Actuator::COUNT] = [
     "log_lag_ratio",
     "thrust_exponent",
     "slew",
+    "voltage_exponent",
     "thrust_change_within",
     "thrust_change_between",
     "thrust_change_loaded",

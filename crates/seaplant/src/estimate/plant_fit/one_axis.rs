@@ -86,13 +86,14 @@ const FEW_SAMPLES: usize = 2000;
 const FIRST_SLEW_S: f64 = 0.3;
 
 /// The candidate that each number of the actuator is.
-const NUMBERS: [(Candidate, usize); 6] = [
+const NUMBERS: [(Candidate, usize); 7] = [
     (Candidate::Lag, Actuator::LAG),
     (Candidate::Delay, Actuator::DELAY),
     (Candidate::ReverseRatio, Actuator::REVERSE),
     (Candidate::LagRatio, Actuator::LAG_RATIO),
     (Candidate::Exponent, Actuator::EXPONENT),
     (Candidate::Slew, Actuator::SLEW),
+    (Candidate::Voltage, Actuator::VOLTAGE),
 ];
 
 /// No sensor shows a velocity more precisely than to this part of the usual speed, and no model predicts it:
@@ -556,6 +557,7 @@ impl OneAxis<'_> {
                 Candidate::Exponent => inputs.show_exponent(),
                 Candidate::ReverseRatio => inputs.show_reverse_ratio(),
                 Candidate::LagRatio => inputs.show_lag_ratio(),
+                Candidate::Voltage => inputs.show_voltage(),
                 Candidate::Slew => false,
                 _ => true,
             };

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::uncertainty::inverse;
-use super::{Actuator, Fitted};
+use super::{Actuator, Fitted, PlantFit};
+use crate::caveat::spoken;
 use crate::estimate::propellers::LOST_BETWEEN_SAMPLES;
 use crate::plant::Basis;
 use crate::{Caveat, CaveatCode, Dof, Error, ThrustUncertainty};
@@ -30,8 +31,13 @@ impl Fitted {
         let actuator = point.actuator;
         let loads = problem.schedules.iter().map(|own| actuator.under_mean_load(&own.thrust).abs());
         let loaded = loads.fold(0.0, f64::max);
-        let off_by = [actuator.greatest_from_mean(), actuator.at_half_speed(), loaded];
-        if of_curves == ThrustUncertainty::default() && off_by == [0.0; 3] {
+        let off_by = [
+            actuator.greatest_from_mean(),
+            actuator.at_half_speed(),
+            actuator.at_greatest_voltage(),
+            loaded,
+        ];
+        if of_curves == ThrustUncertainty::default() && off_by == [0.0; 4] {
             return Ok(sum);
         }
         let Some(all) = problem.information_of_all(point) else { return Ok(sum) };
@@ -130,6 +136,38 @@ pub(crate) fn restless_thrust(dof: Dof, beyond: f64) -> Option<Caveat> {
         );
         Caveat::warning(CaveatCode::NotDetermined, message)
     })
+}
+
+/// A change of thrust from the mean to the greatest supply voltage above this part is a warning.
+const VOLTAGE_PART: f64 = 0.05;
+
+impl PlantFit {
+    /// Returns a caveat if thrust changes with supply voltage, so that its scale depends on the voltage at which
+    /// curves are right.
+    pub(crate) fn thrust_by_voltage(&self) -> Option<Caveat> {
+        let (actuator, std) = (&self.actuator, self.actuator_std[Actuator::VOLTAGE]?);
+        let [mean, greatest] = actuator.ln_voltage;
+        let off = (actuator.voltage_exponent * (greatest - mean)).exp_m1();
+        let scale = match mean < greatest {
+            true => format!(
+                "; mass and drag are right if the thruster curves hold at {} V, the mean of the trials; if they hold at {} V, the greatest, mass and drag are {:.0} % too {}, which the intervals include; state the voltage of the curves (`voltage_v`), or give curves of several voltages",
+                spoken(mean.exp()),
+                spoken(greatest.exp()),
+                100.0 * off.abs(),
+                if off < 0.0 { "small" } else { "large" },
+            ),
+            false => String::new(),
+        };
+        let message = format!(
+            "thrust changes with the supply voltage, in proportion to its power {:.2} ± {:.2}; this was allowed for{scale}",
+            actuator.voltage_exponent,
+            1.96 * std,
+        );
+        Some(match off.abs() > VOLTAGE_PART {
+            true => Caveat::warning(CaveatCode::ThrustScale, message),
+            false => Caveat::note(CaveatCode::ThrustScale, message),
+        })
+    }
 }
 
 /// How thrust is off: both ways, or where known forces tell the scale of all, in reverse beside forward.

@@ -2,7 +2,7 @@
 
 use super::approach::{Changing, Propulsion, Segment};
 use super::integral::SignalIntegral;
-use crate::{BetweenSamples, ThrusterTrack, Timed};
+use crate::{BetweenSamples, Supply, ThrusterTrack, Timed};
 
 /// What stands between the logged speed of propellers and their thrust.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,6 +25,10 @@ pub(crate) struct DriveLaw {
     pub(crate) between: BetweenSamples,
     /// True if the derivative by the exponent is asked for.
     pub(crate) has_exponent: bool,
+    /// Exponent of thrust over supply voltage.
+    pub(crate) voltage_exponent: f64,
+    /// Logarithm of the voltage at which thrust is as curves say that state none.
+    pub(crate) ln_mean_voltage: f64,
 }
 
 /// What thrust is differentiated by, in the order of [`Push::tau_by`]. The first shape propeller speed, the
@@ -40,10 +44,12 @@ pub(crate) enum DriveNumber {
     /// Logarithm of forward thrust.
     Forward,
     Exponent,
+    /// Exponent of thrust over supply voltage.
+    Voltage,
 }
 
 impl DriveNumber {
-    pub(crate) const COUNT: usize = Self::Exponent as usize + 1;
+    pub(crate) const COUNT: usize = Self::Voltage as usize + 1;
 
     /// How many shape propeller speed.
     pub(crate) const OF_SPEED: usize = Self::Delay as usize + 1;
@@ -169,9 +175,9 @@ impl<'a> Drive<'a> {
         let at = |turning: &mut SignalIntegral<'_>| turning.until(time_s - 0.5 * h).1;
         let mut push = Push { turning: self.turning.as_mut().map_or(0.0, at), ..Push::default() };
         self.propulsion.step(h);
-        let law = self.law;
         let to_s = time_s - self.delay_s;
         for propeller in &mut self.propellers {
+            let law = self.law.supplied(propeller.track, time_s - 0.5 * h);
             let before = propeller.before;
             let jump_s = propeller.asked.jump_before(to_s, JUMP_PART * law.full_speed);
             let within = to_s - h + SLIVER_S..to_s - SLIVER_S;
@@ -216,6 +222,12 @@ struct ThrustLaw {
     ln_full_speed: f64,
     /// Whether the exponent is other than 2, or the slope by it is asked for.
     has_exponent: bool,
+    /// Exponent of thrust over supply voltage, and the logarithm of the voltage where it changes nothing.
+    voltage_exponent: f64,
+    ln_mean_voltage: f64,
+    /// Logarithm of the supply voltage over that, and what it makes of thrust.
+    supply: f64,
+    supply_gain: f64,
 }
 
 impl ThrustLaw {
@@ -227,6 +239,25 @@ impl ThrustLaw {
             full_speed,
             ln_full_speed: full_speed.ln(),
             has_exponent: full_speed > 0.0 && (exponent != 0.0 || law.has_exponent),
+            voltage_exponent: law.voltage_exponent,
+            ln_mean_voltage: law.ln_mean_voltage,
+            supply: 0.0,
+            supply_gain: 1.0,
+        }
+    }
+
+    /// Returns the law of a thruster at an instant, with its supply voltage.
+    fn supplied(&self, track: &ThrusterTrack, time_s: f64) -> Self {
+        let Some(Supply { ln_volts, of_curve }) = track.supply.as_deref() else { return *self };
+        let supply = ln_volts.at(time_s) - of_curve.unwrap_or(self.ln_mean_voltage);
+        Self { supply, supply_gain: (self.voltage_exponent * supply).exp(), ..*self }
+    }
+
+    /// Returns the sign of thrust by the way in which a propeller turns, and what it has per square of speed.
+    fn strength(&self, track: &ThrusterTrack, is_reversed: bool) -> (f64, f64) {
+        match is_reversed {
+            true => (-1.0, self.supply_gain * self.kappa * track.reverse),
+            false => (1.0, self.supply_gain * track.forward),
         }
     }
 }
@@ -234,8 +265,7 @@ impl ThrustLaw {
 impl Push {
     /// Adds what a later end of a part of a step does, by the delay.
     fn end_later(&mut self, track: &ThrusterTrack, law: &ThrustLaw, speed: f64, weight: f64) {
-        let (sign, strength) =
-            if speed < 0.0 { (-1.0, law.kappa * track.reverse) } else { (1.0, track.forward) };
+        let (sign, strength) = law.strength(track, speed < 0.0);
         let gain = match law.has_exponent && speed != 0.0 {
             true => (law.exponent * (speed.abs().ln() - law.ln_full_speed)).exp(),
             false => 1.0,
@@ -250,8 +280,7 @@ impl Push {
     /// Adds the thrust of the part of a step in which the propeller turns one way.
     #[inline]
     fn add(&mut self, track: &ThrusterTrack, law: &ThrustLaw, segment: &Segment, h: f64) {
-        let (sign, strength) =
-            if segment.reversed { (-1.0, law.kappa * track.reverse) } else { (1.0, track.forward) };
+        let (sign, strength) = law.strength(track, segment.reversed);
         let part = 1.0 / h;
         let mut force = segment.square.times(part * sign * track.lever * strength);
         let mean_square = segment.square.x / segment.length_s;
@@ -266,6 +295,7 @@ impl Push {
             }
             self.tau_by[DriveNumber::Exponent as usize] += force.x * ratio;
         }
+        self.tau_by[DriveNumber::Voltage as usize] += force.x * law.supply;
         self.tau += force.x;
         for (all, by) in self.tau_by.iter_mut().zip(force.by) {
             *all += by;

@@ -52,6 +52,7 @@ pub(super) fn doubts(
     all.extend(scale::doubts(fit, records));
     all.extend(another_power(fit));
     all.extend(loaded_thrust(fit));
+    all.extend(fit.thrust_by_voltage());
     all.extend(early_thrust(fit));
     all.extend(thrusters::doubts(plant));
     let [.., within_std, between_std, _, _] = fit.actuator_std;

@@ -409,6 +409,8 @@ impl<'a> Standing<'a> {
             beyond_square: exponent.map_or(0.0, |exponent| exponent.value - 2.0),
             log_change_within: number("thrust_change_within").ln_1p(),
             slew_s: number("slew"),
+            voltage_exponent: number("voltage_exponent"),
+            ln_voltage: [ratio("mean_voltage").ln(); 2],
             log_change_between: number("thrust_change_between").ln_1p(),
             log_change_loaded: number("thrust_change_loaded").ln_1p(),
             log_scale: ratio("thrust_scale").ln(),
@@ -434,6 +436,8 @@ impl<'a> Standing<'a> {
             lag_s: value(|x| &x.lag, 0.0).max(value(|x| &x.force_lag, 0.0)),
             delay_s: value(|x| &x.delay, 0.0),
             log_reverse_ratio: value(|x| &x.reverse_ratio, 1.0).ln(),
+            voltage_exponent: value(|x| &x.voltage_exponent, 0.0),
+            ln_voltage: [value(|x| &x.mean_voltage, 1.0).ln(); 2],
             ..Actuator::default()
         };
         Self { actuator, report: VelocityReport::default(), fit: None }

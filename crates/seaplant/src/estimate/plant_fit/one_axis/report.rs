@@ -133,6 +133,7 @@ impl OneAxis<'_> {
         fit.caveats = caveats(&fit, &innovations);
         let beyond = found.beyond_neighbours.values().copied().fold(0.0, f64::max);
         fit.caveats.extend(restless_thrust(self.dof, beyond));
+        fit.caveats.extend(found.thrust_by_voltage());
         Ok(fit)
     }
 
@@ -178,6 +179,8 @@ impl OneAxis<'_> {
             inflow_ahead: by_effect(Candidate::InflowAhead.name()),
             exponent: by(Actuator::EXPONENT).map(|off| off.moved(2.0)),
             full_speed: found.actuator.full_speed,
+            voltage_exponent: by(Actuator::VOLTAGE),
+            mean_voltage_v: found.actuator.ln_voltage[0].exp(),
             between: found.actuator.between,
             velocity_scale: None,
             lever_m: Default::default(),

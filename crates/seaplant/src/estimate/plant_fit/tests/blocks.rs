@@ -158,6 +158,7 @@ fn pair(astern: f64) -> TrialRecord {
             forward: 2.0,
             reverse: 1.5,
             uncertainty: ThrustUncertainty::default(),
+            supply: None,
         };
         let wrench = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.3 * sign);
         PlacedThruster { name: name.into(), track, wrench }
