@@ -30,7 +30,7 @@ use crate::estimate::{
     WeightedLeastSquares,
 };
 use crate::exchange::{Draws, PlantModel};
-use crate::judge::score_plant;
+use crate::judge::{mean_error, records};
 use crate::plant::RigidBody;
 use crate::results::{
     AccumulatedPlant, Consequence, Failure, Identification, PlantResult, Results, SteadyResult,
@@ -413,8 +413,10 @@ impl Work<'_> {
         let options = self.with_structure_of(recommended);
         let trials = TrialsOf { fit: self.trials.fit.clone(), ..TrialsOf::default() };
         let work = Work { options: &options, trials: &trials, ..*self };
-        let error = |model: &Model, trials: &[&Trial]| {
-            score_plant(self.dof, model, trials).ok()?.by_axis.get(&self.dof)?.mean_abs_error
+        let [fitted, held_out] =
+            [&self.trials.fit, &self.trials.hold_out].map(|trials| records(self.dof, trials).ok());
+        let error = |model: &Model, records: &Option<Vec<AxisRecord>>| {
+            mean_error(model, records.as_deref()?).ok()?
         };
         let of = |terms: Terms| {
             let fit = match terms == recommended.terms {
@@ -426,8 +428,8 @@ impl Work<'_> {
                 terms: terms.fitted(),
                 lumped: fit.lumped,
                 stable: fit.lumped.stability().is_stable(),
-                fit_error: error(&model, &self.trials.fit),
-                hold_out_error: error(&model, &self.trials.hold_out)
+                fit_error: error(&model, &fitted),
+                hold_out_error: error(&model, &held_out)
                     .filter(|_| !self.trials.hold_out.is_empty()),
                 condition: fit.condition,
             })

@@ -121,6 +121,12 @@ impl Fit {
         self
     }
 
+    /// Returns the same as if the scale of thrust were known for sure.
+    pub(crate) fn of_sure_thrust(&self) -> Self {
+        let covariance = self.covariance - self.thrust_covariance;
+        Self { covariance, thrust_covariance: Matrix4::zeros(), ..self.clone() }
+    }
+
     /// Returns the plant in a form for simulation.
     pub fn model(&self) -> Model {
         let value = |estimate: &Option<Estimate>| estimate.map(|estimate| estimate.value);

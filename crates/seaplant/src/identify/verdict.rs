@@ -592,7 +592,9 @@ mod tests {
         let followed =
             Score { restarted_error: Some(0.01), kept_error: Some(0.1), ..axis(0.09, 0.01) };
         assert_eq!(refuted(followed), None);
-        let flat = Score { r_squared: Some(0.02), ..axis(0.04, 0.0) };
-        assert!(refuted(flat).expect("explains nothing").contains("2 % of the variation of sway"));
+        let null = NullScore { model: NullModel::KeepsMeanSpeed, mean_abs_error: 0.042 };
+        let flat = Score { best_null: Some(null), ..axis(0.04, 0.0) };
+        let reason = refuted(flat).expect("explains nothing");
+        assert!(reason.contains("0.0400 m/s, hardly less than that of"), "{reason}");
     }
 }

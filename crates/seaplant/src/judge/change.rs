@@ -7,9 +7,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use super::intervals::{KNOWN_DRAG, KNOWN_MASS};
 use super::linear::{ErrorRegression, Solution, Window, windows_of};
 use super::score::Score;
-use super::verdict::{KNOWN_DRAG, KNOWN_MASS};
 use crate::{AxisRecord, Caveat, CaveatCode, Dof, Error, Estimate, Fit, Model};
 
 /// Estimates the change of mass and drag that best reduces the errors on some records; `None` if

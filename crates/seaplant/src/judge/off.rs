@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::change::Part;
-use super::verdict::{KNOWN_DRAG, KNOWN_MASS, Trust};
+use super::intervals::{KNOWN_DRAG, KNOWN_MASS};
+use super::verdict::Trust;
 use crate::{Estimate, Method};
 
 /// Possible error of a number, with its cause.

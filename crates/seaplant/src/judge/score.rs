@@ -108,18 +108,14 @@ impl Score {
             && !explains(self.quantity, self.r_squared)
     }
 
-    /// Returns true if the best model without a plant does nearly as well; where that is not known, one that
-    /// keeps its mean speed.
-    fn explains_nothing(&self) -> bool {
-        match self.best_null {
-            Some(null) => self.free_error() > BEATS_NULL * null.mean_abs_error,
-            None => self.r_squared.is_some_and(|r2| r2 < LEAST_R2),
-        }
+    /// Returns the best model without a plant if it does nearly as well.
+    fn rival_null(&self) -> Option<NullScore> {
+        self.best_null.filter(|null| self.free_error() > BEATS_NULL * null.mean_abs_error)
     }
 
     /// Returns true if the plant predicts no better than a model without one.
     pub(crate) fn falls_short(&self) -> bool {
-        self.fails() || self.explains_nothing()
+        self.fails() || self.rival_null().is_some()
     }
 
     /// Returns true if the best model without a plant does better by more than noise.
@@ -138,16 +134,12 @@ impl Score {
                 spoken(self.null_error)
             ));
         }
-        self.explains_nothing().then(|| match self.best_null {
-            Some(null) => format!(
+        self.rival_null().map(|null| {
+            format!(
                 "on {trials} the error of {dof} is {error} {unit}, hardly less than that of {}, {} {unit}",
                 null.model.description(),
                 spoken(null.mean_abs_error)
-            ),
-            None => format!(
-                "on {trials} the plant explains {:.0} % of the variation of {dof}, hardly more than a model that keeps its mean speed",
-                100.0 * self.r_squared.unwrap_or(0.0).max(0.0)
-            ),
+            )
         })
     }
 
@@ -259,6 +251,15 @@ pub(crate) fn score(model: &Model, axes: &[AxisRecord], nulls: &Nulls) -> Result
     let parts = [parts(&windows), accelerations].concat();
     score.change = change(model, axes, windows)?;
     Ok(Scored { score, trials, parts })
+}
+
+/// Returns the mean |error| of a plant over all samples of some trials; `None` if a simulation diverges.
+///
+/// # Errors
+/// As [`score_plant`].
+pub(crate) fn mean_error(model: &Model, axes: &[AxisRecord]) -> Result<Option<f64>, Error> {
+    let outcomes = axes.iter().map(|axis| outcome(model, axis)).collect::<Result<Vec<_>, _>>()?;
+    Ok(total_score(&outcomes).0.mean_abs_error)
 }
 
 /// Returns the score of a plant on one axis of some trials, and that of each; `windows` are those of the trials'

@@ -6,9 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::good_for::GoodFor;
 use super::off::MayBeOff;
 use super::score::Score;
-use super::working::drag_at;
-use crate::caveat::spoken;
-use crate::{Caveat, CaveatCode, Estimate, Fit, Severity, Term};
+use crate::{Caveat, CaveatCode, Severity};
 
 /// Level of trust in a plant.
 #[derive(
@@ -147,63 +145,6 @@ impl<'a> Judge<'a> {
 /// Returns the statement of a caveat, without its advice.
 pub(crate) fn statement(message: &str) -> String {
     message.split(": ").next().unwrap_or_default().to_owned()
-}
-
-/// Ratio of the ends of a mass interval above which mass is undetermined.
-pub(crate) const WIDEST_MASS: f64 = 2.0;
-/// Relative half-width of the interval above which drag at working speed is undetermined.
-pub(crate) const WIDEST_DRAG: f64 = 0.5;
-/// Relative error of the mass that is acceptable for a usable plant …
-pub(crate) const KNOWN_MASS: f64 = 0.10;
-/// … and relative error of the drag.
-pub(crate) const KNOWN_DRAG: f64 = 0.20;
-
-/// Advice for narrower intervals.
-pub(crate) const MORE: &str = "drive longer, faster, and at more than one frequency";
-
-/// Returns caveats for intervals that are too wide for a usable plant; `speed` is the typical
-/// speed.
-pub(crate) fn intervals(fit: &Fit, speed: f64) -> Vec<Caveat> {
-    let estimates = fit.estimates();
-    let (mass, drag) = (estimates.mass, drag_at(fit, speed));
-    let units = fit.dof.units();
-    let name = if fit.dof.is_rotation() { "inertia" } else { "mass" };
-    let mut caveats = Vec::new();
-    let range = |e: Estimate| format!("{} to {}", spoken(e.low95), spoken(e.high95));
-    let part = |e: Estimate| 0.5 * (e.high95 - e.low95) / e.value.abs();
-    let mut push = |code, what: String, advice: &str| {
-        caveats.push(Caveat::warning(code, format!("{what}: {advice}")));
-    };
-    if mass.low95 <= 0.0 || mass.high95 > WIDEST_MASS * mass.low95 {
-        let what =
-            format!("the {} {name} is anything from {} {}", fit.dof, range(mass), units.mass);
-        push(CaveatCode::NotDetermined, what, MORE);
-    } else if part(mass) > KNOWN_MASS {
-        let what = format!("the {} {name} is known to ± {:.0} % only", fit.dof, 100.0 * part(mass));
-        push(CaveatCode::WideInterval, what, MORE);
-    }
-    let at = format!("drag in {} at {} {}", fit.dof, spoken(speed), units.velocity);
-    if part(drag) >= WIDEST_DRAG || part(drag).is_nan() {
-        let what = format!("{at} is anything from {} {}", range(drag), units.force);
-        push(CaveatCode::NotDetermined, what, MORE);
-    } else if part(drag) > KNOWN_DRAG {
-        let what = format!("{at} is known to ± {:.0} % only", 100.0 * part(drag));
-        push(CaveatCode::WideInterval, what, MORE);
-    } else if let Some(quadratic) = estimates.d_quadratic.filter(|d| part(*d) > KNOWN_DRAG)
-        && fit.terms.has(Term::Linear)
-    {
-        let what = format!(
-            "{at} is known to ± {:.0} %, but quadratic drag by itself to ± {:.0} % only, because linear drag can replace it",
-            100.0 * part(drag),
-            100.0 * part(quadratic)
-        );
-        push(
-            CaveatCode::WideInterval,
-            what,
-            "do not use the model at other speeds; drive at more of them",
-        );
-    }
-    caveats
 }
 
 /// Minimum R² of the simulated path that confirms a plant.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use crate::caveat::spoken;
 use crate::diagnose::{below_dry_mass, impossible_mass};
 use crate::estimate::{PlantFit, fit_plant, is_pushed};
-use crate::judge::{KNOWN_DRAG, KNOWN_MASS, MORE, Number, OffBecause, WIDEST_DRAG, WIDEST_MASS};
+use crate::judge::{self, Known, Number, OffBecause};
 use crate::plant::{Basis, Product, RigidBody, Structure};
 use crate::results::{Coefficient, Parameter, PlantScore};
 use crate::signal::rms;
@@ -23,13 +23,16 @@ pub(super) fn doubts(
         fit.plant.axes().iter().filter(|dof| is_pushed(fit.plant.structure(), records, **dof));
     let of = |&dof: &Dof| {
         let mass = parameter(parameters.get(&Basis::Mass(dof, dof).to_string())?);
-        let drag = unknown_drag(fit, dof, records);
         let impossible = impossible_mass(dof, &mass, vehicle);
         let light = below_dry_mass(dof, mass.value, mass.high95, vehicle);
-        let all = [impossible, light, unknown_mass(dof, &mass), drag];
-        Some(all.map(|caveat| Some((dof, caveat?))))
+        let speed = usual_speed(dof, records);
+        let Parameter { value, std, low95, high95, .. } = mass;
+        let mass = Estimate { value, std, low95, high95 };
+        let known = Known { dof, mass, speed, drag: drag_at(fit, dof, speed) };
+        let all = impossible.into_iter().chain(light).chain(known.undetermined());
+        Some(all.map(move |caveat| (dof, caveat)))
     };
-    pushed.filter_map(of).flatten().flatten().collect()
+    pushed.filter_map(of).flatten().collect()
 }
 
 /// That the trials by themselves, without the stated rigid body, give masses below its own.
@@ -152,19 +155,6 @@ fn parameter(x: &Coefficient) -> Parameter {
     Parameter { value, std, low95, high95, unit }
 }
 
-fn unknown_mass(dof: Dof, mass: &Parameter) -> Option<Caveat> {
-    (mass.low95 <= 0.0 || mass.high95 > WIDEST_MASS * mass.low95).then(|| {
-        let message = format!(
-            "the {dof} {} is anything from {} to {} {}: {MORE}",
-            if dof.is_rotation() { "inertia" } else { "mass" },
-            spoken(mass.low95),
-            spoken(mass.high95),
-            mass.unit
-        );
-        Caveat::warning(CaveatCode::NotDetermined, message)
-    })
-}
-
 /// The coefficients of `d_L v + d_Q v²` at a speed of an axis, each with its weight.
 pub(super) fn drag_terms(fit: &PlantFit, dof: Dof, speed: f64) -> Vec<(usize, f64)> {
     let structure = fit.plant.structure();
@@ -231,56 +221,20 @@ pub(super) fn numbers(
     fit.plant.axes().iter().filter(free).flat_map(of).collect()
 }
 
-fn unknown_drag(fit: &PlantFit, dof: Dof, records: &[&TrialRecord]) -> Option<Caveat> {
-    let speed = usual_speed(dof, records);
-    let drag = drag_at(fit, dof, speed)?;
-    let half = 1.96 * drag.std;
-    let is_unknown = half > WIDEST_DRAG * drag.value.abs() || !half.is_finite();
-    is_unknown.then(|| {
-        let units = dof.units();
-        let message = format!(
-            "drag in {dof} at {} {} is {} ± {} {}: drive longer, and faster",
-            spoken(speed),
-            units.velocity,
-            spoken(drag.value),
-            spoken(half),
-            units.force
-        );
-        Caveat::warning(CaveatCode::NotDetermined, message)
-    })
-}
-
 /// That masses and drag are known less well than a user takes those of a usable plant for; of what is
 /// not known at all [`doubts`] tells.
 pub(super) fn wide(fit: &PlantFit, records: &[&TrialRecord]) -> Option<Caveat> {
-    // Another caveat says how far thrust of another scale moves all of them.
     let sure = fit.of_sure_thrust();
-    let mass = |dof: Dof| {
-        let term = Basis::Mass(dof, dof);
-        let mass =
-            Estimate::new(sure.plant.coefficient(&term)?, sure.std(&term)?, sure.samples as f64);
-        let is_known = mass.low95 > 0.0 && mass.high95 <= WIDEST_MASS * mass.low95;
-        let name = if dof.is_rotation() { "inertia" } else { "mass" };
-        let part = Some(half(&mass)).filter(|part| is_known && *part > KNOWN_MASS)?;
-        Some(format!("the {dof} {name} to ± {:.0} %", 100.0 * part))
+    let known = |dof: &Dof| {
+        let term = Basis::Mass(*dof, *dof);
+        let (value, std) = (sure.plant.coefficient(&term)?, sure.std(&term)?);
+        let (mass, speed) =
+            (Estimate::new(value, std, sure.samples as f64), usual_speed(*dof, records));
+        Some(Known { dof: *dof, mass, speed, drag: drag_at(&sure, *dof, speed) })
     };
-    let drag = |dof: Dof| {
-        let speed = usual_speed(dof, records);
-        let part = half(&drag_at(&sure, dof, speed)?);
-        let is_wide = part > KNOWN_DRAG && part <= WIDEST_DRAG;
-        let at = format!("{} {}", spoken(speed), dof.units().velocity);
-        is_wide.then(|| format!("drag in {dof} at {at} to ± {:.0} %", 100.0 * part))
-    };
-    let pushed =
-        fit.plant.axes().iter().filter(|dof| is_pushed(fit.plant.structure(), records, **dof));
-    let all: Vec<String> = pushed.flat_map(|dof| [mass(*dof), drag(*dof)]).flatten().collect();
-    let message = format!("less is known than of a usable plant: {}; {MORE}", all.join(", "));
-    (!all.is_empty()).then(|| Caveat::warning(CaveatCode::WideInterval, message))
-}
-
-/// Half of an interval, as a part of the number.
-fn half(x: &Estimate) -> f64 {
-    0.5 * (x.high95 - x.low95) / x.value.abs()
+    let axes = fit.plant.axes().iter();
+    let pushed = axes.filter(|dof| is_pushed(fit.plant.structure(), records, **dof));
+    judge::wide(&pushed.filter_map(known).collect::<Vec<Known>>())
 }
 
 /// The root mean square of an axis's velocity over all trials.
