@@ -600,7 +600,9 @@ def write(folder, seed, wanted=()):
         start += seconds
         squares, count = squares + sum(v * v for _, v, _, _ in rows), count + len(rows)
         unit = "-" if s["voltage_power"] else "rpm"
-        table(folder / f"{name}-speed.csv", [f"A ({unit})", f"B ({unit})"], speed_log(s, g, rows))
+        table(
+            folder / f"{name}-speed.csv", [f"A ({unit})", f"B ({unit})"], speed_log(s, g, rows)
+        )
         if s["voltage_power"]:
             table(folder / f"{name}-battery.csv", ["supply (V)"], battery_log(s, g, rows))
         table(
