@@ -780,11 +780,11 @@ class CurveResult(Record):
     reverse: float | None = None
     """c for s < 0, N per squared unit of input."""
 
+    voltage: float | None | None = None
+    """Supply voltage of the measurement, V."""
+
     tables: tuple[CurveTable, ...] | None = None
     """One for each supply voltage."""
-
-    voltage: float | None = None
-    """Supply voltage of the measurement, V."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
