@@ -151,7 +151,7 @@ def record(name: str, schema: dict[str, Any]) -> str:
         of = schema["properties"][field]
         kind = type_of(of)
         if of.get("variant"):
-            kind += " | None = None"
+            kind = f"{kind.removesuffix(' | None')} | None = None"
         text += f"\n    {field}: {kind}\n{doc(of, '    ')}\n"
     return text
 

@@ -780,7 +780,7 @@ class CurveResult(Record):
     reverse: float | None = None
     """c for s < 0, N per squared unit of input."""
 
-    voltage: float | None | None = None
+    voltage: float | None = None
     """Supply voltage of the measurement, V."""
 
     tables: tuple[CurveTable, ...] | None = None
