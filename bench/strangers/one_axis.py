@@ -205,6 +205,13 @@ def voltage(s, g):
 
 
 @fault(among=UNMODELLED)
+def voltage_stated(s, g):
+    """The same vehicles, with the voltage of the bollard test in the vehicle file."""
+    voltage(s, g)
+    s["states_voltage"] = True
+
+
+@fault(among=UNMODELLED)
 def dead_band(s, g):
     s["dead_band"] = g.uniform(0.04, 0.12)
 
@@ -282,6 +289,7 @@ def draw(seed, wanted=()):
         "tones_of": "speed",
         "voltage_power": 0.0,
         "resistance": 0.0,
+        "states_voltage": False,
         "dead_band": 0.0,
         "ballast": 0.0,
         "wander": 0.003,
@@ -559,6 +567,7 @@ def claims(s, folder):
     each = s["force"] / (2 * s["arm"])
     each /= 1.0 if s["voltage_power"] else s["max_rate"] ** 2
     told = 'input = "command", ' if s["voltage_power"] else ""
+    told += f"voltage_v = {NOMINAL_V}, " if s["states_voltage"] else ""
     back = s["known_reverse"] * each
     lines = [f'name = "stranger {s["seed"]}"']
     for name, side in (("A", -1), ("B", 1)):

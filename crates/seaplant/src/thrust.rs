@@ -66,9 +66,10 @@ impl ThrustTable {
     ///
     /// # Errors
     /// [`Error::ThrustTable`] with fewer than two distinct inputs, a number that
-    /// is not finite, or thrust that falls further than that.
+    /// is not finite, thrust that falls further than that, or a voltage that is not above zero.
     pub fn new(voltage: Option<f64>, mut points: Vec<(f64, f64)>) -> Result<Self, Error> {
         let refuse = |reason: String| Error::ThrustTable { reason };
+        check_supply(voltage)?;
         if points.iter().any(|(x, f)| !(x.is_finite() && f.is_finite())) {
             return Err(refuse("holds a number that is not finite".into()));
         }
@@ -114,6 +115,19 @@ impl ThrustTable {
     /// Returns the measured points, `(input, force)`.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.inputs.iter().copied().zip(self.forces.iter().copied())
+    }
+}
+
+/// Checks the supply voltage that a curve states, V.
+///
+/// # Errors
+/// [`Error::ThrustTable`] unless it is above zero.
+pub(crate) fn check_supply(voltage: Option<f64>) -> Result<(), Error> {
+    match voltage.filter(|volts| !(*volts > 0.0 && volts.is_finite())) {
+        None => Ok(()),
+        Some(volts) => Err(Error::ThrustTable {
+            reason: format!("has a supply voltage of {volts} V, which must be above 0"),
+        }),
     }
 }
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::plant::{Buoyancy, RigidBody};
+use crate::thrust::check_supply;
 use crate::{Error, QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
 
 /// The rigid body of a vehicle.
@@ -130,7 +131,8 @@ impl CurveResult {
     /// Creates the curve.
     ///
     /// # Errors
-    /// [`Error::ThrustTable`] for invalid points, or a law with a number that is not finite.
+    /// [`Error::ThrustTable`] for invalid points, a law with a number that is not finite, or a supply voltage that is
+    /// not above zero.
     pub fn curve(&self) -> Result<ThrustCurve, Error> {
         match self {
             Self::Quadratic { input, forward, reverse, deadband, neutral, voltage } => {
@@ -141,6 +143,7 @@ impl CurveResult {
                 }
                 let [forward, reverse, deadband, neutral] = numbers;
                 let voltage = *voltage;
+                check_supply(voltage)?;
                 let law = QuadraticThrust { forward, reverse, deadband, neutral, voltage };
                 Ok(ThrustCurve::Quadratic { input: *input, law })
             }
@@ -180,14 +183,18 @@ mod tests {
 
     #[test]
     fn refuses_a_curve_with_numbers_that_are_not_finite() {
-        let law = |forward| CurveResult::Quadratic {
+        let law = |forward, voltage| CurveResult::Quadratic {
             input: ThrusterInput::Speed,
             forward,
             reverse: 0.0,
             deadband: 0.0,
             neutral: 0.0,
-            voltage: None,
+            voltage,
         };
-        assert!(law(f64::NAN).curve().is_err() && law(1.0).curve().is_ok());
+        assert!(law(f64::NAN, None).curve().is_err() && law(1.0, Some(16.0)).curve().is_ok());
+        for volts in [0.0, -16.0, f64::NAN] {
+            assert!(law(1.0, Some(volts)).curve().is_err());
+            assert!(ThrustTable::new(Some(volts), vec![(0.0, 0.0), (1.0, 9.0)]).is_err());
+        }
     }
 }
