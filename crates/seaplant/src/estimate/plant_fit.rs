@@ -24,10 +24,10 @@ mod sensor_lag;
 mod sensor_place;
 mod start;
 mod step;
-mod swaps;
 mod swing;
 mod thrust;
 mod uncertainty;
+mod wiring;
 
 use super::Candidate;
 use crate::plant::{Plant, RigidBody, Structure, Symmetry};
@@ -139,7 +139,7 @@ fn fit_as(
     };
     let begun = first_fit(records)?;
     let (begun, wired) = match search {
-        true => begun.with_exchanges(records, first_fit)?,
+        true => begun.with_wiring_that_shows(records, first_fit)?,
         false => (begun, Vec::new()),
     };
     let wired: Vec<&TrialRecord> = wired.iter().collect();

@@ -10,6 +10,7 @@ use super::filter::{Drift, NoiseNumber, Swell};
 use super::problem::Problem;
 use super::report::Reported;
 use super::uncertainty::{Asked, inverse, whiteness};
+use super::wiring::Wiring;
 use super::{Actuator, Candidate, Tried, search};
 use crate::plant::{Basis, Signal, Structure};
 use crate::{Dof, Error, ThrusterFault, TrialRecord};
@@ -27,16 +28,16 @@ pub(super) struct Fitted {
     pub(super) reported: Reported,
     /// Thrusters that did not act as logged; the records of the problem are corrected for them.
     pub(super) faults: Vec<ThrusterFault>,
-    /// Thrusters that follow each other's log, likewise.
-    pub(super) exchanged: Vec<[String; 2]>,
+    /// Thrusters that do not follow their own log, likewise.
+    pub(super) wiring: Wiring,
     /// Laws of thrust between its samples that were tried.
     pub(super) smooth: Vec<Tried>,
 }
 
 impl Fitted {
     pub(super) fn new(problem: Problem, optimum: Optimum) -> Self {
-        let (tried, reported, faults, exchanged) = Default::default();
-        Self { problem, optimum, tried, reported, faults, exchanged, smooth: Vec::new() }
+        let (tried, reported, faults, wiring) = Default::default();
+        Self { problem, optimum, tried, reported, faults, wiring, smooth: Vec::new() }
     }
 
     /// The problem, and its optimum.
@@ -47,8 +48,8 @@ impl Fitted {
     /// Another optimum of the same trials; the sensor and the thrusters stay as found before.
     pub(super) fn moved_to(&self, problem: Problem, optimum: Optimum) -> Self {
         let (reported, faults) = (self.reported, self.faults.clone());
-        let (exchanged, smooth) = (self.exchanged.clone(), self.smooth.clone());
-        Self { problem, optimum, tried: Vec::new(), reported, faults, exchanged, smooth }
+        let (wiring, smooth) = (self.wiring.clone(), self.smooth.clone());
+        Self { problem, optimum, tried: Vec::new(), reported, faults, wiring, smooth }
     }
 
     /// The same where what reads the speed of propellers reads that which they have, behind the one

@@ -9,10 +9,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::descent::Tolerance;
 use super::filter::Slope;
 use super::search;
-use super::start::begun;
 use super::uncertainty::inverse;
 use super::{Actuator, Fitted};
-use crate::plant::{Basis, EffectForce, Parameterisation, Plant, Structure};
+use crate::plant::{Basis, Effect, EffectForce, Plant, Structure};
 use crate::{Dof, Error, ThrusterFault, TrialRecord};
 
 /// Gains are admitted whose gain in likelihood chance makes as rarely: once in 100 000.
@@ -38,11 +37,8 @@ const STILL: f64 = -0.35;
 /// … and push the other way if it is as much less as this.
 const TURNED_ROUND: f64 = -1.2;
 
-/// A thruster is tried the other way in all trials if its gain, to the same order, is so much less.
-const PERHAPS_TURNED: f64 = -0.8;
-
-/// Excess gain of a thruster that pushes the other way.
-const TURNED: f64 = -2.0;
+/// One that pushes the other way than most gives less than this part of what they give.
+pub(super) const OTHER_WAY: f64 = -0.5;
 
 /// A gain is known well enough for that if its standard deviation is less.
 const KNOWN: f64 = 0.2;
@@ -240,22 +236,14 @@ impl Fitted {
             if -step.dot(&beside.beyond) < needed {
                 continue;
             }
-            let lowest = (0..group.len()).min_by(|a, b| step[*a].total_cmp(&step[*b]));
-            let turned = lowest.filter(|k| !in_reverse && step[*k] < PERHAPS_TURNED);
-            let turned = turned.map(|k| group[k]);
             if !in_reverse && !has_scale(&self.problem.structure) {
                 let middle = median(step.iter().copied().collect());
                 let off = |k: &usize| (step[*k] - middle).abs();
                 let usual = (0..group.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
                 usual.map(|k| group.remove(k));
             }
-            // A plant that does not settle with them says that they are not told. Far from the
-            // optimum one stands for another.
-            let plain = self.with_group(&group, in_reverse).ok();
-            let turned = turned.filter(|term| group.contains(term));
-            let turned = turned.and_then(|term| self.with_turned(&group, &term, records));
-            let likeliest = |a: &Self, b: &Self| a.optimum.cost.total_cmp(&b.optimum.cost);
-            let Some(wider) = plain.into_iter().chain(turned).min_by(likeliest) else { continue };
+            // A plant that does not settle with them says that they are not told.
+            let Ok(wider) = self.with_group(&group, in_reverse) else { continue };
             // Other faults colour innovations, which exaggerates the score; what counts is what is
             // left of them.
             let (mut worth, greatest) = wider.worth_of(&group, in_reverse)?;
@@ -268,32 +256,6 @@ impl Fitted {
             }
         }
         Ok(self)
-    }
-
-    /// The optimum with a group of gains, from a plant that was fitted as if the thruster of one of them
-    /// pushed the other way: no small step leads there from one that was fitted as if it did not. None
-    /// if there is no such plant.
-    fn with_turned(&self, group: &[Basis], term: &Basis, records: &[&TrialRecord]) -> Option<Self> {
-        let thruster = thruster_of(&self.problem.structure, term)?;
-        let turned = records.iter().map(|record| record.with_gain(&thruster, -1.0));
-        let turned: Vec<TrialRecord> = turned.collect::<Result<_, Error>>().ok()?;
-        let turned: Vec<&TrialRecord> = turned.iter().collect();
-        let again = |records: &[&TrialRecord]| {
-            let mut problem = self.problem.of(records);
-            problem.fits = Actuator::fitted(records, self.problem.structure.axes());
-            problem
-        };
-        let (.., begun) = begun(again(&turned), &turned).ok()?;
-        let mut base = Fitted::new(again(records), begun.optimum);
-        base = base.with_speeds_as_they_are(records).ok()?;
-        let structure = search::with_all(&base.problem.structure, group).ok()?;
-        let problem = base.problem.with_terms(structure);
-        let mut start = search::widened(&problem, &base.problem, &base.optimum.point);
-        let mut coefficients = problem.physical.coefficients(&start.free);
-        coefficients[problem.structure.index_of(term)?] = TURNED;
-        start.free = problem.physical.free(&coefficients);
-        let optimum = problem.optimum(start, Tolerance::COARSE).ok()?;
-        Some(self.moved_to(problem, optimum))
     }
 }
 
@@ -321,6 +283,12 @@ pub(super) struct OfScale {
 }
 
 impl GainBeside {
+    /// The same of the log of a thruster that pushes the other way, which has this gain in reverse beyond that.
+    pub(super) fn reversed(self, beyond: f64) -> Self {
+        let of_curve = self.of_curve.map(|[gain, std]| [-gain - beyond, std]);
+        Self { gain: -self.gain - beyond, is_fitted: true, of_curve, ..self }
+    }
+
     /// The same with the scale of thrust, of a plant in which all thrusters give what their curves say times
     /// that.
     pub(super) fn scaled(self, of: Option<&OfScale>) -> Self {
@@ -503,6 +471,50 @@ impl Scaled {
             scale,
         }))
     }
+
+    /// The same in terms of the log of a thruster that pushes the other way; its gain, if it has none of its own, has
+    /// a standard deviation.
+    ///
+    /// With gains 1 + e ahead and 1 + e + e_r in reverse of the thrust as it acts,
+    ///
+    /// ```text
+    /// e' = −2 − e − e_r,   e_r' = e_r
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Plant`] if the coefficients are not finite.
+    pub(super) fn with_reversed(mut self, thruster: &str, std: f64) -> Result<Self, Error> {
+        let gain = |in_reverse| gain_of(self.plant.structure(), thruster, in_reverse);
+        let (Some(both), in_reverse) = (gain(false), gain(true)) else { return Ok(self) };
+        let is_new = self.plant.structure().index_of(&both).is_none();
+        let structure = match is_new {
+            true => self.plant.structure().clone().with(both)?,
+            false => self.plant.structure().clone(),
+        };
+        let n = structure.terms().len();
+        let mut coefficients = DVector::from_row_slice(self.plant.coefficients());
+        if is_new {
+            coefficients = coefficients.push(0.0);
+            for covariance in [&mut self.covariance, &mut self.thrust_covariance] {
+                *covariance = covariance.clone().resize(n, n, 0.0);
+            }
+        }
+        let Some(own) = structure.index_of(&both) else { return Ok(self) };
+        let mut turned = DMatrix::identity(n, n);
+        turned[(own, own)] = -1.0;
+        if let Some(other) = in_reverse.and_then(|term| structure.index_of(&term)) {
+            turned[(own, other)] = -1.0;
+        }
+        coefficients = &turned * coefficients;
+        coefficients[own] -= 2.0;
+        self.covariance = &turned * self.covariance * turned.transpose();
+        self.thrust_covariance = &turned * self.thrust_covariance * turned.transpose();
+        if is_new {
+            self.covariance[(own, own)] += std * std;
+        }
+        self.plant = Plant::new(structure, coefficients.iter().copied().collect())?;
+        Ok(self)
+    }
 }
 
 /// Whether a coefficient is held, which tells the scale of all.
@@ -529,6 +541,23 @@ pub(super) fn gains(structure: &Structure, in_reverse: bool) -> Vec<Basis> {
     };
     let all = (0..structure.effects().len()).filter(is_one).map(Basis::Effect);
     all.filter(|term| structure.index_of(term).is_none()).collect()
+}
+
+/// What a thruster gives in reverse over what it gives ahead.
+pub(super) fn in_reverse(plant: &Plant, thruster: &str) -> f64 {
+    let own = gain_of(plant.structure(), thruster, true);
+    own.and_then(|term| plant.coefficient(&term)).unwrap_or(0.0)
+}
+
+/// The gain of a thruster both ways, or in reverse only.
+fn gain_of(structure: &Structure, thruster: &str, in_reverse: bool) -> Option<Basis> {
+    let is_own = |effect: &Effect| match &effect.force {
+        EffectForce::Gain { thruster: own, reverse } => {
+            own.name == thruster && *reverse == in_reverse
+        }
+        _ => false,
+    };
+    structure.effects().iter().position(is_own).map(Basis::Effect)
 }
 
 /// The thruster of a gain.

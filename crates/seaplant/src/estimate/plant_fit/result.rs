@@ -141,7 +141,7 @@ impl Fitted {
         let whiteness = self.whiteness_by_axis()?;
         let is_coloured = self.is_coloured(&whiteness);
         let covariance = self.covariance_by_colour(&whiteness);
-        let Self { problem, optimum, mut tried, reported, faults, exchanged, smooth } = self;
+        let Self { problem, optimum, mut tried, reported, faults, wiring, smooth } = self;
         tried.extend(smooth);
         let plant = problem.plant(&optimum.point.free)?;
         let p = problem.structure.terms().len();
@@ -170,24 +170,35 @@ impl Fitted {
             true => None,
             false => Scaled::of(&plant, (&of_plant, &thrust_covariance))?,
         };
-        let Scaled { plant, covariance: of_plant, thrust_covariance, scale } =
+        let scaled =
             scaled.unwrap_or(Scaled { plant, covariance: of_plant, thrust_covariance, scale: 1.0 });
-        inflation.resize(plant.coefficients().len(), 1.0);
         let mut noise = optimum.point.noise.clone();
-        noise.disturbance *= scale;
-        noise.swell = noise.swell.map(|swell| Swell { std: swell.std * scale, ..swell });
+        noise.disturbance *= scaled.scale;
+        noise.swell = noise.swell.map(|swell| Swell { std: swell.std * scaled.scale, ..swell });
         let place = p + Actuator::SCALE;
         let of_scale = problem.fits[Actuator::SCALE].then(|| OfScale {
             scale: optimum.point.actuator.log_scale.exp(),
             covariance: covariance.column(place).rows(0, p).into_owned(),
             variance: covariance[(place, place)],
         });
-        let gains = match gains::of_plant(&plant, &of_plant, of_scale.as_ref()) {
+        let mut gains = match gains::of_plant(&scaled.plant, &scaled.covariance, of_scale.as_ref())
+        {
             Some(fitted) => fitted,
             None => {
                 alike.into_iter().map(|(name, own)| (name, own.scaled(of_scale.as_ref()))).collect()
             }
         };
+        let reversed = |scaled: Scaled, name: &String| {
+            let std = gains.get(name).map_or(0.0, |own| own.std);
+            scaled.with_reversed(name, std)
+        };
+        let Scaled { plant, covariance: of_plant, thrust_covariance, .. } =
+            wiring.reversed.iter().try_fold(scaled, reversed)?;
+        for name in &wiring.reversed {
+            let beyond = gains::in_reverse(&plant, name);
+            gains.entry(name.clone()).and_modify(|own| *own = own.reversed(beyond));
+        }
+        inflation.resize(plant.coefficients().len(), 1.0);
         let axes = problem.structure.axes().iter().copied();
         Ok(PlantFit {
             plant: plant.pruned()?,
@@ -224,7 +235,7 @@ impl Fitted {
                 false => BTreeMap::new(),
             },
             faults,
-            exchanged,
+            exchanged: wiring.exchanged,
             gains,
             claims,
         })

@@ -147,11 +147,39 @@ fn a_thruster_that_pushes_the_other_way_in_all_trials_has_a_gain_below_zero() {
     reversed[1] = [-1.0; 2];
     let fit = fitted(&[trial("a", 29, reversed), trial("b", 30, reversed)]);
     assert_eq!(fit.faults, []);
-    let found = excess(&fit, "excess-thrust");
-    let found: Vec<f64> = found.into_iter().map(|x| 1.0 + x.expect("admitted")).collect();
-    // Beside the others, whose mean is known to be 1 no better than they are alike.
-    let usual = (found[0] + found[2] + found[3]) / 3.0;
-    assert!((found[1] / usual + 1.0).abs() < 0.03, "{found:?}");
+    // The others give what their curves say.
+    assert_eq!(excess(&fit, "excess-thrust"), [None, Some(-2.0), None, None]);
+    assert_eq!(excess(&fit, "excess-reverse-thrust"), [None; 4]);
+    assert!(off(&fit).iter().all(|(_, off)| off.abs() < 3.5), "{:?}", off(&fit));
+    let own = fit.gains[NAMES[1]];
+    assert!(own.is_fitted && (own.gain + 1.0).abs() < 4.0 * own.std && own.std < 0.02, "{own:?}");
+    let term = fit.plant.structure().term_named("bow-starboard.excess-thrust").expect("there");
+    assert_eq!(fit.std(&term), Some(own.std));
+}
+
+#[test]
+fn gains_of_a_thruster_that_pushes_the_other_way_are_those_of_its_log() {
+    // As it acts, 1.1 ahead and 0.9 in reverse.
+    let gains = [false, true].map(|reverse| gains::gains(&structure(), reverse)[1]);
+    let structure = super::search::with_all(&structure(), &gains).expect("fits");
+    let n = structure.terms().len();
+    let coefficients = [planar().coefficients(), &[0.1, -0.2]].concat();
+    let mut covariance = DMatrix::zeros(n, n);
+    let own = DMatrix::from_row_slice(2, 2, &[4.0, -1.0, -1.0, 9.0]);
+    covariance.view_mut((n - 2, n - 2), (2, 2)).copy_from(&own);
+    let thrust_covariance = DMatrix::zeros(n, n);
+    let plant = Plant::new(structure, coefficients).expect("finite");
+    let scaled = gains::Scaled { plant, covariance, thrust_covariance, scale: 1.0 };
+    let logged = scaled.with_reversed(NAMES[1], 0.5).expect("finite");
+    let value = |k: usize| logged.plant.coefficients()[k];
+    // −0.9 of a log ahead, and −1.1 of one in reverse.
+    assert!((value(n - 2) + 1.9).abs() < 1e-12 && (value(n - 1) + 0.2).abs() < 1e-12);
+    let found = logged.covariance.view((n - 2, n - 2), (2, 2)).into_owned();
+    assert_eq!(found, DMatrix::from_row_slice(2, 2, &[11.0, -8.0, -8.0, 9.0]));
+    // Another, of which nothing is said, has the standard deviation that it is told.
+    let both = logged.with_reversed(NAMES[2], 0.5).expect("finite");
+    assert_eq!(both.plant.coefficients()[n], -2.0);
+    assert_eq!(both.covariance[(n, n)], 0.25);
 }
 
 #[test]
