@@ -23,6 +23,17 @@ pub(crate) struct Mistake {
     pub(crate) axes: Vec<Dof>,
     /// Description, improvement, and the line to change.
     pub(crate) message: String,
+    /// The thrusters that do not follow their own log, if it is that.
+    pub(crate) thrusters: Option<WrongThrusters>,
+}
+
+/// Thrusters that do not follow their own log.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum WrongThrusters {
+    /// One pushes the other way.
+    Reversed(String),
+    /// Each of two does what the log of the other says.
+    Exchanged([String; 2]),
 }
 
 impl Mistake {
@@ -221,7 +232,7 @@ impl<'a> Bench<'a> {
         }
         let mut axes: Vec<Dof> = better.iter().map(|(dof, ..)| *dof).collect();
         axes.sort();
-        Mistake { axes, message }
+        Mistake { axes, message, thrusters: change.thrusters() }
     }
 }
 

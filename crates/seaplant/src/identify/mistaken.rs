@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::verdict::verdict;
-use crate::diagnose::{Mistake, certain, mistakes};
+use crate::diagnose::{Mistake, WrongThrusters, certain, mistakes};
 use crate::results::{Failure, PlantResult, Results, Trust, Verdict};
 use crate::{Caveat, Dof, Trial, Vehicle};
 
@@ -73,9 +73,24 @@ fn explain(failure: &mut Failure, found: &[Mistake]) {
     failure.message += &said;
 }
 
+/// Returns whether a plant takes thrusters as they act.
+fn has_allowed_for(plant: &PlantResult, mistake: &Mistake) -> bool {
+    match &mistake.thrusters {
+        None => false,
+        Some(WrongThrusters::Exchanged([a, b])) => {
+            let is_pair = |[c, d]: &[String; 2]| [c, d] == [a, b] || [d, c] == [a, b];
+            plant.thrusters_exchanged.iter().any(is_pair)
+        }
+        Some(WrongThrusters::Reversed(name)) => {
+            plant.thruster_gains().get(name).is_some_and(|gain| gain.forward < 0.0)
+        }
+    }
+}
+
 fn doubt(plant: &mut PlantResult, found: &[Mistake]) {
     let is_of = |mistake: &&Mistake| mistake.axes.iter().any(|dof| plant.axes.contains(dof));
-    let own: Vec<Caveat> = found.iter().filter(is_of).map(Mistake::caveat).collect();
+    let own = found.iter().filter(is_of).filter(|mistake| !has_allowed_for(plant, mistake));
+    let own: Vec<Caveat> = own.map(Mistake::caveat).collect();
     let Some(first) = own.first() else { return };
     let reason = format!("severe caveat: {}", first.code.words());
     let mut codes = plant.verdict.codes.clone();
@@ -88,4 +103,25 @@ fn doubt(plant: &mut PlantResult, found: &[Mistake]) {
     let before = std::mem::take(&mut plant.verdict);
     plant.verdict = Verdict { trust: Trust::DoNotUse, reason, codes, ..before };
     plant.verdicts.values_mut().for_each(|verdict| verdict.clone_from(&plant.verdict));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Method;
+
+    fn doubted(thrusters: WrongThrusters) -> bool {
+        let mut plant = PlantResult::empty(vec![Dof::Surge, Dof::Yaw], Method::FilterError);
+        plant.thrusters_exchanged = vec![["a".to_owned(), "b".to_owned()]];
+        let (axes, message) = (vec![Dof::Yaw], "one".to_owned());
+        doubt(&mut plant, &[Mistake { axes, message, thrusters: Some(thrusters) }]);
+        plant.verdict.trust == Trust::DoNotUse
+    }
+
+    #[test]
+    fn a_plant_is_not_doubted_for_what_it_has_allowed_for() {
+        let pair = |a: &str, b: &str| WrongThrusters::Exchanged([a.to_owned(), b.to_owned()]);
+        assert!(!doubted(pair("a", "b")) && !doubted(pair("b", "a")));
+        assert!(doubted(pair("a", "c")) && doubted(WrongThrusters::Reversed("a".to_owned())));
+    }
 }

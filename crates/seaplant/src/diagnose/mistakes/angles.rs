@@ -102,7 +102,7 @@ pub(super) fn mistake(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
         100.0 * best,
         100.0 * as_is.max(0.0)
     );
-    Some(Mistake { axes: TURNS.to_vec(), message })
+    Some(Mistake { axes: TURNS.to_vec(), message, thrusters: None })
 }
 
 /// Returns the logged channels that a candidate changes.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
+use super::WrongThrusters;
 use super::weak::View;
 use crate::axes::listed;
 use crate::trial::Logged;
@@ -150,6 +151,17 @@ impl Change {
             Self::Turned(degrees) => {
                 format!("the velocity sensor looks turned by {degrees}° about the vertical")
             }
+        }
+    }
+
+    /// Returns the thrusters that do not follow their own log, if it is that.
+    pub(super) fn thrusters(&self) -> Option<WrongThrusters> {
+        match self {
+            Self::ReversedThruster(name) => Some(WrongThrusters::Reversed(name.clone())),
+            Self::ExchangedThrusters(a, b) => {
+                Some(WrongThrusters::Exchanged([a.clone(), b.clone()]))
+            }
+            _ => None,
         }
     }
 

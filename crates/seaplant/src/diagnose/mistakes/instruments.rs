@@ -70,7 +70,7 @@ fn depth_beside_velocity(logs: &[&Logged], right: &[Dof]) -> Option<Mistake> {
     let source = source.to_string();
     let is_right = right.contains(&Dof::Heave);
     let message = contradiction(depth_by_velocity(logs)?, is_right, &source)?;
-    Some(Mistake { axes: vec![Dof::Heave], message })
+    Some(Mistake { axes: vec![Dof::Heave], message, thrusters: None })
 }
 
 /// Returns how many times as far depth moves as vertical velocity says.
@@ -181,6 +181,6 @@ fn turned(logs: &[&Logged], sensors: &Sensors) -> Option<Mistake> {
             degrees.abs(),
             change.advice(logs, sensors)
         );
-        Mistake { axes: vec![Dof::Surge, Dof::Sway], message }
+        Mistake { axes: vec![Dof::Surge, Dof::Sway], message, thrusters: None }
     })
 }

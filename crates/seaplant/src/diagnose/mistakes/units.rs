@@ -96,7 +96,7 @@ pub(super) fn mistakes(
         // Thrusters along these axes also turn the vehicle about the others.
         false => axes.iter().map(|(dof, _)| *dof).collect(),
     };
-    vec![Mistake { axes, message }]
+    vec![Mistake { axes, message, thrusters: None }]
 }
 
 /// A possibly wrong unit, and the factor of masses that corrects it.
@@ -193,5 +193,5 @@ pub(super) fn far_thruster(vehicle: &Vehicle) -> Option<Mistake> {
         spoken(most_m),
         spoken(at_m / 1000.0)
     );
-    Some(Mistake { axes: vec![Dof::Roll, Dof::Pitch, Dof::Yaw], message })
+    Some(Mistake { axes: vec![Dof::Roll, Dof::Pitch, Dof::Yaw], message, thrusters: None })
 }
