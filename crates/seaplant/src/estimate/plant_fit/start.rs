@@ -6,7 +6,8 @@ use super::equation_error::{self, Solved};
 use super::problem::{Point, Problem, first_noise};
 use super::{Fitted, free, search};
 use crate::plant::{Basis, Parameterisation, Plant};
-use crate::{Error, TrialRecord};
+use crate::signal::rms;
+use crate::{Error, Timed, TrialRecord};
 
 /// Lengths of the test functions for equation error, s: short for small vehicles, long for ships.
 const WINDOWS_S: [f64; 5] = [0.6, 1.2, 3.0, 8.0, 20.0];
@@ -126,6 +127,13 @@ fn starts(
             Ok(fits) => found.extend(fits.into_iter().map(|least_squares| {
                 let point = first_point(problem, records, &least_squares);
                 let cost = pieces.as_ref().unwrap_or(problem).cost(&point);
+                if cost.is_finite() {
+                    return (cost, point, least_squares);
+                }
+                // Noise of rates made the vehicle so light that its own drag throws it about.
+                let least_squares = heavier(problem, records, least_squares);
+                let point = first_point(problem, records, &least_squares);
+                let cost = pieces.as_ref().unwrap_or(problem).cost(&point);
                 (cost, point, least_squares)
             })),
             Err(error) => drop(refused.get_or_insert(error)),
@@ -137,6 +145,36 @@ fn starts(
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().map(|(_, point, least_squares)| (point, least_squares)).collect()
 }
+
+/// A plant that is no lighter on any axis than what its logged force would accelerate as it moved, with nothing
+/// else there: `rms(τ_i)/rms(ν̇_i)`.
+fn heavier(problem: &Problem, records: &[&TrialRecord], mut found: Solved) -> Solved {
+    for dof in problem.structure.axes() {
+        let axis = dof.index();
+        let force = rms(records
+            .iter()
+            .filter_map(|own| own.force[axis].as_ref())
+            .flat_map(|own| own.values()));
+        let velocities = records.iter().filter_map(|own| own.velocity[axis].as_ref());
+        let acceleration = rms(velocities.flat_map(changes));
+        let term = problem.structure.index_of(&Basis::Mass(*dof, *dof));
+        if let Some(k) = term.filter(|_| acceleration > 0.0) {
+            found.coefficients[k] = found.coefficients[k].max(force / acceleration);
+        }
+    }
+    found
+}
+
+/// Accelerations between instants that are so far apart that noise of single samples matters little.
+fn changes(velocity: &Timed) -> Vec<f64> {
+    let times = velocity.time_s().iter().zip(velocity.values());
+    let last_s = velocity.last_s();
+    let of = |(t, value): (&f64, &f64)| (velocity.held_at(t + APART_S) - value) / APART_S;
+    times.filter(|(t, _)| *t + APART_S <= last_s).map(of).collect()
+}
+
+/// Time between them, s.
+const APART_S: f64 = 0.5;
 
 /// The point of a stated plant.
 fn stated_point(problem: &Problem, records: &[&TrialRecord], first: &FirstPlant) -> Point {
@@ -164,4 +202,38 @@ fn first_point(problem: &Problem, records: &[&TrialRecord], least_squares: &Solv
         problem.in_pieces().as_ref().unwrap_or(problem).step_misfit(&mut point, Tolerance::COARSE);
     }
     point
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::schedule::Attitude;
+    use super::super::tests::{planar, record};
+    use super::*;
+
+    #[test]
+    fn a_start_is_as_heavy_as_what_its_force_accelerates() {
+        let plant = planar();
+        let record = record(&plant, "a", 1, 20, 0.005);
+        let records = [&record];
+        let problem = Problem::new(plant.structure(), &records, None, false, Attitude::Known);
+        let mut light = equation_error::fits(plant.structure(), &problem.physical, &records, 3.0)
+            .expect("a fit")
+            .remove(0);
+        let masses = plant.structure().terms().iter().enumerate();
+        let masses: Vec<usize> = masses
+            .filter(|(_, term)| matches!(term, Basis::Mass(i, j) if i == j))
+            .map(|(k, _)| k)
+            .collect();
+        masses.iter().for_each(|k| light.coefficients[*k] *= 1e-3);
+        let found = heavier(&problem, &records, light.clone());
+        for (k, before) in light.coefficients.iter().enumerate() {
+            let (now, truth) = (found.coefficients[k], plant.coefficients()[k]);
+            match masses.contains(&k) {
+                // Drag and coupling take most of the force.
+                true => assert!((1.0..10.0).contains(&(now / truth)), "{k}: {now} {truth}"),
+                false => assert_eq!(now, *before, "{k}"),
+            }
+        }
+        assert_eq!(heavier(&problem, &records, found.clone()), found);
+    }
 }
