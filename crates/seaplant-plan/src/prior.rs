@@ -242,7 +242,23 @@ impl Prior {
             }
         };
         let coefficients: Option<Vec<f64>> = structure.terms().iter().enumerate().map(of).collect();
-        Plant::new(structure.clone(), coefficients?).ok()
+        let drawn = Plant::new(structure.clone(), coefficients?).ok()?;
+        self.has_added_mass(&drawn).then_some(drawn)
+    }
+
+    /// Returns whether water adds to the stated mass in every direction, or takes no more from it than for the
+    /// prior's mean: whether `M − M_RB ⪰ 0`.
+    fn has_added_mass(&self, drawn: &Plant) -> bool {
+        let axes = self.model.plant.axes();
+        let rigid_body = self.model.rigid_body.map(|body| body.mass_matrix());
+        let dry_mass_kg = self.model.dry_mass_kg.unwrap_or(0.0);
+        let rigid = DMatrix::from_fn(axes.len(), axes.len(), |i, j| match rigid_body {
+            Some(body) => body[(axes[i].index(), axes[j].index())],
+            None if i == j && !axes[i].is_rotation() => dry_mass_kg,
+            None => 0.0,
+        });
+        let least = |plant: &Plant| (plant.mass_matrix() - &rigid).symmetric_eigenvalues().min();
+        least(drawn) >= least(&self.model.plant).min(0.0)
     }
 
     /// Returns draws, or for results draws by their covariance.
@@ -502,6 +518,28 @@ mod tests {
         assert!((long.iter().sum::<f64>() - 2.0).abs() < 1e-6);
         let k = long.map(|factor| factor / (2.0 - factor));
         assert!((k[0] - 0.045).abs() < 5e-4 && (k[1] - 0.918).abs() < 1e-3, "{k:?}");
+    }
+
+    /// Of a box twice as long as it is wide, surge has a fifth of added mass: a quarter less of both is less than
+    /// the vehicle weighs.
+    #[test]
+    fn a_drawn_vehicle_is_no_lighter_in_water_than_in_air() {
+        let vehicle = Vehicle {
+            name: "x".into(),
+            dry_mass_kg: Some(250.0),
+            size_m: Some([1.2, 0.6, 0.6]),
+            ..Vehicle::default()
+        };
+        let axes = [Dof::Surge, Dof::Sway, Dof::Yaw];
+        let prior = Prior::of_vehicle(&vehicle, &axes).expect("a prior");
+        let draws = prior.draws(200, 1).expect("draws");
+        assert_eq!(draws.len(), 200);
+        for plant in &draws {
+            let least = plant.mass_matrix().view((0, 0), (2, 2)).symmetric_eigenvalues().min();
+            assert!(least >= 250.0, "{least}");
+        }
+        let heaviest = draws.iter().map(|plant| plant.mass_matrix()[(0, 0)]).fold(0.0, f64::max);
+        assert!(heaviest > 1.5 * draws[0].mass_matrix()[(0, 0)], "{heaviest}");
     }
 
     #[test]
