@@ -35,6 +35,8 @@ pub struct Forecast {
     /// Half of its 95 % interval after the trial, from this trial and earlier ones: the root of the mean
     /// square over vehicles that the prior allows.
     pub after: f64,
+    /// The same of a vehicle that is as believed.
+    pub as_believed: f64,
     /// Half intervals between which nine of ten of these vehicles are; none if too few of them can drive the plan. A
     /// relative goal is one of each vehicle's own value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -226,9 +228,19 @@ impl<'a> Forecaster<'a> {
         Some([(mean - off).exp(), (mean + off).exp()])
     }
 
+    /// Returns the covariance of a plant that the vehicle may have; `None` if the information is singular.
+    fn covariance(&self, program: &Program, shares: &[f64], plant: usize) -> Option<DMatrix<f64>> {
+        let mut matrix = self.before.clone();
+        for (share, rates) in shares.iter().zip(&program.rates) {
+            matrix += &rates[plant] * (share * program.seconds);
+        }
+        inverse(&matrix)
+    }
+
     /// Predicts the intervals of the goals; `None` if the information is singular.
     pub(crate) fn forecasts(&self, program: &Program, shares: &[f64]) -> Option<Vec<Forecast>> {
         let ratios = program.ratios(shares)?;
+        let as_believed = self.covariance(program, shares, 0)?;
         let of = |(k, goal): (usize, &Goal)| {
             let (own, target) = (&self.believed[k], &self.targets[k]);
             let irreducible = own.irreducible(self.scale.thrust_part);
@@ -240,6 +252,7 @@ impl<'a> Forecaster<'a> {
                 value: own.value,
                 before: before.map(|variance| HALF_95 * variance.sqrt()),
                 after: with(ratios[k] * target.std * target.std),
+                as_believed: with(own.weights.dot(&(&as_believed * &own.weights))),
                 range90: None,
                 goal: Some(with(target.std * target.std)),
             }
@@ -279,25 +292,21 @@ impl<'a> Forecaster<'a> {
         afterwards: &Afterwards,
     ) -> Option<Vec<Forecast>> {
         let believed = &self.plants[0];
-        let covariances: Option<Vec<DMatrix<f64>>> = (0..self.plants.len())
-            .map(|d| {
-                let mut matrix = self.before.clone();
-                for (share, rates) in shares.iter().zip(&program.rates) {
-                    matrix += &rates[d] * (share * program.seconds);
-                }
-                inverse(&matrix)
-            })
-            .collect();
-        let covariances = covariances?;
+        let covariance = |plant: usize| self.covariance(program, shares, plant);
+        let covariances: Vec<DMatrix<f64>> =
+            (0..self.plants.len()).map(covariance).collect::<Option<_>>()?;
         let of = |name: &String| {
             let own = self.scale.combination(believed, name).ok()?;
-            let variances = covariances.iter().map(|all| own.weights.dot(&(all * &own.weights)));
-            let variance = variances.sum::<f64>() / covariances.len() as f64;
+            let variance = |all: &DMatrix<f64>| own.weights.dot(&(all * &own.weights));
+            let mean = covariances.iter().map(variance).sum::<f64>() / covariances.len() as f64;
+            let as_believed = variance(&covariances[0]);
             let irreducible = own.irreducible(self.scale.thrust_part);
+            let with = |variance: f64| HALF_95 * (variance + irreducible).sqrt();
             Some(Forecast {
                 name: name.clone(),
                 before: self.variance_today(&own.weights).map(|today| HALF_95 * today.sqrt()),
-                after: HALF_95 * (variance + irreducible).sqrt(),
+                after: with(mean),
+                as_believed: with(as_believed),
                 range90: self.range90(afterwards, name, None),
                 unit: own.unit,
                 value: own.value,

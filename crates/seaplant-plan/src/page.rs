@@ -128,8 +128,8 @@ fn escaped(text: &str) -> String {
 #[derive(Serialize)]
 struct Deck<'a> {
     plan: &'a Plan,
-    goal_head: [&'static str; 6],
-    goal_rows: Vec<[String; 6]>,
+    goal_head: [&'static str; 7],
+    goal_rows: Vec<[String; 7]>,
     chart: String,
     tilt_deg: f64,
 }

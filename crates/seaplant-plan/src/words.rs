@@ -8,15 +8,17 @@ use crate::forecast::Forecast;
 use crate::goal::DEGREES;
 use crate::plan::Plan;
 
-/// Formats a name, a value with half of its interval before and after, its range over vehicles, and the goal.
-fn of_forecast(forecast: &Forecast) -> [String; 6] {
-    let Forecast { name, unit, value, before, after, range90, goal } = forecast;
+/// Formats a name, a value with half of its interval before and after, that of a vehicle as believed, its range over
+/// vehicles, and the goal.
+fn of_forecast(forecast: &Forecast) -> [String; 7] {
+    let Forecast { name, unit, value, before, after, as_believed, range90, goal } = forecast;
     let width = |half: f64| half_width(*value, half, unit);
     [
         name.clone(),
         format!("{} {unit}", spoken(*value)),
         before.map_or("not known".to_owned(), width),
         width(*after),
+        width(*as_believed),
         range90.map_or(String::new(), |ends| range(*value, ends, unit)),
         goal.map_or(String::new(), width),
     ]
@@ -61,8 +63,8 @@ pub(crate) fn table<const N: usize>(head: [&str; N], rows: &[[String; N]]) -> St
 }
 
 /// Returns the header and the rows of the goals.
-pub(crate) fn goal_rows(plan: &Plan) -> ([&'static str; 6], Vec<[String; 6]>) {
-    let head = ["goal", "believed", "today", "after", "9 of 10 vehicles", "wanted"];
+pub(crate) fn goal_rows(plan: &Plan) -> ([&'static str; 7], Vec<[String; 7]>) {
+    let head = ["goal", "believed", "today", "after", "as believed", "9 of 10 vehicles", "wanted"];
     (head, plan.goals.iter().map(of_forecast).collect())
 }
 

@@ -68,9 +68,9 @@ fn fit_of(campaign: &TwinCampaign, axes: &[Dof]) -> PlantFit {
     fit_plant(&structure, &all, None, false).expect("settles")
 }
 
-/// Returns the predicted standard deviations by coefficient.
+/// Returns the predicted standard deviations by coefficient, of a vehicle as believed.
 fn promised(plan: &Plan) -> BTreeMap<String, f64> {
-    plan.coefficients.iter().map(|one| (one.name.clone(), one.after / 1.959_964)).collect()
+    plan.coefficients.iter().map(|one| (one.name.clone(), one.as_believed / 1.959_964)).collect()
 }
 
 /// Tolerance of fitted relative to predicted standard deviations: fits depend on the realised
@@ -83,7 +83,7 @@ const SCATTER: std::ops::Range<f64> = 0.73..1.27;
 #[test]
 fn fits_of_the_priors_vehicle_agree_with_the_predicted_uncertainty() {
     let (prior, vehicle) = boat();
-    let request = Request { minutes: Some(6.0), draws: 1, ..quick() };
+    let request = Request { minutes: Some(6.0), ..quick() };
     let made = plan(&prior, &vehicle, &request).expect("a plan");
     let promise = promised(&made);
     let (mut squares, mut near, mut count) = (0.0, 0, 0_i32);

@@ -7,7 +7,8 @@
 //! The prior of each vehicle comes from hull formulas. Its plan is driven twice: by the prior's
 //! plant, and by a plant drawn from the prior. A plan for the prior's plant alone, which no spread
 //! makes uncertain, is driven by that plant. The logs are fitted by the filter error method; the
-//! standard deviations of the fits are divided by those that the plan predicted, both in SI units.
+//! standard deviations of the fits are divided by those that the plan predicted, of the prior's plant or in the mean over
+//! plants, both in SI units.
 
 mod vehicles;
 
@@ -100,7 +101,8 @@ fn driven(
     for forecast in &made.coefficients {
         let Some(at) = names.iter().position(|name| *name == forecast.name) else { continue };
         let std = fit.covariance[(at, at)].sqrt();
-        tally.ratios.push(std * HALF_95 / forecast.after);
+        let promised = if rehearsal.is_believed { forecast.as_believed } else { forecast.after };
+        tally.ratios.push(std * HALF_95 / promised);
         if let Some([low, high]) = forecast.range90 {
             let half = std * HALF_95;
             tally.ranged.push((half >= low && half <= high, high / low));
