@@ -9,8 +9,10 @@ mod plants;
 mod tools;
 mod twins;
 
+use std::ffi::OsString;
+
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use seaplant::Method;
 
 #[cfg(not(target_family = "wasm"))]
@@ -54,6 +56,29 @@ pub struct Arguments {
     /// When to use colour.
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     pub color: Color,
+}
+
+impl Arguments {
+    /// Returns the arguments that words state, of which the first is the program.
+    ///
+    /// # Errors
+    /// The words that are none, or a request for help or version.
+    pub fn of(
+        words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    ) -> Result<Self, clap::Error> {
+        let mut command = with_numbers_below_zero(Self::command());
+        let found = command.try_get_matches_from_mut(words)?;
+        Self::from_arg_matches(&found).map_err(|error| error.format(&mut command))
+    }
+}
+
+/// Lets every option take a number below zero, to be refused with what the option expects, not as an unknown option.
+fn with_numbers_below_zero(command: clap::Command) -> clap::Command {
+    let option = |argument: clap::Arg| {
+        let takes_value = argument.get_action().takes_values() && !argument.is_positional();
+        argument.allow_negative_numbers(takes_value)
+    };
+    command.mut_args(option).mut_subcommands(with_numbers_below_zero)
 }
 
 /// When to use colour.

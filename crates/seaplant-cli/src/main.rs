@@ -11,8 +11,6 @@ mod writing;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use args::{Arguments, Command};
 use output::Output;
 
@@ -20,7 +18,7 @@ fn main() -> ExitCode {
     commands::completions::answer();
     keep_readers_quiet();
     writing::leave_nothing_behind();
-    let arguments = Arguments::try_parse().unwrap_or_else(|error| misused(&error));
+    let arguments = Arguments::of(std::env::args_os()).unwrap_or_else(|error| misused(&error));
     arguments.color.write_global();
     let Arguments { json, quiet, progress, .. } = arguments;
     let output = Output { json, quiet, progress };
@@ -37,7 +35,7 @@ fn main() -> ExitCode {
 /// requested help.
 fn misused(error: &clap::Error) -> ! {
     let words = std::env::args_os().map(|word| output::shown(&word.to_string_lossy()).into_owned());
-    match Arguments::try_parse_from(words) {
+    match Arguments::of(words) {
         Err(plain) if plain.kind() == error.kind() => plain.exit(),
         _ => error.exit(),
     }

@@ -134,10 +134,10 @@ pub struct Watch {
     #[command(flatten)]
     pub identify: Identify,
     /// Time without changes after which files count as complete, s.
-    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = settle, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = settle)]
     pub settle_s: f64,
     /// Stop after this many rounds.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub rounds: Option<u64>,
 }
 

@@ -43,7 +43,7 @@ pub struct Reading {
     #[arg(long, value_name = "COLUMN")]
     pub time: Option<String>,
     /// The rate of a table without a time column.
-    #[arg(long, value_name = "HZ", conflicts_with = "time", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", conflicts_with = "time")]
     pub equal_sampling_hz: Option<f64>,
     /// The sheet of a workbook; its first if not given.
     #[arg(long, value_name = "NAME")]

@@ -50,7 +50,7 @@ pub struct Plan {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub mission: Option<PathBuf>,
     /// Bandwidth of the controller whose phase margin is a goal, Hz; the request has its other keys.
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ")]
     pub bandwidth: Option<f64>,
     /// A weight to hang on, for the scale of thrust (goal thrust.scale): N in water, kg, and if it does not
     /// hang at the origin its place x,y,z in body axes, m.
@@ -76,7 +76,7 @@ pub struct Plan {
     #[arg(long, value_parser = criterion())]
     pub criterion: Option<Criterion>,
     /// Minutes of driving; as many as the goals need if not given.
-    #[arg(long, value_name = "MIN", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MIN")]
     pub minutes: Option<f64>,
     /// An axis of the plant; for a vehicle.toml by default those with thrust. Repeat it for
     /// several.
@@ -101,26 +101,26 @@ pub struct Plan {
     )]
     pub depth: Vec<f64>,
     /// Depth at which manoeuvres begin, m.
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M")]
     pub start_depth: Option<f64>,
     /// The greatest speed, m/s.
-    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M/S")]
     pub speed: Option<f64>,
     /// The greatest rate of turn, rad/s.
-    #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD/S")]
     pub rate: Option<f64>,
     /// The greatest angle of roll and of pitch, degrees.
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG")]
     pub tilt: Option<f64>,
     /// The fraction of its greatest thrust that a thruster may give, per cent.
-    #[arg(long, value_name = "PER CENT", allow_negative_numbers = true)]
+    #[arg(long, value_name = "PER CENT")]
     pub thrust: Option<f64>,
     /// The length of tether, or greatest straight distance from the start, m.
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M")]
     pub tether: Option<f64>,
     /// Standard deviation of the expected disturbance on each axis, per cent of the force that
     /// drives it within the limits; results state their own.
-    #[arg(long, value_name = "PER CENT", allow_negative_numbers = true)]
+    #[arg(long, value_name = "PER CENT")]
     pub disturbance: Option<f64>,
     /// The expected current, north and east, m/s, as 0.2,-0.1.
     #[arg(
@@ -135,17 +135,17 @@ pub struct Plan {
     #[arg(long, value_name = "INPUT")]
     pub full_input: Option<String>,
     /// Number of plants drawn from the prior, over which the plan is averaged.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub draws: Option<usize>,
     /// Simulated runs in disturbances that check the limits.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub checks: Option<usize>,
     /// Also print the minutes that driving without a plan would need: the paper's sinusoid and
     /// joystick, and a sweep, of each axis in turn.
     #[arg(long)]
     pub compare: bool,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Also drive the plan with a simulated vehicle, whose plant differs from the prior's mean, and
     /// write its campaign and logs to this folder.

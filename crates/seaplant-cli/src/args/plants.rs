@@ -36,7 +36,7 @@ pub struct Simulate {
     #[arg(long = "step", value_name = "FORCE", conflicts_with = "logs", requires = "duration_s")]
     pub steps: Vec<String>,
     /// Duration of the simulation, s.
-    #[arg(long = "for", value_name = "S", allow_negative_numbers = true)]
+    #[arg(long = "for", value_name = "S")]
     pub duration_s: Option<f64>,
     /// Initial velocity, as "surge 0.5 m/s"; repeat it for each axis.
     #[arg(long = "from", value_name = "VELOCITY")]
@@ -54,7 +54,7 @@ pub struct Simulate {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
     pub draws: u16,
     /// Seed of the draws.
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Add disturbances like those of the trials to each draw, so that the band includes them.
     #[arg(long)]
@@ -139,10 +139,10 @@ pub struct Control {
     #[arg(long = "lqr", value_name = "AXIS")]
     pub regulators: Vec<String>,
     /// The damping ratio of axes with a bandwidth.
-    #[arg(long, value_name = "RATIO", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
     pub damping: f64,
     /// The integral time of PID, s; 10 over the bandwidth in rad/s if not given.
-    #[arg(long = "integral", value_name = "S", allow_negative_numbers = true)]
+    #[arg(long = "integral", value_name = "S")]
     pub integral_s: Option<f64>,
     /// The law.
     #[arg(long, value_parser = law(), default_value = "non-exact")]
@@ -151,12 +151,7 @@ pub struct Control {
     #[arg(long)]
     pub adaptive: bool,
     /// Time constant of the adaptation, s.
-    #[arg(
-        long = "adaptation",
-        value_name = "S",
-        default_value_t = 60.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long = "adaptation", value_name = "S", default_value_t = 60.0)]
     pub adaptation_s: f64,
     /// The greatest force on an axis, as "surge 2000 N"; for thrusters with measured tables it is
     /// known.
@@ -169,7 +164,7 @@ pub struct Control {
     #[arg(long = "delay", value_name = "AXIS")]
     pub delays: Vec<String>,
     /// Sample rate of the controller, Hz.
-    #[arg(long, value_name = "HZ", default_value_t = 10.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", default_value_t = 10.0)]
     pub sample_hz: f64,
     /// Velocity of the water north and east in the second run, m/s, as 0.2,-0.1.
     #[arg(
@@ -185,7 +180,7 @@ pub struct Control {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(0..=10_000))]
     pub draws: u16,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// The method whose plants of single axes to use; the recommended one's if not given.
     #[arg(long, value_parser = method())]

@@ -27,7 +27,7 @@ pub struct Thruster {
     #[arg(long, value_name = "UNIT")]
     pub force_unit: Option<String>,
     /// The input at which thrust is zero: 0, or 1500 for pulse widths, if not given.
-    #[arg(long, value_name = "INPUT", allow_negative_numbers = true)]
+    #[arg(long, value_name = "INPUT")]
     pub neutral: Option<f64>,
     /// Draw the curve to this .svg or .png file.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -55,7 +55,7 @@ pub struct Page {
     #[arg(value_hint = ValueHint::AnyPath)]
     pub page: Option<PathBuf>,
     /// The port; 0 for any that is free.
-    #[arg(long, value_name = "PORT", default_value_t = 8036, allow_negative_numbers = true)]
+    #[arg(long, value_name = "PORT", default_value_t = 8036)]
     pub port: u16,
 }
 

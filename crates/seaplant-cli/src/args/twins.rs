@@ -22,7 +22,7 @@ pub struct Demo {
     #[arg(long, value_name = "NAME", value_hint = ValueHint::FilePath)]
     pub vehicle: Option<String>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Disturbances of the twin: none, all (tether, current, lag, delay, thrcoef and lever), or
     /// names separated by commas; an unknown name is answered with the list.

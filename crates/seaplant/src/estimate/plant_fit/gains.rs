@@ -37,9 +37,6 @@ const STILL: f64 = -0.35;
 /// … and push the other way if it is as much less as this.
 const TURNED_ROUND: f64 = -1.2;
 
-/// One that pushes the other way than most gives less than this part of what they give.
-pub(super) const OTHER_WAY: f64 = -0.5;
-
 /// A gain is known well enough for that if its standard deviation is less.
 const KNOWN: f64 = 0.2;
 

@@ -13,8 +13,7 @@
 use nalgebra::DVector;
 
 use super::descent::Tolerance;
-use super::gains::{self, OTHER_WAY};
-use super::{FirstFit, Fitted, search};
+use super::{FirstFit, Fitted, gains, search};
 use crate::plant::{Basis, Effect, EffectForce, Pusher, Structure};
 use crate::series::median;
 use crate::signal::rms;
@@ -25,6 +24,9 @@ const MISWIRED: [f64; 2] = [0.5, 3.0];
 
 /// A thruster is tried the other way as well if its gain beside all others, to the same order, is so much less.
 const PERHAPS_REVERSED: f64 = -0.8;
+
+/// Gains say that a thruster pushes the other way if it gives less than this part of what most give.
+const OTHER_WAY: f64 = -0.5;
 
 /// A disturbance that is so large beside the logged forces of its axis may be those of such thrusters.
 const MASKED: f64 = 0.5;
@@ -69,6 +71,9 @@ impl Wiring {
     /// The same with another fault; one that is found twice is none.
     fn with(mut self, other: Miswired) -> Self {
         match other {
+            Miswired::Exchanged(pair) if self.exchanged.last() == Some(&pair) => {
+                self.exchanged.pop();
+            }
             Miswired::Exchanged(pair) => self.exchanged.push(pair),
             Miswired::Reversed(name) if self.reversed.contains(&name) => {
                 self.reversed.retain(|own| *own != name);
@@ -304,4 +309,18 @@ fn pushers(structure: &Structure, group: &[Basis]) -> Vec<Pusher> {
         }
     };
     group.iter().filter_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_that_is_found_twice_is_none() {
+        let pair = || Miswired::Exchanged(["a".to_owned(), "b".to_owned()]);
+        let reversed = || Miswired::Reversed("a".to_owned());
+        let both = Wiring::default().with(reversed()).with(pair());
+        assert_eq!(both.count(), 2);
+        assert_eq!(both.with(pair()).with(reversed()), Wiring::default());
+    }
 }
