@@ -10,6 +10,8 @@
 //! and one that pushes the other way `−2 s w_i F_i`. Of each the slope of the likelihood by s is known from one
 //! pass of the filter.
 
+use std::cmp::Ordering;
+
 use nalgebra::DVector;
 
 use super::descent::Tolerance;
@@ -242,19 +244,21 @@ impl Fitted {
         let n = group.len();
         let mut structure = self.problem.structure.clone();
         let mut terms = group.to_vec();
-        let mut place = vec![vec![0; n]; n];
         for i in 0..n {
-            for j in 0..n {
-                place[i][j] = if i == j { i } else { terms.len() };
-                if i != j {
-                    let thruster = Pusher { name: pushers[j].name.clone(), ..pushers[i].clone() };
-                    let name = format!("{} at {}", pushers[j].name, pushers[i].name);
-                    let force = EffectForce::Gain { thruster, reverse: false };
-                    structure = structure.with_effect(Effect { name, force }, false)?;
-                    terms.push(Basis::Effect(structure.effects().len() - 1));
-                }
+            for j in (0..n).filter(|j| *j != i) {
+                let thruster = Pusher { name: pushers[j].name.clone(), ..pushers[i].clone() };
+                let name = format!("{} at {}", pushers[j].name, pushers[i].name);
+                let force = EffectForce::Gain { thruster, reverse: false };
+                structure = structure.with_effect(Effect { name, force }, false)?;
+                terms.push(Basis::Effect(structure.effects().len() - 1));
             }
         }
+        // The log of j at the place of i.
+        let place = |i: usize, j: usize| match i.cmp(&j) {
+            Ordering::Equal => i,
+            Ordering::Less => n + i * (n - 1) + j - 1,
+            Ordering::Greater => n + i * (n - 1) + j,
+        };
         let problem = self.problem.with_terms(structure);
         let beside = search::beside(&problem, &self.optimum.point, &terms)?;
         let worth = |parts: &[(usize, f64)]| {
@@ -274,7 +278,7 @@ impl Fitted {
             suspects.extend(reversed.map(|worth| Suspect { which, worth }));
             for j in 0..i {
                 let exchanged =
-                    worth(&[(place[j][i], 1.0), (place[i][j], 1.0), (i, -1.0), (j, -1.0)]);
+                    worth(&[(place(j, i), 1.0), (place(i, j), 1.0), (i, -1.0), (j, -1.0)]);
                 let which = Miswired::Exchanged([name(j), name(i)]);
                 suspects.extend(exchanged.map(|worth| Suspect { which, worth }));
             }
