@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 
 pub use axis::{AxisRecord, UniformAxis, UniformStretch, lever_axes};
 pub(crate) use axis::{ReadyAxis, ReadyStretch};
+pub(crate) use trial_record::Miswired;
 pub use trial_record::{PlacedThruster, ThrusterFault, TrialRecord};
 
 use crate::motion::KnownForce;

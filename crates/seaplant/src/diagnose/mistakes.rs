@@ -13,7 +13,7 @@ mod weak;
 use change::{Change, view};
 use weak::{Explained, Settings, View, choose_settings, explained};
 
-use crate::trial::Logged;
+use crate::trial::{Logged, Miswired};
 use crate::{Caveat, CaveatCode, Dof, Role, Trial, Vehicle};
 
 /// A mistake that explains the logs, and its correction.
@@ -24,16 +24,7 @@ pub(crate) struct Mistake {
     /// Description, improvement, and the line to change.
     pub(crate) message: String,
     /// The thrusters that do not follow their own log, if it is that.
-    pub(crate) thrusters: Option<WrongThrusters>,
-}
-
-/// Thrusters that do not follow their own log.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum WrongThrusters {
-    /// One pushes the other way.
-    Reversed(String),
-    /// Each of two does what the log of the other says.
-    Exchanged([String; 2]),
+    pub(crate) thrusters: Option<Miswired>,
 }
 
 impl Mistake {
@@ -232,7 +223,11 @@ impl<'a> Bench<'a> {
         }
         let mut axes: Vec<Dof> = better.iter().map(|(dof, ..)| *dof).collect();
         axes.sort();
-        Mistake { axes, message, thrusters: change.thrusters() }
+        let thrusters = match change {
+            Change::Thrusters(which) => Some(which.clone()),
+            _ => None,
+        };
+        Mistake { axes, message, thrusters }
     }
 }
 

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::verdict::verdict;
-use crate::diagnose::{Mistake, WrongThrusters, certain, mistakes};
+use crate::diagnose::{Mistake, certain, mistakes};
 use crate::results::{Failure, PlantResult, Results, Trust, Verdict};
+use crate::trial::Miswired;
 use crate::{Caveat, Dof, Trial, Vehicle};
 
 /// Returns probable mistakes of the user: signs, exchanged channels, frames, mounting, units.
@@ -77,11 +78,11 @@ fn explain(failure: &mut Failure, found: &[Mistake]) {
 fn has_allowed_for(plant: &PlantResult, mistake: &Mistake) -> bool {
     match &mistake.thrusters {
         None => false,
-        Some(WrongThrusters::Exchanged([a, b])) => {
+        Some(Miswired::Exchanged([a, b])) => {
             let is_pair = |[c, d]: &[String; 2]| [c, d] == [a, b] || [d, c] == [a, b];
             plant.thrusters_exchanged.iter().any(is_pair)
         }
-        Some(WrongThrusters::Reversed(name)) => {
+        Some(Miswired::Reversed(name)) => {
             plant.thruster_gains().get(name).is_some_and(|gain| gain.forward < 0.0)
         }
     }
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
     use crate::Method;
 
-    fn doubted(thrusters: WrongThrusters) -> bool {
+    fn doubted(thrusters: Miswired) -> bool {
         let mut plant = PlantResult::empty(vec![Dof::Surge, Dof::Yaw], Method::FilterError);
         plant.thrusters_exchanged = vec![["a".to_owned(), "b".to_owned()]];
         let (axes, message) = (vec![Dof::Yaw], "one".to_owned());
@@ -120,8 +121,8 @@ mod tests {
 
     #[test]
     fn a_plant_is_not_doubted_for_what_it_has_allowed_for() {
-        let pair = |a: &str, b: &str| WrongThrusters::Exchanged([a.to_owned(), b.to_owned()]);
+        let pair = |a: &str, b: &str| Miswired::Exchanged([a.to_owned(), b.to_owned()]);
         assert!(!doubted(pair("a", "b")) && !doubted(pair("b", "a")));
-        assert!(doubted(pair("a", "c")) && doubted(WrongThrusters::Reversed("a".to_owned())));
+        assert!(doubted(pair("a", "c")) && doubted(Miswired::Reversed("a".to_owned())));
     }
 }

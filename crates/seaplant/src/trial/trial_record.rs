@@ -49,6 +49,15 @@ pub struct ThrusterFault {
     pub gain: f64,
 }
 
+/// Thrusters that do not follow their own log in any trial.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Miswired {
+    /// One pushes the other way.
+    Reversed(String),
+    /// Each of two does what the log of the other says.
+    Exchanged([String; 2]),
+}
+
 /// Forces, velocities and attitude of one trial, for a plant of several axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialRecord {
@@ -420,6 +429,14 @@ impl TrialRecord {
         };
         let Some((of_a, of_b)) = speed(a).zip(speed(b)) else { return Ok(self.clone()) };
         self.with_speed(a, &of_b)?.with_speed(b, &of_a)
+    }
+
+    /// The same with logs as thrusters follow them.
+    pub(crate) fn with_miswired(&self, which: &Miswired) -> Result<Self, Error> {
+        match which {
+            Miswired::Reversed(name) => self.with_gain(name, -1.0),
+            Miswired::Exchanged([a, b]) => self.with_exchanged(a, b),
+        }
     }
 
     /// The same with several pairs.

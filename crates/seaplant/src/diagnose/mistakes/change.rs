@@ -4,10 +4,9 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::WrongThrusters;
 use super::weak::View;
 use crate::axes::listed;
-use crate::trial::Logged;
+use crate::trial::{Logged, Miswired};
 use crate::{Dof, Quantity, Sensors};
 
 /// A change of a log.
@@ -17,16 +16,14 @@ pub(super) enum Change {
     Reversed(Vec<Dof>),
     /// The logged wrench of an axis has the opposite sign.
     ReversedWrench(Dof),
-    /// The thrust of a thruster has the opposite sign.
-    ReversedThruster(String),
+    /// The thrust of a thruster has the opposite sign, or the inputs of two are exchanged.
+    Thrusters(Miswired),
     /// All thrusters that act on an axis have the opposite sign.
     ReversedThrusters(Dof),
     /// The velocities along two axes are exchanged, or the rates about two.
     Exchanged(Dof, Dof),
     /// The wrenches of two axes are exchanged.
     ExchangedWrenches(Dof, Dof),
-    /// The inputs of two thrusters are exchanged.
-    ExchangedThrusters(String, String),
     /// The velocity sensor is rotated about the vertical by this angle, deg, to starboard.
     Turned(f64),
 }
@@ -57,7 +54,7 @@ impl Change {
         }
         let mut all: Vec<Self> = moving.iter().map(|dof| Self::Reversed(vec![*dof])).collect();
         all.extend(pushed.iter().map(|dof| Self::ReversedWrench(*dof)));
-        all.extend(names.iter().map(|name| Self::ReversedThruster((*name).clone())));
+        all.extend(names.iter().map(|name| Self::Thrusters(Miswired::Reversed((*name).clone()))));
         if names.len() > 1 {
             all.extend(groups(trials).into_iter().map(Self::ReversedThrusters));
         }
@@ -68,8 +65,9 @@ impl Change {
             all.extend(pairs(&of_sensor, &|a, b| Self::Exchanged(*a, *b)));
         }
         all.extend(pairs(&pushed, &|a, b| Self::ExchangedWrenches(*a, *b)));
-        let exchanged =
-            |a: &&String, b: &&String| Self::ExchangedThrusters((*a).clone(), (*b).clone());
+        let exchanged = |a: &&String, b: &&String| {
+            Self::Thrusters(Miswired::Exchanged([(*a).clone(), (*b).clone()]))
+        };
         all.extend(pairs(&names, &exchanged));
         if [Dof::Surge, Dof::Sway].iter().all(moves) {
             all.extend(TURNS_DEG.map(Self::Turned));
@@ -89,7 +87,7 @@ impl Change {
     pub(super) fn channels(&self) -> usize {
         match self {
             Self::Reversed(axes) => axes.len(),
-            Self::ReversedWrench(_) | Self::ReversedThruster(_) => 1,
+            Self::ReversedWrench(_) | Self::Thrusters(Miswired::Reversed(_)) => 1,
             _ => 2,
         }
     }
@@ -104,7 +102,7 @@ impl Change {
                 axes.iter().for_each(|dof| reverse(&mut log.velocity[dof.index()]));
             }
             Self::ReversedWrench(dof) => reverse(&mut log.wrench[dof.index()]),
-            Self::ReversedThruster(name) => {
+            Self::Thrusters(Miswired::Reversed(name)) => {
                 let named = log.thrusters.iter_mut().filter(|thruster| thruster.name == *name);
                 named.for_each(|thruster| thruster.thrust.iter_mut().for_each(|x| *x = -*x));
             }
@@ -114,7 +112,7 @@ impl Change {
             }
             Self::Exchanged(a, b) => log.velocity.swap(a.index(), b.index()),
             Self::ExchangedWrenches(a, b) => log.wrench.swap(a.index(), b.index()),
-            Self::ExchangedThrusters(a, b) => {
+            Self::Thrusters(Miswired::Exchanged([a, b])) => {
                 let place = |name: &String| log.thrusters.iter().position(|t| t.name == *name);
                 if let Some((a, b)) = place(a).zip(place(b)) {
                     let kept = std::mem::take(&mut log.thrusters[a].thrust);
@@ -141,27 +139,20 @@ impl Change {
             ),
             Self::Reversed(axes) => format!("the velocity of {} looks reversed", listed(axes)),
             Self::ReversedWrench(dof) => format!("the wrench of {dof} looks reversed"),
-            Self::ReversedThruster(name) => format!("thruster `{name}` looks reversed"),
+            Self::Thrusters(Miswired::Reversed(name)) => {
+                format!("thruster `{name}` looks reversed")
+            }
             Self::ReversedThrusters(dof) => {
                 format!("all thrusters that act in {dof} look reversed")
             }
             Self::Exchanged(a, b) => format!("the velocities of {a} and {b} look exchanged"),
             Self::ExchangedWrenches(a, b) => format!("the wrenches of {a} and {b} look exchanged"),
-            Self::ExchangedThrusters(a, b) => format!("thrusters `{a}` and `{b}` look exchanged"),
+            Self::Thrusters(Miswired::Exchanged([a, b])) => {
+                format!("thrusters `{a}` and `{b}` look exchanged")
+            }
             Self::Turned(degrees) => {
                 format!("the velocity sensor looks turned by {degrees}° about the vertical")
             }
-        }
-    }
-
-    /// Returns the thrusters that do not follow their own log, if it is that.
-    pub(super) fn thrusters(&self) -> Option<WrongThrusters> {
-        match self {
-            Self::ReversedThruster(name) => Some(WrongThrusters::Reversed(name.clone())),
-            Self::ExchangedThrusters(a, b) => {
-                Some(WrongThrusters::Exchanged([a.clone(), b.clone()]))
-            }
-            _ => None,
         }
     }
 
@@ -175,7 +166,7 @@ impl Change {
                 negate(&channels)
             }
             Self::ReversedWrench(dof) => negate(&[format!("wrench.{dof}")]),
-            Self::ReversedThruster(name) => format!(
+            Self::Thrusters(Miswired::Reversed(name)) => format!(
                 "in vehicle.toml set `reversed = true` for the [[thruster]] named \"{name}\" (if it is set, remove it)"
             ),
             Self::ReversedThrusters(_) => {
@@ -185,7 +176,7 @@ impl Change {
             Self::ExchangedWrenches(a, b) => {
                 exchange(&format!("wrench.{a}"), &format!("wrench.{b}"))
             }
-            Self::ExchangedThrusters(a, b) => format!(
+            Self::Thrusters(Miswired::Exchanged([a, b])) => format!(
                 "{}, or their names in vehicle.toml",
                 exchange(&format!("thruster.{a}"), &format!("thruster.{b}"))
             ),

@@ -11,7 +11,7 @@ use super::filter::Slope;
 use super::search;
 use super::uncertainty::inverse;
 use super::{Actuator, Fitted};
-use crate::plant::{Basis, Effect, EffectForce, Plant, Structure};
+use crate::plant::{Basis, Effect, EffectForce, Plant, Pusher, Structure};
 use crate::{Dof, Error, ThrusterFault, TrialRecord};
 
 /// Gains are admitted whose gain in likelihood chance makes as rarely: once in 100 000.
@@ -107,6 +107,7 @@ impl Fitted {
         let mut worst: Option<OfTrial> = None;
         for (k, term) in group.iter().enumerate() {
             let Some(thruster) = thruster_of(&wide.structure, term) else { continue };
+            let thruster = &thruster.name;
             let of_trial = |(trial, part): (usize, &Slope)| {
                 let cross = part.information.column(p + k).select_rows(&rest);
                 let left = part.information[(p + k, p + k)] - cross.dot(&(&of_rest * &cross));
@@ -142,7 +143,7 @@ impl Fitted {
             let [excess, std] = known?;
             let (gain, is_fitted, of_curve) = (1.0 + excess, false, None);
             let gain = GainBeside { gain, std, is_fitted, of_curve };
-            Some((thruster_of(structure, term)?, gain))
+            Some((thruster_of(structure, term)?.name.clone(), gain))
         };
         Ok(group.iter().zip(known).filter_map(of).collect())
     }
@@ -328,7 +329,7 @@ pub(super) fn of_plant(
             [scale + value(k), variance.max(0.0).sqrt()]
         });
         let gain = GainBeside { gain: 1.0 + excess, std, is_fitted: true, of_curve };
-        Some((thruster_of(structure, &all[k])?, gain))
+        Some((thruster_of(structure, &all[k])?.name.clone(), gain))
     };
     Some(known.into_iter().enumerate().filter_map(of).collect())
 }
@@ -558,10 +559,10 @@ fn gain_of(structure: &Structure, thruster: &str, in_reverse: bool) -> Option<Ba
 }
 
 /// The thruster of a gain.
-fn thruster_of(structure: &Structure, term: &Basis) -> Option<String> {
+pub(super) fn thruster_of<'a>(structure: &'a Structure, term: &Basis) -> Option<&'a Pusher> {
     let Basis::Effect(k) = term else { return None };
     match &structure.effects()[*k].force {
-        EffectForce::Gain { thruster, .. } => Some(thruster.name.clone()),
+        EffectForce::Gain { thruster, .. } => Some(thruster),
         _ => None,
     }
 }

@@ -19,6 +19,7 @@ use super::{FirstFit, Fitted, gains, search};
 use crate::plant::{Basis, Effect, EffectForce, Pusher, Structure};
 use crate::series::median;
 use crate::signal::rms;
+use crate::trial::Miswired;
 use crate::{Dof, Error, TrialRecord};
 
 /// Between these s has to be, to first order from a plant that was fitted as if it were 0, and is far off for it.
@@ -46,23 +47,6 @@ pub(super) struct Wiring {
     pub(super) exchanged: Vec<[String; 2]>,
     /// Thrusters that push the other way.
     pub(super) reversed: Vec<String>,
-}
-
-/// A fault of the wiring.
-#[derive(Clone)]
-enum Miswired {
-    Exchanged([String; 2]),
-    Reversed(String),
-}
-
-impl Miswired {
-    /// A record with logs as the thrusters follow them.
-    fn of(&self, record: &TrialRecord) -> Result<TrialRecord, Error> {
-        match self {
-            Self::Exchanged([a, b]) => record.with_exchanged(a, b),
-            Self::Reversed(name) => record.with_gain(name, -1.0),
-        }
-    }
 }
 
 impl Wiring {
@@ -201,7 +185,7 @@ impl Fitted {
         }
         let mut best: Option<(Miswired, f64)> = None;
         for Suspect { which, .. } in suspects {
-            let tried = records.iter().map(|record| which.of(record));
+            let tried = records.iter().map(|record| record.with_miswired(&which));
             let tried = tried.collect::<Result<Vec<_>, Error>>()?;
             let tried = self.speeds_as_they_are(&tried.iter().collect::<Vec<_>>())?;
             // One that does not settle, or whose lever arms are far from these, may be likelier all the same.
@@ -305,14 +289,7 @@ fn acting<'a>(
 
 /// The thrusters of gains.
 fn pushers(structure: &Structure, group: &[Basis]) -> Vec<Pusher> {
-    let of = |term: &Basis| {
-        let Basis::Effect(k) = term else { return None };
-        match &structure.effects()[*k].force {
-            EffectForce::Gain { thruster, .. } => Some(thruster.clone()),
-            _ => None,
-        }
-    };
-    group.iter().filter_map(of).collect()
+    group.iter().filter_map(|term| gains::thruster_of(structure, term)).cloned().collect()
 }
 
 #[cfg(test)]
