@@ -1,5 +1,6 @@
 //! Thrusters that do not follow their own log: two of which each does what the log of the other says, as
-//! channels or places in the vehicle file are exchanged, and one that pushes the other way.
+//! channels or places in the vehicle file are exchanged, one that pushes the other way, and one that stands still
+//! in all trials.
 //!
 //! A thruster at place i that follows the log of j adds the force
 //!
@@ -7,8 +8,8 @@
 //! s (w_i − w_j) (F_j − F_i),   s = 1 where they are exchanged, 0 where they are not,
 //! ```
 //!
-//! and one that pushes the other way `−2 s w_i F_i`. Of each the slope of the likelihood by s is known from one
-//! pass of the filter.
+//! one that pushes the other way `−2 s w_i F_i`, and one that stands still `−s w_i F_i`. Of each the slope of the
+//! likelihood by s is known from one pass of the filter.
 
 use std::cmp::Ordering;
 
@@ -25,8 +26,11 @@ use crate::{Dof, Error, TrialRecord};
 /// Between these s has to be, to first order from a plant that was fitted as if it were 0, and is far off for it.
 const MISWIRED: [f64; 2] = [0.5, 3.0];
 
-/// A thruster is tried the other way as well if its gain beside all others, to the same order, is so much less.
+/// A thruster is tried the other way as well if its gain beside all others, to the same order, is so much less …
 const PERHAPS_REVERSED: f64 = -0.8;
+
+/// … and as one that stands still if it is as much less as this.
+const PERHAPS_STILL: f64 = -0.4;
 
 /// Gains say that a thruster pushes the other way if it gives less than this part of what most give.
 const OTHER_WAY: f64 = -0.5;
@@ -38,7 +42,7 @@ const MASKED: f64 = 0.5;
 const MOST: usize = 2;
 
 /// So many are tried in each round.
-const TRIED: usize = 3;
+const TRIED: usize = 4;
 
 /// How thrusters follow the logs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,45 +51,82 @@ pub(super) struct Wiring {
     pub(super) exchanged: Vec<[String; 2]>,
     /// Thrusters that push the other way.
     pub(super) reversed: Vec<String>,
+    /// Thrusters that stand still in all trials, until they have gains.
+    still: Vec<String>,
+}
+
+/// What is wrong with a thruster, or with two.
+#[derive(Clone, Debug, PartialEq)]
+enum Fault {
+    Miswired(Miswired),
+    /// One stands still.
+    Still(String),
+}
+
+impl Fault {
+    /// A record with thrust as it acts with this fault.
+    fn of(&self, record: &TrialRecord) -> Result<TrialRecord, Error> {
+        match self {
+            Self::Miswired(which) => record.with_miswired(which),
+            Self::Still(name) => record.with_gain(name, 0.0),
+        }
+    }
 }
 
 impl Wiring {
     fn count(&self) -> usize {
-        self.exchanged.len() + self.reversed.len()
+        self.exchanged.len() + self.reversed.len() + self.still.len()
     }
 
     /// The same with another fault; one that is found twice is none.
-    fn with(mut self, other: Miswired) -> Self {
+    fn with(mut self, other: Fault) -> Self {
         match other {
-            Miswired::Exchanged(pair) if self.exchanged.last() == Some(&pair) => {
+            Fault::Miswired(Miswired::Exchanged(pair)) if self.exchanged.last() == Some(&pair) => {
                 self.exchanged.pop();
             }
-            Miswired::Exchanged(pair) => self.exchanged.push(pair),
-            Miswired::Reversed(name) if self.reversed.contains(&name) => {
+            Fault::Miswired(Miswired::Exchanged(pair)) => self.exchanged.push(pair),
+            Fault::Miswired(Miswired::Reversed(name)) if self.reversed.contains(&name) => {
                 self.reversed.retain(|own| *own != name);
             }
-            Miswired::Reversed(name) => self.reversed.push(name),
+            Fault::Miswired(Miswired::Reversed(name)) => self.reversed.push(name),
+            Fault::Still(name) => self.still.push(name),
         }
         self
+    }
+
+    /// Whether a gain is that of a thruster which stands still.
+    fn stands_still(&self, structure: &Structure, gain: &Basis) -> bool {
+        let thruster = gains::thruster_of(structure, gain);
+        thruster.is_some_and(|thruster| self.still.contains(&thruster.name))
     }
 
     /// A record with logs as the thrusters follow them.
     fn of(&self, record: &TrialRecord) -> Result<TrialRecord, Error> {
         let exchanged = record.with_all_exchanged(&self.exchanged)?;
-        self.reversed.iter().try_fold(exchanged, |record, name| record.with_gain(name, -1.0))
+        let gains = self.reversed.iter().map(|name| (name, -1.0));
+        let mut gains = gains.chain(self.still.iter().map(|name| (name, 0.0)));
+        gains.try_fold(exchanged, |record, (name, gain)| record.with_gain(name, gain))
+    }
+
+    /// Records with logs as the thrusters follow them; none where all follow their own.
+    fn of_all(&self, records: &[&TrialRecord]) -> Result<Vec<TrialRecord>, Error> {
+        match self.count() {
+            0 => Ok(Vec::new()),
+            _ => records.iter().map(|record| self.of(record)).collect(),
+        }
     }
 }
 
 /// A fault that may be.
 struct Suspect {
-    which: Miswired,
+    which: Fault,
     /// Twice what the likelihood gains by it, to first order.
     worth: f64,
 }
 
 /// The likeliest fault.
 struct Found {
-    which: Miswired,
+    which: Fault,
     /// It is there if a fit with it costs less …
     cost: f64,
     /// … and less than one with gains of all thrusters, which explain one that stands still better; infinite where
@@ -109,22 +150,40 @@ impl FirstFit {
             self.fitted = fitted;
             let Some(found) = found else { break };
             let wiring = self.fitted.wiring.clone().with(found.which.clone());
-            let again = records.iter().map(|record| wiring.of(record));
-            let again = again.collect::<Result<Vec<_>, Error>>()?;
+            let again = wiring.of_all(records)?;
             // Lever arms and lags that made up for the fault are not kept. A plant that does not settle is not
             // the likelier one.
             let Ok(next) = first_fit(&again.iter().collect::<Vec<_>>()) else { break };
-            if !next.is_likelier(&found, &acting(&next.prompt, &again, records))? {
+            if !next.is_likelier(&found, &wiring, &acting(&next.prompt, &again, records))? {
                 break;
             }
             self = Self { fitted: Fitted { wiring, ..next.fitted }, ..next };
             wired = again;
         }
+        if self.fitted.wiring.still.is_empty() {
+            return Ok((self, wired));
+        }
+        self.fitted.wiring.still.clear();
+        let wired = self.fitted.wiring.of_all(records)?;
+        let logged = acting(&[], &wired, records);
+        if !self.prompt.is_empty() {
+            let how = self.fitted.reported.how;
+            let prompt = logged.iter().map(|record| record.with_translations_before(&how));
+            self.prompt = prompt.collect();
+        }
+        let now = acting(&self.prompt, &wired, records);
+        self.fitted.problem = self.fitted.problem.of(&now);
+        self.fitted = self.fitted.with_gains_that_show(&now)?;
         Ok((self, wired))
     }
 
     /// Whether a fit with a fault is likelier than one without, and than gains of all thrusters.
-    fn is_likelier(&self, found: &Found, records: &[&TrialRecord]) -> Result<bool, Error> {
+    fn is_likelier(
+        &self,
+        found: &Found,
+        wiring: &Wiring,
+        records: &[&TrialRecord],
+    ) -> Result<bool, Error> {
         let cost = self.fitted.optimum.cost;
         if cost >= found.cost {
             return Ok(false);
@@ -133,7 +192,8 @@ impl FirstFit {
             return Ok(true);
         }
         let fitted = self.fitted.clone().with_speeds_as_they_are(records)?;
-        let group = gains::gains(&fitted.problem.structure, false);
+        let mut group = gains::gains(&fitted.problem.structure, false);
+        group.retain(|term| !wiring.stands_still(&fitted.problem.structure, term));
         let least = found.with_gains - found.clearly;
         Ok(fitted.with_group(&group, false).is_ok_and(|fit| fit.optimum.cost < least))
     }
@@ -142,7 +202,8 @@ impl FirstFit {
 impl Fitted {
     /// The same with thrusters as they act, and the likeliest fault of their wiring, if there may be any.
     fn with_miswired(mut self, records: &[&TrialRecord]) -> Result<(Self, Option<Found>), Error> {
-        let group = gains::gains(&self.problem.structure, false);
+        let mut group = gains::gains(&self.problem.structure, false);
+        group.retain(|term| !self.wiring.stands_still(&self.problem.structure, term));
         if group.len() < 2 {
             return Ok((self, None));
         }
@@ -178,14 +239,19 @@ impl Fitted {
         let mut suspects = self.suspects(group, 2.0 * clearly)?;
         let pushers = pushers(&self.problem.structure, group);
         let (lowest, least) = step.argmin();
-        let is_lowest = |one: &Suspect| matches!(&one.which, Miswired::Reversed(name) if *name == pushers[lowest].name);
-        if least < PERHAPS_REVERSED && !suspects.iter().any(is_lowest) {
-            let which = Miswired::Reversed(pushers[lowest].name.clone());
-            suspects.push(Suspect { which, worth: 2.0 * clearly });
+        let name = || pushers[lowest].name.clone();
+        let perhaps = [
+            (PERHAPS_REVERSED, Fault::Miswired(Miswired::Reversed(name()))),
+            (PERHAPS_STILL, Fault::Still(name())),
+        ];
+        for (bound, which) in perhaps {
+            if least < bound && !suspects.iter().any(|one| one.which == which) {
+                suspects.push(Suspect { which, worth: 2.0 * clearly });
+            }
         }
-        let mut best: Option<(Miswired, f64)> = None;
+        let mut best: Option<(Fault, f64)> = None;
         for Suspect { which, .. } in suspects {
-            let tried = records.iter().map(|record| record.with_miswired(&which));
+            let tried = records.iter().map(|record| which.of(record));
             let tried = tried.collect::<Result<Vec<_>, Error>>()?;
             let tried = self.speeds_as_they_are(&tried.iter().collect::<Vec<_>>())?;
             // One that does not settle, or whose lever arms are far from these, may be likelier all the same.
@@ -205,8 +271,8 @@ impl Fitted {
     }
 
     /// Whether gains say that a thruster pushes the other way than most.
-    fn says_reversed(&self, group: &[Basis], which: &Miswired) -> Result<bool, Error> {
-        let Miswired::Reversed(name) = which else { return Ok(false) };
+    fn says_reversed(&self, group: &[Basis], which: &Fault) -> Result<bool, Error> {
+        let Fault::Miswired(Miswired::Reversed(name)) = which else { return Ok(false) };
         let plant = self.problem.plant(&self.optimum.point.free)?;
         let gain = |term: &Basis| 1.0 + plant.coefficient(term).unwrap_or(0.0);
         let mut all: Vec<f64> = group.iter().map(gain).collect();
@@ -257,13 +323,16 @@ impl Fitted {
         let name = |k: usize| pushers[k].name.clone();
         let mut suspects = Vec::new();
         for i in 0..n {
-            let reversed = worth(&[(i, -2.0)]);
-            let which = Miswired::Reversed(name(i));
-            suspects.extend(reversed.map(|worth| Suspect { which, worth }));
+            for (step, which) in [
+                (-2.0, Fault::Miswired(Miswired::Reversed(name(i)))),
+                (-1.0, Fault::Still(name(i))),
+            ] {
+                suspects.extend(worth(&[(i, step)]).map(|worth| Suspect { which, worth }));
+            }
             for j in 0..i {
                 let exchanged =
                     worth(&[(place(j, i), 1.0), (place(i, j), 1.0), (i, -1.0), (j, -1.0)]);
-                let which = Miswired::Exchanged([name(j), name(i)]);
+                let which = Fault::Miswired(Miswired::Exchanged([name(j), name(i)]));
                 suspects.extend(exchanged.map(|worth| Suspect { which, worth }));
             }
         }
@@ -298,8 +367,8 @@ mod tests {
 
     #[test]
     fn a_fault_that_is_found_twice_is_none() {
-        let pair = || Miswired::Exchanged(["a".to_owned(), "b".to_owned()]);
-        let reversed = || Miswired::Reversed("a".to_owned());
+        let pair = || Fault::Miswired(Miswired::Exchanged(["a".to_owned(), "b".to_owned()]));
+        let reversed = || Fault::Miswired(Miswired::Reversed("a".to_owned()));
         let both = Wiring::default().with(reversed()).with(pair());
         assert_eq!(both.count(), 2);
         assert_eq!(both.with(pair()).with(reversed()), Wiring::default());

@@ -142,6 +142,34 @@ fn a_thruster_that_stands_still_in_one_trial_is_found_there() {
 }
 
 #[test]
+fn a_thruster_that_stands_still_in_all_trials_is_found_before_anything_makes_up_for_it() {
+    let mut dead = [[1.0; 2]; 4];
+    dead[1] = [0.0; 2];
+    let records = [trial("a", 27, dead), trial("b", 28, dead)];
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    let structure = structure();
+    let first_fit = |records: &[&TrialRecord]| {
+        let problem = Problem::new(&structure, records, None, false, Attitude::Known);
+        FirstFit::new(problem, &structure, records)
+    };
+    let first = first_fit(&records).expect("an optimum");
+    let (found, wired) = first.with_wiring_that_shows(&records, first_fit).expect("an optimum");
+    // Its log stays as it is, so that its gain has a standard deviation.
+    assert_eq!(wired, []);
+    let (problem, optimum) = found.fitted.parts();
+    let plant = problem.plant(&optimum.point.free).expect("possible");
+    let own = plant.structure().term_named("bow-starboard.excess-thrust").expect("an effect");
+    let excess = plant.coefficient(&own).expect("fitted");
+    assert!((excess + 1.0).abs() < 0.01, "{excess}");
+    let fit = fit_plant(&structure, &records, None, true).expect("an optimum");
+    for (k, gain) in NAMES.iter().map(|name| fit.gains[*name]).enumerate() {
+        let truth = dead[k][0];
+        assert!((gain.gain - truth).abs() < 0.02 && gain.std < 0.01, "{k}: {gain:?}");
+    }
+    assert!(off(&fit).iter().all(|(_, off)| off.abs() < 3.5), "{:?}", off(&fit));
+}
+
+#[test]
 fn a_thruster_that_pushes_the_other_way_in_all_trials_has_a_gain_below_zero() {
     let mut reversed = [[1.0; 2]; 4];
     reversed[1] = [-1.0; 2];
