@@ -9,7 +9,7 @@ pub(crate) use comparison::{
     reverse_elsewhere, short_against_long, steady_against_unsteady,
 };
 
-pub(crate) use mistakes::{Mistake, certain, mistakes};
+pub(crate) use mistakes::{Mistake, certain, light_translations, mistakes};
 pub(crate) use plausible::{implausible, impossible_mass};
 
 use std::collections::BTreeMap;

@@ -194,17 +194,25 @@ fn masses_of_another_scale_of_thrust_say_how_far_numbers_are_off() {
         let mut own = off.filter(|off| off.because == OffBecause::ThrustScale);
         own.find(|off| off.number == "mass.sway").and_then(|off| off.part)
     };
+    // The interval holds what mass is at either scale.
+    let holds = |plant: &PlantResult, kg: f64| {
+        let mass = &plant.parameters["mass.sway"];
+        mass.low95 < kg && kg < mass.high95 && mass.low95 < 19.0 && 19.0 < mass.high95
+    };
     let usual = pushed_body(11.0);
     assert_eq!(scale(&usual), None, "{:?}", usual.verdict);
+    assert!(!holds(&usual, 19.5), "{:?}", usual.parameters["mass.sway"]);
     let large = pushed_body(5.5);
     assert_eq!(large.verdict.trust, Trust::UsableWithCare, "{:?}", large.verdict);
     let part = scale(&large).expect("twice too large");
     assert!((0.8..1.1).contains(&part), "{part}");
+    assert!(holds(&large, 19.0 / 2.0), "{:?}", large.parameters["mass.sway"]);
     let small = pushed_body(16.0);
     assert_eq!(small.verdict.trust, Trust::Doubtful, "{:?}", small.verdict);
     assert!(small.verdict.reason.contains("less than those of any body"), "{:?}", small.verdict);
     let part = scale(&small).expect("too small");
     assert!((0.45..0.6).contains(&part), "{part}");
+    assert!(holds(&small, 19.0 * 1.5), "{:?}", small.parameters["mass.sway"]);
 }
 
 #[test]
@@ -365,6 +373,12 @@ fn a_rigid_body_heavier_than_the_trials_ask_for_is_severe() {
         message.contains("150 kg of the stated") && message.contains("kg in surge and"),
         "{message}"
     );
+    // The plant is that of the trials, which the stated body would have made another in every number.
+    let truth = [("mass.surge", 60.0), ("mass.sway", 90.0), ("mass.yaw", 12.0)];
+    for (name, expected) in truth {
+        let mass = plant.parameters[name].value;
+        assert!((mass / expected - 1.0).abs() < 0.01, "{name}: {mass}");
+    }
 }
 
 #[test]

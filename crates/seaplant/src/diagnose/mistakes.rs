@@ -84,6 +84,13 @@ pub(crate) fn mistakes(vehicle: &Vehicle, trials: &[Trial]) -> Vec<Mistake> {
     all
 }
 
+/// Finds the translations along which least squares gives a vehicle less mass than it has in air: thrust is of another
+/// unit or scale there.
+pub(crate) fn light_translations(dry_kg: f64, trials: &[Trial]) -> Vec<Dof> {
+    let logs = fitted_logs(trials);
+    Bench::new(&logs).map_or_else(Vec::new, |bench| units::light(dry_kg, &bench.axes(&[])))
+}
+
 fn fitted_logs(trials: &[Trial]) -> Vec<&Logged> {
     let fitted = trials.iter().filter(|trial| trial.role() == Role::Fit);
     fitted.filter_map(Trial::logged).collect()

@@ -144,11 +144,17 @@ fn plant(
     }
     check_motion(&structure, &records.fit)?;
     check_scale(&structure, &records.fit)?;
-    let (scored, other) = best(&structure, &records, vehicle, plan.search)?;
+    let refuted = known::refuted_body(&structure, &records.fit, trials, vehicle);
+    let body = vehicle.rigid_body.as_ref().filter(|_| refuted.is_none());
+    let (scored, other) = best(&structure, &records, body, plan.search)?;
     let rival = other
         .and_then(|other| Some((rivals::disagreement(&scored, &other, &records.fit)?, other.fit)));
     let (disputed, rival) = rival.unzip();
     let Scored { fit, of_fit, of_hold_out } = scored;
+    let by_mass = known::scale(&fit, &records.fit, vehicle);
+    let by_forces = scale::scale(&fit);
+    let is_known = by_forces.is_some_and(|(scale, half)| half <= WIDEST_SCALE * scale);
+    let unsure_scale = by_mass.as_ref().filter(|_| !is_known).map(known::OtherScale::std);
     let as_driven = fit.as_driven(&records.fit)?;
     let as_wired = fit.as_wired(&records.hold_out)?;
     let records = records.with_trials(&as_driven, &as_wired);
@@ -158,16 +164,14 @@ fn plant(
     plant.hold_out = of_hold_out;
     plant.nondimensional = prime::prime(&fit, &records.fit, vehicle);
     plant.driven = driven(&records);
-    plant.single_axes = scores_alone(&fit, &records, vehicle);
+    plant.single_axes = scores_alone(&fit, &records, body);
     let mut of_axes = known::doubts(&fit, &plant.parameters, &records.fit, vehicle);
     let beyond = fit.beyond_neighbours.iter();
     of_axes.extend(beyond.filter_map(|(&dof, x)| Some((dof, restless_thrust(dof, *x)?))));
     of_axes.extend(sensor_place::doubts(&fit, &records.fit, vehicle));
     plant.caveats = doubts::doubts(&fit, &plant, &records, vehicle, &of_axes);
-    let below = known::below_rigid_body(&fit, &structure, &records.fit, vehicle);
-    let by_mass = known::scale(&fit, &records.fit, vehicle);
-    let by_forces = scale::scale(&fit);
-    let is_known = by_forces.is_some_and(|(scale, half)| half <= WIDEST_SCALE * scale);
+    let below =
+        refuted.or_else(|| known::hardly_above_body(&fit, &structure, &records.fit, vehicle));
     let refuted_scale = scale::refuted(&fit, vehicle, by_mass.as_ref(), is_known);
     let good_for = plant.hold_out.as_ref().map(|held| trials::confirmed(held, &records));
     // Axes that all trials together show to be badly predicted are left to other caveats.
@@ -197,7 +201,7 @@ fn plant(
     });
     let own = below.into_iter().chain(disputed).chain(scale).chain(worse);
     plant.caveats.splice(0..0, own);
-    let online = online::plants(&fit, &records, vehicle, options);
+    let online = online::plants(&fit, &records, (vehicle, body), options);
     plant.caveats.splice(0..0, records.left_out);
     let axes = numbers.iter().map(|(dof, _)| *dof);
     let evidence = Evidence {
@@ -209,7 +213,24 @@ fn plant(
         may_be_off: axes.zip(may_be_off(numbers.iter().map(|(_, number)| number))).collect(),
     };
     (plant.verdict, plant.verdicts) = Judgement { plant: &plant, evidence: &evidence }.verdicts();
+    if let Some(std) = unsure_scale {
+        plant = with_intervals_of(plant, result(&fit.of_unsure_scale(std), None));
+    }
     Ok((structure.name(), plant, online))
+}
+
+/// A plant with the intervals of another result of the same numbers; what was said of it was of how well motion
+/// determines it.
+fn with_intervals_of(plant: PlantResult, other: PlantResult) -> PlantResult {
+    PlantResult {
+        parameters: other.parameters,
+        by_axis: other.by_axis,
+        mass_matrix: other.mass_matrix,
+        linear_damping: other.linear_damping,
+        quadratic_damping: other.quadratic_damping,
+        correlation: other.correlation,
+        ..plant
+    }
 }
 
 /// A fit with its open-loop scores on the trials.
@@ -265,10 +286,9 @@ impl Scored {
 fn best(
     structure: &Structure,
     records: &Records<'_>,
-    vehicle: &Vehicle,
+    body: Option<&RigidBody>,
     search: bool,
 ) -> Result<(Scored, Option<Scored>), Error> {
-    let body = vehicle.rigid_body.as_ref();
     let filtered = fit_plant(structure, &records.fit, body, search);
     let filtered = filtered.and_then(|fit| Scored::new(fit, records));
     let filtered = match filtered {
@@ -289,7 +309,11 @@ fn best(
 
 /// Scores a separate fit of each driven axis with measured velocity, on held-out trials if there
 /// are any; thrusters and sensors are as in the fit of all axes.
-fn scores_alone(fit: &PlantFit, records: &Records<'_>, vehicle: &Vehicle) -> BTreeMap<Dof, Score> {
+fn scores_alone(
+    fit: &PlantFit,
+    records: &Records<'_>,
+    body: Option<&RigidBody>,
+) -> BTreeMap<Dof, Score> {
     let scored = if records.hold_out.is_empty() { &records.fit } else { &records.hold_out };
     let of = |&dof: &Dof| {
         records.fit.iter().find(|record| record.is_driven(dof))?;
@@ -298,7 +322,7 @@ fn scores_alone(fit: &PlantFit, records: &Records<'_>, vehicle: &Vehicle) -> BTr
             return None;
         }
         // An axis that cannot be fitted separately has no such score.
-        let alone = fit_alone(fit, dof, &records.fit, vehicle.rigid_body.as_ref()).ok()?;
+        let alone = fit_alone(fit, dof, &records.fit, body).ok()?;
         let beside = score::Standing::beside(&alone);
         let current = alone.mean_current();
         let trials = (records.fit.as_slice(), scored.as_slice());

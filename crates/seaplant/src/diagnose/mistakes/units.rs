@@ -65,6 +65,20 @@ pub(super) fn is_usual(mass_kg: f64, dry_kg: f64) -> bool {
     (USUAL_TIMES.0..USUAL_TIMES.1).contains(&(mass_kg / dry_kg))
 }
 
+/// Returns the effective mass along each translation whose motion forces explain, kg.
+fn masses(axes: &[(Dof, Explained)]) -> impl Iterator<Item = (Dof, f64)> {
+    let is_known = |(dof, found): &&(Dof, Explained)| {
+        !dof.is_rotation() && found.alpha > 0.0 && found.unexplained < MOST_LEFT
+    };
+    axes.iter().filter(is_known).map(|(dof, found)| (*dof, 1.0 / found.alpha))
+}
+
+/// Returns the translations along which a vehicle moves as if it were lighter than it is in air.
+pub(super) fn light(dry_kg: f64, axes: &[(Dof, Explained)]) -> Vec<Dof> {
+    let is_light = |(_, mass): &(Dof, f64)| *mass < LEAST_TIMES * dry_kg;
+    masses(axes).filter(is_light).map(|(dof, _)| dof).collect()
+}
+
 /// Finds units of force or speed with which impossible masses become possible.
 pub(super) fn mistakes(
     vehicle: &Vehicle,
@@ -72,14 +86,7 @@ pub(super) fn mistakes(
     axes: &[(Dof, Explained)],
 ) -> Vec<Mistake> {
     let Some(dry) = mass_in_air(vehicle) else { return Vec::new() };
-    let is_known = |(dof, found): &&(Dof, Explained)| {
-        !dof.is_rotation() && found.alpha > 0.0 && found.unexplained < MOST_LEFT
-    };
-    let times: Vec<(Dof, f64)> = axes
-        .iter()
-        .filter(is_known)
-        .map(|(dof, found)| (*dof, 1.0 / (found.alpha * dry)))
-        .collect();
+    let times: Vec<(Dof, f64)> = masses(axes).map(|(dof, mass)| (dof, mass / dry)).collect();
     let is_wrench = logs.iter().any(|log| log.wrench.iter().any(Option::is_some));
     let is_off = |times: f64| !(LEAST_TIMES..MOST_TIMES).contains(&times);
     let off: Vec<(Dof, f64)> = times.iter().copied().filter(|(_, times)| is_off(*times)).collect();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::equation_error::Solved;
 use super::filter::{InstrumentNoise, Swell};
@@ -305,6 +305,23 @@ impl PlantFit {
         let covariance = &self.covariance - &self.thrust_covariance;
         let thrust_covariance = DMatrix::zeros(covariance.nrows(), covariance.ncols());
         Self { covariance, thrust_covariance, ..self.clone() }
+    }
+
+    /// The same where all of thrust may be of another scale: each coefficient has this part of it as another standard
+    /// deviation, but for gains, which are of thrusters beside each other.
+    pub(crate) fn of_unsure_scale(mut self, part: f64) -> Self {
+        let structure = self.plant.structure();
+        let with_thrust = structure.terms().iter().zip(self.plant.coefficients());
+        let with_thrust =
+            with_thrust.map(|(term, value)| match gains::thruster_of(structure, term) {
+                Some(_) => 0.0,
+                None => part * value,
+            });
+        let with_thrust = DVector::from_vec(with_thrust.collect());
+        let own = &with_thrust * with_thrust.transpose();
+        self.thrust_covariance += &own;
+        self.covariance += own;
+        self
     }
 
     /// Standard deviation of a coefficient.

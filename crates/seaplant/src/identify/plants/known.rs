@@ -4,13 +4,13 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use crate::caveat::spoken;
-use crate::diagnose::{below_dry_mass, impossible_mass};
+use crate::diagnose::{below_dry_mass, impossible_mass, light_translations};
 use crate::estimate::{PlantFit, fit_plant, is_pushed};
 use crate::judge::{self, Known, Number, OffBecause};
 use crate::plant::{Basis, Product, RigidBody, Structure};
 use crate::results::{Coefficient, Parameter, PlantScore};
 use crate::signal::rms;
-use crate::{Caveat, CaveatCode, Dof, Estimate, TrialRecord, Vehicle};
+use crate::{Caveat, CaveatCode, Dof, Estimate, Trial, TrialRecord, Vehicle};
 
 /// Doubts about the axes that are pushed; those of others follow from what these do.
 pub(super) fn doubts(
@@ -35,11 +35,22 @@ pub(super) fn doubts(
     pushed.filter_map(of).flatten().collect()
 }
 
-/// That the trials by themselves, without the stated rigid body, give masses below its own.
+/// That the trials by themselves, without the stated rigid body, give masses below its own; before any fit, where
+/// least squares gives such masses of two translations.
 ///
-/// A fit does not go below the rigid body: the trials are asked again where two masses are hardly
-/// above it.
-pub(super) fn below_rigid_body(
+/// The best plant above the rigid body has nothing to do with such trials, and takes minutes to find.
+pub(super) fn refuted_body(
+    structure: &Structure,
+    records: &[&TrialRecord],
+    trials: &[Trial],
+    vehicle: &Vehicle,
+) -> Option<Caveat> {
+    let body = vehicle.rigid_body.as_ref()?.mass_kg();
+    below_rigid_body(body, &light_translations(body, trials), structure, records)
+}
+
+/// The same after a fit that does not go below the rigid body, where two masses are hardly above it.
+pub(super) fn hardly_above_body(
     fit: &PlantFit,
     structure: &Structure,
     records: &[&TrialRecord],
@@ -47,11 +58,20 @@ pub(super) fn below_rigid_body(
 ) -> Option<Caveat> {
     let body = vehicle.rigid_body.as_ref()?.mass_kg();
     let mass = fit.plant.mass_matrix_of_six();
-    let axes = fit.plant.axes().iter().copied();
-    let pushed =
-        axes.filter(|dof| !dof.is_rotation() && is_pushed(fit.plant.structure(), records, *dof));
     let is_light = |dof: &Dof| mass[(dof.index(), dof.index())] < (1.0 + LITTLE_ADDED) * body;
-    let light: Vec<Dof> = pushed.filter(is_light).collect();
+    let light: Vec<Dof> = Dof::ALL[..3].iter().copied().filter(is_light).collect();
+    below_rigid_body(body, &light, structure, records)
+}
+
+fn below_rigid_body(
+    body_kg: f64,
+    light: &[Dof],
+    structure: &Structure,
+    records: &[&TrialRecord],
+) -> Option<Caveat> {
+    let is_told =
+        |dof: &&Dof| structure.axes().contains(dof) && is_pushed(structure, records, **dof);
+    let light: Vec<Dof> = light.iter().filter(is_told).copied().collect();
     if light.len() < 2 {
         return None;
     }
@@ -60,7 +80,7 @@ pub(super) fn below_rigid_body(
         let term = Basis::Mass(*dof, *dof);
         let k = alone.plant.structure().index_of(&term)?;
         let (value, std) = (alone.plant.coefficients()[k], alone.std(&term)?);
-        (value + CLEARLY * std < body).then(|| (*dof, format!("{} kg in {dof}", spoken(value))))
+        (value + CLEARLY * std < body_kg).then(|| (*dof, format!("{} kg in {dof}", spoken(value))))
     };
     let below: Vec<(Dof, String)> = light.iter().filter_map(below).collect();
     let said: Vec<&str> = below.iter().map(|(_, said)| said.as_str()).collect();
@@ -68,7 +88,7 @@ pub(super) fn below_rigid_body(
         let message = format!(
             "the trials by themselves give {}, less than the {} kg of the stated rigid body: thrust is too small (its curve, its unit), or the stated mass too large",
             said.join(" and "),
-            spoken(body)
+            spoken(body_kg)
         );
         Caveat::severe(CaveatCode::Implausible, message)
     })
@@ -82,6 +102,16 @@ pub(super) struct OtherScale {
     pub(super) times: f64,
     pub(super) caveat: Caveat,
 }
+
+impl OtherScale {
+    /// The standard deviation of the scale of thrust whose 95 % interval holds that of published vehicles.
+    pub(super) fn std(&self) -> f64 {
+        ((self.times - 1.0).abs() + UNUSUAL_PART * self.times) / STDS_95
+    }
+}
+
+/// Half of a 95 % interval in standard deviations.
+const STDS_95: f64 = 1.96;
 
 /// That the masses of surge, sway and heave are together those of no body of the stated mass, or of
 /// one that holds water, which shows thrust of another scale.
@@ -137,6 +167,9 @@ fn of_body(mass: f64, masses: [f64; 3]) -> Option<OtherScale> {
 
 /// Mean of `Σ m / m_i` of the four published vehicles.
 const USUAL_SUM: f64 = 1.72;
+
+/// By this part that of most vehicles differs from it.
+const UNUSUAL_PART: f64 = 0.2;
 
 /// Between these `Σ m / m_i` lies. Of published vehicles it is 1.59 or more; thrust a tenth too large and a fifth of
 /// water inside leave 1.2 …

@@ -19,7 +19,7 @@ use crate::{Caveat, Error, IdentifyOptions, Method, Timed, TrialRecord, Vehicle}
 pub(super) fn plants(
     found: &PlantFit,
     records: &Records<'_>,
-    vehicle: &Vehicle,
+    vehicle: (&Vehicle, Option<&RigidBody>),
     options: &IdentifyOptions,
 ) -> (BTreeMap<Method, PlantResult>, Vec<Failure>) {
     let asked = options.methods.iter().filter_map(|method| Some((*method, method.scheme()?)));
@@ -40,7 +40,7 @@ fn plant(
     found: &PlantFit,
     (method, scheme): (Method, Scheme),
     records: &Records<'_>,
-    vehicle: &Vehicle,
+    (vehicle, body): (&Vehicle, Option<&RigidBody>),
     options: &OnlineOptions,
 ) -> Result<PlantResult, Error> {
     records.fit.iter().try_for_each(|record| check_velocity(record))?;
@@ -48,7 +48,6 @@ fn plant(
         records.fit.iter().map(|record| acting(found, record)).collect::<Result<_, Error>>()?;
     let as_it_acts: Vec<&TrialRecord> = as_it_acts.iter().collect();
     let structure = found.plant.structure();
-    let body = vehicle.rigid_body.as_ref();
     let fit = fit_online_plant(structure, scheme, &as_it_acts, body, options)?;
     let online = PlantFit {
         plant: fit.estimate.plant.clone(),
