@@ -465,6 +465,26 @@ fn with_a_skeg_and_a_dvl_elsewhere_the_other_inertia_of_yaw_is_told() {
     assert!(inertia.low95 > INERTIA || inertia.high95 < INERTIA, "{inertia:?}");
 }
 
+/// A vehicle whose file states a DVL that is turned by four degrees, which it is not.
+#[test]
+fn a_turned_dvl_does_not_pass_for_couplings_of_mass() {
+    let stated_rad = 4_f64.to_radians();
+    let found = found(&short(|_| ()), |twin| {
+        twin.vehicle.sensors.dvl.rotation_rad[2] += stated_rad;
+    });
+    let turned = &found.nuisances["misalignment_z"];
+    let off = turned.value + stated_rad;
+    assert!(off.abs() < 3.0 * turned.std && turned.std < 0.003, "{turned:?}");
+    for (name, truth) in [("mass.surge", 60.0), ("mass.sway", 90.0), ("mass.yaw", 12.0)] {
+        let mass = found.parameters[name].value;
+        assert!((mass / truth - 1.0).abs() < 0.01, "{name}: {mass}");
+    }
+    let coupling = found.parameters.get("mass.surge-sway").map_or(0.0, |x| x.value);
+    assert!(coupling.abs() < 0.5, "{coupling}");
+    let told = found.caveats.iter().find(|caveat| caveat.code == CaveatCode::InstrumentElsewhere);
+    assert!(told.is_some_and(|told| told.message.contains("° about z")), "{told:?}");
+}
+
 /// A vehicle whose DVL sits further forward and down than its file states; of one that hardly rolls and
 /// pitches only the first shows.
 #[test]

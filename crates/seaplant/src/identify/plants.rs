@@ -446,6 +446,9 @@ fn check_scale_across(
 /// sensor.
 const LEVERS: [&str; 3] = ["lever_x", "lever_y", "lever_z"];
 
+/// Names in results of the rotation from its stated to its actual mounting.
+const MISALIGNMENTS: [&str; 3] = ["misalignment_x", "misalignment_y", "misalignment_z"];
+
 fn result(fit: &PlantFit, rigid_body: Option<&RigidBody>) -> PlantResult {
     let structure = fit.plant.structure();
     let named = structure.names().into_iter().enumerate().map(|(k, name)| (name, k));
@@ -610,9 +613,15 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
             all.insert(name.to_owned(), parameter((value, std), "s"));
         }
     }
-    for ((name, value), std) in LEVERS.into_iter().zip(fit.report.lever_m).zip(fit.lever_std) {
-        if let Some(std) = std {
-            all.insert(name.to_owned(), parameter((value, std), "m"));
+    let place = [
+        (LEVERS, fit.report.lever_m, fit.lever_std, "m"),
+        (MISALIGNMENTS, fit.report.misalignment_rad, fit.misalignment_std, "rad"),
+    ];
+    for (names, values, stds, unit) in place {
+        for ((name, value), std) in names.into_iter().zip(values).zip(stds) {
+            if let Some(std) = std {
+                all.insert(name.to_owned(), parameter((value, std), unit));
+            }
         }
     }
     if let Some(drift) = fit.current_drift {

@@ -1,16 +1,16 @@
-//! Delay, lag and lever arm of the velocity sensor.
+//! Delay, lag, place and misalignment of the velocity sensor.
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 use super::TrialRecord;
 use crate::navigation::turning;
 use crate::{Dof, Timed};
 
-/// Delay, lag and lever arm of the sensor of surge, sway and heave, relative to thrust, angular
-/// velocity and the stated position.
+/// Delay, lag, lever arm and misalignment of the sensor of surge, sway and heave, relative to thrust, angular
+/// velocity and the stated position and mounting.
 ///
 /// ```text
-/// T ẏ = (ν + ω × r)(t − d) − y
+/// T ẏ = Rᵀ (ν + ω × r)(t − d) − y,   R = exp(θ ×)
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VelocityReport {
@@ -20,6 +20,8 @@ pub struct VelocityReport {
     pub lag_s: f64,
     /// r, from the stated position of the instrument to its actual one, in body axes, m.
     pub lever_m: [f64; 3],
+    /// θ, the rotation from the stated mounting of the instrument to its actual one, about body axes, rad.
+    pub misalignment_rad: [f64; 3],
 }
 
 impl VelocityReport {
@@ -96,8 +98,9 @@ impl TrialRecord {
     ) -> Self {
         let mut changed = self.clone();
         let (mut from, mut to) = self.window_s;
+        let aligned = self.aligned(report);
         for axis in (0..3).filter(|axis| self.may_be_late(*axis)) {
-            let read = self.readings[axis].as_ref().or(self.velocity[axis].as_ref());
+            let read = aligned[axis].as_ref();
             let Some(read) = read.map(|read| readings(read.shifted(-report.delay_s))) else {
                 continue;
             };
@@ -114,6 +117,33 @@ impl TrialRecord {
         }
         changed.window_s = (from, to);
         changed
+    }
+
+    /// Returns the readings of the translations along body axes.
+    fn aligned(&self, report: &VelocityReport) -> [Option<Timed>; 3] {
+        let read = |axis: usize| {
+            let read = self.readings[axis].as_ref().or(self.velocity[axis].as_ref());
+            read.filter(|_| self.may_be_late(axis)).cloned()
+        };
+        let read = [0, 1, 2].map(read);
+        if report.misalignment_rad == [0.0; 3] {
+            return read;
+        }
+        let rotation = Rotation3::from_scaled_axis(Vector3::from(report.misalignment_rad));
+        let along = |axis: usize| {
+            let own = read[axis].as_ref()?;
+            let sum = |(t, y): (&f64, &f64)| {
+                let part = |other: usize| match &read[other] {
+                    _ if other == axis => rotation[(axis, axis)] * y,
+                    Some(read) => rotation[(axis, other)] * read.at(*t),
+                    None => 0.0,
+                };
+                (0..3).map(part).sum()
+            };
+            let values = own.time_s().iter().zip(own.values()).map(sum).collect();
+            own.with_values("velocity", values).ok()
+        };
+        [0, 1, 2].map(along)
     }
 
     /// Returns ω × r along a translation; `None` if r is zero, or if ω was not measured.
@@ -159,6 +189,34 @@ mod tests {
         for (a, b) in there.iter().zip(&values).skip(20) {
             assert!((a - b).abs() < 2e-3, "{a} {b}");
         }
+    }
+
+    /// A sensor that is turned by Rᵀ reads the velocity of its vehicle along its own axes.
+    #[test]
+    fn a_turned_sensor_is_turned_back() {
+        let turn = Vector3::new(0.1, -0.05, 0.2);
+        let grid = Grid { start_s: 0.0, period_s: 0.1, len: 50 };
+        let time_s: Vec<f64> = grid.times().collect();
+        let velocity = |t: f64| Vector3::new(t.sin(), 0.5 * (2.0 * t).cos(), 0.1 * t);
+        let read = |along: usize| {
+            let own = |t: &f64| Rotation3::from_scaled_axis(turn).inverse() * velocity(*t);
+            let values: Vec<f64> = time_s.iter().map(|t| own(t)[along]).collect();
+            Timed::new("dvl", time_s.clone(), values).expect("a series")
+        };
+        let mut record = TrialRecord::until("a", 4.9);
+        (0..3).for_each(|along| record.velocity[along] = Some(read(along)));
+        let report = VelocityReport { misalignment_rad: turn.into(), ..VelocityReport::default() };
+        let found = record.with_translations_before(&report);
+        for along in 0..3 {
+            let found = found.velocity[along].as_ref().expect("measured");
+            for (t, v) in found.time_s().iter().zip(found.values()) {
+                assert!((v - velocity(*t)[along]).abs() < 1e-12, "{along}, {t}: {v}");
+            }
+        }
+        // Of one that lacks an axis, what that would add is left out.
+        record.velocity[2] = None;
+        let found = record.with_translations_before(&report);
+        assert!(found.velocity[0].is_some() && found.velocity[2].is_none());
     }
 
     #[test]

@@ -28,6 +28,7 @@ use std::ops::Deref;
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
+use super::problem::PLACE;
 use super::schedule::{Attitude, FilterInstant, Schedule};
 use crate::Error;
 use crate::motion::{
@@ -246,8 +247,8 @@ pub(super) trait Pass {
     fn by_plant_at(&self, spacing_s: f64) -> Vec<DVector<f64>>;
 
     /// Computes the same gradient, followed by that by changes of the velocity sensor's delay,
-    /// `∂e/∂d = ν̇`, of its lag if `lag_s` > 0, where ν̇ is filtered by the lag, and of its lever
-    /// arm, `∂e/∂r = −∂(ω × r)/∂r`.
+    /// `∂e/∂d = ν̇`, of its lag if `lag_s` > 0, where ν̇ is filtered by the lag, of its lever arm,
+    /// `∂e/∂r = −∂(ω × r)/∂r`, and of its misalignment, `∂e/∂θ = ∂(θ × y)/∂θ`.
     fn by_plant_and_report(&self, lag_s: f64) -> Slope;
 
     /// Computes ½ Σ e²/S at the gains of another pass: the cost whose gradient [`Self::by_plant`]
@@ -373,12 +374,12 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         let parameters: Vec<usize> = (0..PUSHED_BY).filter(|k| self.fits[*k]).collect();
         let p = coefficients + parameters.len();
         let first = p + 2;
-        // Indices of the levers: after delay and lag.
-        let levers = lag_s.map_or(first..first, |lag_s| {
+        // Indices of lever arm and misalignment: after delay and lag.
+        let place = lag_s.map_or(first..first, |lag_s| {
             let after = first + if lag_s > 0.0 { 2 } else { 1 };
-            after..after + 3
+            after..after + PLACE
         });
-        let count = levers.end;
+        let count = place.end;
         // Among derivatives by all actuator parameters, those by the others are zero.
         let all = count + PUSHED_BY - parameters.len();
         let fitted = parameters.iter().map(|k| coefficients + k);
@@ -403,9 +404,9 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             own.motion = -self.water_column(&self.schedule.instants[0], direction);
             self.start_lagged(&own.motion, &mut own.navigation);
         }
-        for (along, k) in levers.clone().enumerate() {
-            by[k].motion =
-                SVector::from_fn(|place, _| -self.lever_derivative(&mean.motion, place, along));
+        for (k, own) in by[place.clone()].iter_mut().enumerate() {
+            let first = &self.schedule.instants[0];
+            own.motion = SVector::from_fn(|at, _| self.by_place(first, &mean.motion, at)[k]);
         }
         for instant in &self.schedule.instants[1..] {
             let before = mean.motion;
@@ -423,20 +424,19 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             let process = steps.get(instant.length_s, |h| self.process(h));
             covariance.predict(&transition, process, crossed.as_ref());
             for (observation, y) in self.measurements(instant) {
-                let turning = self.may_be_late(&observation).filter(|_| !levers.is_empty());
-                let turning = turning.map_or([0.0; 3], |place| {
-                    [0, 1, 2].map(|along| self.lever_derivative(&mean.motion, place, along))
-                });
+                let late = self.may_be_late(&observation).filter(|_| !place.is_empty());
+                let by_place =
+                    late.map_or([0.0; PLACE], |at| self.by_place(instant, &mean.motion, at));
                 let (e, gain) = self.correct(&observation, y, &mut mean, &mut covariance);
                 for (x, state) in row.iter_mut().zip(&by) {
                     *x = -state.observed_by(&observation);
                 }
                 row[p] -= observation.water[0];
                 row[p + 1] -= observation.water[1];
-                if let Some(place) = self.may_be_late(&observation) {
-                    let late = [&acceleration, &behind].map(|of| observation.along(place, of));
-                    row[first..levers.start].iter_mut().zip(late).for_each(|(x, by)| *x += by);
-                    row[levers.clone()].iter_mut().zip(turning).for_each(|(x, by)| *x -= by);
+                if let Some(at) = late {
+                    let late = [&acceleration, &behind].map(|of| observation.along(at, of));
+                    row[first..place.start].iter_mut().zip(late).for_each(|(x, by)| *x += by);
+                    row[place.clone()].iter_mut().zip(by_place).for_each(|(x, by)| *x += by);
                 }
                 row.iter().zip(&mut by).for_each(|(x, state)| state.add(&gain.state, *x));
                 slope.cost += half_log(e, gain.variance);
@@ -660,15 +660,24 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         })
     }
 
-    /// Computes `∂(ω × r)/∂r`, 1/s: the change of the measured translation at an index per metre of
-    /// lever along a body axis. Uses only rates that are axes of the plant, as other measured rates
-    /// may be noise alone. Returns 0 for a rotation, or for a translation differentiated from
+    /// Computes `−∂(ω × r)/∂r`, 1/s, and `∂(θ × y)/∂θ`, m/s: the changes of the velocity of the origin at an
+    /// index, as measured, by lever arm and misalignment. Uses only rates that are axes of the plant, as other
+    /// measured rates may be noise alone. Returns 0 for a rotation, or for a translation differentiated from
     /// positions.
-    fn lever_derivative(&self, motion: &SVector<f64, M>, place: usize, along: usize) -> f64 {
-        let Some(axis) = self.translation_measured(place) else { return 0.0 };
-        let metre = Vector3::from_fn(|k, _| if k == along { 1.0 } else { 0.0 });
-        let omega = Vector3::from_fn(|k, _| self.place_of(3 + k).map_or(0.0, |at| motion[at]));
-        omega.cross(&metre)[axis]
+    fn by_place(
+        &self,
+        instant: &FilterInstant,
+        motion: &SVector<f64, M>,
+        at: usize,
+    ) -> [f64; PLACE] {
+        let Some(axis) = self.translation_measured(at) else { return [0.0; PLACE] };
+        let moving = |axis: usize| self.place_of(axis).map_or(0.0, |at| motion[at]);
+        let omega = Vector3::from_fn(|k, _| moving(3 + k));
+        let read = Vector3::from_fn(|k, _| instant.measured[k].unwrap_or_else(|| moving(k)));
+        let one = Vector3::from_fn(|k, _| if k == axis { 1.0 } else { 0.0 });
+        // (ω × r)·a = r·(a × ω), and (θ × y)·a = θ·(y × a).
+        let (by_lever, by_turn) = (-one.cross(&omega), read.cross(&one));
+        std::array::from_fn(|k| if k < 3 { by_lever[k] } else { by_turn[k - 3] })
     }
 
     /// Returns the indices of the rates that the sensor of a translation also measures, with their

@@ -1,5 +1,6 @@
 //! What is fitted: all quantities, the trials, and the likelihood with its slopes.
 
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector, Matrix6};
@@ -162,36 +163,40 @@ impl NoiseInformation {
     }
 }
 
-/// Gradient and information of the likelihood by all fitted quantities and by delay, lag and lever
-/// arm of the velocity sensor.
+/// Gradient and information of the likelihood by all fitted quantities and by delay, lag, lever arm
+/// and misalignment of the velocity sensor.
 pub(super) struct ReportSlope {
     slope: Slope,
     /// Index of the delay; the lag, if any, follows.
     late: usize,
-    /// Index of the first of the three components of the lever arm.
-    levers: usize,
+    /// Index of the first of the three components of the lever arm; those of the misalignment follow.
+    place: usize,
 }
+
+/// Number of components of lever arm and misalignment.
+pub(super) const PLACE: usize = 6;
 
 /// A Gauss–Newton step of selected numbers and its covariance, with other numbers free.
 pub(super) type Step = (DVector<f64>, DMatrix<f64>);
 
 impl ReportSlope {
     /// Computes the step of delay and lag, s; of the delay alone where there is no lag. The
-    /// selected components of the lever arm are free, the others fixed.
-    pub(super) fn delay_and_lag_step(&self, are_free: [bool; 3]) -> Step {
-        let free = (0..3).filter(|along| are_free[*along]).map(|along| self.levers + along);
-        self.step(free.collect(), (self.late..self.levers).collect())
+    /// selected components of lever arm and misalignment are free, the others fixed.
+    pub(super) fn delay_and_lag_step(&self, are_free: [bool; PLACE]) -> Step {
+        let free = (0..PLACE).filter(|k| are_free[*k]).map(|k| self.place + k);
+        self.step(free.collect(), (self.late..self.place).collect())
     }
 
-    /// Computes the step of the lag, s, with delay and lever arm fixed.
+    /// Computes the step of the lag, s, with delay, lever arm and misalignment fixed.
     pub(super) fn lag_step(&self) -> Step {
         self.step(Vec::new(), vec![self.late + 1])
     }
 
-    /// Computes the step of the lever arm, m, with delay and lag free.
-    pub(super) fn lever_step(&self) -> Step {
-        let levers = self.levers..self.levers + 3;
-        self.step((self.late..self.levers).collect(), levers.collect())
+    /// Computes the step of some components of lever arm, m, and misalignment, rad, with delay and lag
+    /// free.
+    pub(super) fn place_step(&self, components: Range<usize>) -> Step {
+        let wanted = components.map(|k| self.place + k);
+        self.step((self.late..self.place).collect(), wanted.collect())
     }
 
     fn step(&self, free: Vec<usize>, wanted: Vec<usize>) -> Step {
@@ -435,14 +440,14 @@ impl Problem {
         Some(all.gathered(&slopes)?.information)
     }
 
-    /// Computes gradient and information including changes of the velocity sensor's delay, lag and
-    /// lever arm from their present values.
+    /// Computes gradient and information including changes of the velocity sensor's delay, lag, lever
+    /// arm and misalignment from their present values.
     pub(super) fn slope_by_report(&self, point: &Point, lag_s: f64) -> Option<ReportSlope> {
         let slopes = self.each(point, |_, pass| pass.by_plant_and_report(lag_s)).ok()?;
         let slope = self.summed(point, &slopes)?;
-        let levers = slope.gradient.len() - 3;
-        let late = levers - if lag_s > 0.0 { 2 } else { 1 };
-        Some(ReportSlope { slope, late, levers })
+        let place = slope.gradient.len() - PLACE;
+        let late = place - if lag_s > 0.0 { 2 } else { 1 };
+        Some(ReportSlope { slope, late, place })
     }
 
     /// Sums the gradients of all schedules, with separate currents for each trial; derivatives

@@ -1,10 +1,12 @@
-//! Tests and estimation of delay, lag and lever arm of the velocity sensor relative to thrust and
-//! rates of turn.
+//! Tests and estimation of delay, lag, lever arm and misalignment of the velocity sensor relative to
+//! thrust and rates of turn.
+
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::descent::{Optimum, Tolerance};
-use super::problem::{Point, Problem, ReportSlope};
+use super::problem::{PLACE, Point, Problem, ReportSlope};
 use super::uncertainty::{Asked, put_behind};
 use super::{COLOURED, Fitted, search};
 use crate::{Dof, Error, Timed, TrialRecord, VelocityReport};
@@ -27,6 +29,16 @@ const MOST_S: f64 = 1.5;
 /// Minimum lever arm, m, in any component: the mounting position of a sensor is not known better.
 const LEAST_LEVER_M: f64 = 0.02;
 
+/// Minimum misalignment, rad, in any component: half a degree is within what a bracket allows.
+const LEAST_MISALIGNMENT_RAD: f64 = 0.009;
+
+/// Maximum misalignment, rad, in any component: more indicates another fault, such as exchanged axes.
+const MOST_MISALIGNMENT_RAD: f64 = 1.0;
+
+/// Components of the lever arm, and of the misalignment.
+const LEVER: Range<usize> = 0..3;
+const MISALIGNMENT: Range<usize> = 3..PLACE;
+
 /// Minimum lag relative to thrust, s: only the autocorrelation of the misfit separates it from a
 /// lag of the thrusters.
 const LEAST_LAG_S: f64 = 0.03;
@@ -37,18 +49,19 @@ const FIRST_LAG_S: f64 = 0.1;
 /// A step below this many standard deviations is negligible.
 const SETTLED: f64 = 0.5;
 
-/// Delay, lag and lever arm of the velocity sensor, with standard deviations in s and m; `None` for
-/// those that are not significant.
+/// Delay, lag, lever arm and misalignment of the velocity sensor, with standard deviations in s, m and
+/// rad; `None` for those that are not significant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reported {
     pub(super) how: VelocityReport,
     pub(super) std: [Option<f64>; 2],
     pub(super) lever_std: [Option<f64>; 3],
+    pub(super) misalignment_std: [Option<f64>; 3],
     /// Part of one sample that the lag carries into the next.
     pub(super) keep: f64,
 }
 
-/// A fit to translations corrected for delay, lag and lever arm of their sensor.
+/// A fit to translations corrected for what their sensor reports.
 struct Corrected {
     problem: Problem,
     optimum: Optimum,
@@ -57,13 +70,14 @@ struct Corrected {
 }
 
 impl Fitted {
-    /// Estimates delay, lag and lever arm of the velocity sensor, if they are significant. Returns
-    /// the fit and the corrected records; no records if nothing is significant.
+    /// Estimates delay, lag, lever arm and misalignment of the velocity sensor, if they are significant.
+    /// Returns the fit and the corrected records; no records if nothing is significant.
     ///
     /// A DVL outputs the mean of its pings once it is computed, a tenth to half a second after
     /// their middle, or through a filter. Only the delay relative to the rates is estimated: a
     /// delay common to all measurements is attributed to the thrusters. A lever arm that differs
-    /// from the stated one adds `ω × r`.
+    /// from the stated one adds `ω × r`. A sensor that is turned reads motion along one axis on another:
+    /// thrust then seems to push beside where it does.
     pub(super) fn with_report_that_shows(
         mut self,
         records: &[&TrialRecord],
@@ -87,7 +101,9 @@ impl Fitted {
                 let with_lag = is_late.then(|| self.with_lag(records, &delayed, bar)).flatten();
                 with_lag.unwrap_or(delayed)
             }),
-            false => self.lagging_relative_to_thrust(records, bar),
+            false => self
+                .lagging_relative_to_thrust(records, bar)
+                .or_else(|| self.placed(records, bar, MISALIGNMENT)),
         };
         let Some(found) = found else { return Ok((self, Vec::new())) };
         let iterations = self.optimum.iterations + found.optimum.iterations;
@@ -122,12 +138,12 @@ impl Fitted {
         let mut found =
             self.fit_corrected(records, Reported { how, ..Reported::default() }, point)?;
         let by = found.problem.slope_by_report(&found.optimum.point, 0.0)?;
-        let (_, covariance) = by.delay_and_lag_step([false; 3]);
+        let (_, covariance) = by.delay_and_lag_step([false; PLACE]);
         found.reported.std[0] = Some(covariance[(0, 0)].sqrt());
         Some(found)
     }
 
-    /// Fits with a delay or lever arm of the translations, if its gain in twice the log-likelihood
+    /// Fits with a delay, lever arm or misalignment of the translations, if its gain in twice the log-likelihood
     /// exceeds the bar.
     fn with_delay(
         &self,
@@ -141,11 +157,11 @@ impl Fitted {
                 None => (&self.problem, &self.optimum.point, Reported::default()),
             };
             let Some(by) = problem.slope_by_report(point, 0.0) else { break };
-            let levers_changed = now.update_levers(&by, bar);
-            let (step, covariance) = by.delay_and_lag_step(now.lever_std.map(|std| std.is_some()));
+            let place_changed = now.update_place(&by, bar, 0..PLACE);
+            let (step, covariance) = by.delay_and_lag_step(now.has_place());
             let (step, variance) = (step[0], covariance[(0, 0)]);
             let is_late = step.abs() >= LEAST_S && step.powi(2) >= bar * variance;
-            if !is_late && !levers_changed {
+            if !is_late && !place_changed {
                 break;
             }
             let before = now.how.delay_s;
@@ -187,8 +203,8 @@ impl Fitted {
         bar: f64,
     ) -> Option<Corrected> {
         let lag_s = delayed.reported.how.delay_s.max(FIRST_LAG_S);
-        // A delay fitted in place of a lag leaves an error that may pass for a lever arm: levers
-        // restart from zero.
+        // A delay fitted in place of a lag leaves an error that may pass for a lever arm: the place
+        // restarts from the stated one.
         let how = VelocityReport { lag_s, ..VelocityReport::default() };
         let mut now = Reported { how, ..Reported::default() };
         let (mut from, mut is_delayed) = (delayed.optimum.point.clone(), false);
@@ -197,20 +213,22 @@ impl Fitted {
             let how = now.how;
             let mut there = self.fit_corrected(records, now, from)?;
             let by = there.problem.slope_by_report(&there.optimum.point, how.lag_s)?;
-            let levers_changed = now.update_levers(&by, bar);
-            let (step, covariance) = by.delay_and_lag_step(now.lever_std.map(|std| std.is_some()));
+            let place_changed = now.update_place(&by, bar, 0..PLACE);
+            let (step, covariance) = by.delay_and_lag_step(now.has_place());
             let (next, std) = stepped(now.how, &step, &covariance, is_delayed);
             let moved = (next.delay_s - how.delay_s).abs().max((next.lag_s - how.lag_s).abs());
             let is_settled = moved < LEAST_S.max(SETTLED * std[1].unwrap_or_default());
             let supports_delay =
                 !is_delayed && step[0] > LEAST_S && step[0].powi(2) > bar * covariance[(0, 0)];
-            (there.reported.std, there.reported.lever_std) = (std, now.lever_std);
+            there.reported.std = std;
+            there.reported.lever_std = now.lever_std;
+            there.reported.misalignment_std = now.misalignment_std;
             (now.how, from) = (next, there.optimum.point.clone());
             last = Some(there);
-            if is_settled && !supports_delay && !levers_changed {
+            if is_settled && !supports_delay && !place_changed {
                 break;
             }
-            is_delayed |= is_settled && !levers_changed;
+            is_delayed |= is_settled && !place_changed;
         }
         let with_lag = last?;
         (with_lag.by_sample().ok()? < delayed.by_sample().ok()?).then_some(with_lag)
@@ -250,19 +268,8 @@ impl Fitted {
     /// than chance alone, whatever colours the innovations, beside delay and lag as they are; with its records. `None` if
     /// none does.
     pub(super) fn with_lever(&self, records: &[&TrialRecord]) -> Option<(Self, Vec<TrialRecord>)> {
-        let mut found: Option<Corrected> = None;
-        for _ in 0..MOST_LEVER_STEPS {
-            let (problem, point, mut now) = match &found {
-                Some(found) => (&found.problem, &found.optimum.point, found.reported),
-                None => (&self.problem, &self.optimum.point, Reported::default()),
-            };
-            let by = problem.slope_by_report(point, 0.0)?;
-            if !now.update_levers(&by, search::ADMITTED) {
-                break;
-            }
-            found = Some(self.fit_corrected(records, now, point.clone())?);
-        }
-        let Corrected { problem, optimum, records, reported } = found?;
+        let found = self.placed(records, search::ADMITTED, LEVER)?;
+        let Corrected { problem, optimum, records, reported } = found;
         let iterations = self.optimum.iterations + optimum.iterations;
         let optimum = Optimum { iterations, ..optimum };
         let how = VelocityReport { lever_m: reported.how.lever_m, ..self.reported.how };
@@ -270,7 +277,30 @@ impl Fitted {
         Some((Self { problem, optimum, reported, ..self.clone() }, records))
     }
 
-    /// Fits, from a point, records corrected for the sensor's delay, lag and lever arm.
+    /// Fits with those components of lever arm and misalignment whose gain in twice the log-likelihood exceeds the bar;
+    /// `None` if none does.
+    fn placed(
+        &self,
+        records: &[&TrialRecord],
+        bar: f64,
+        components: Range<usize>,
+    ) -> Option<Corrected> {
+        let mut found: Option<Corrected> = None;
+        for _ in 0..MOST_LEVER_STEPS {
+            let (problem, point, mut now) = match &found {
+                Some(found) => (&found.problem, &found.optimum.point, found.reported),
+                None => (&self.problem, &self.optimum.point, Reported::default()),
+            };
+            let by = problem.slope_by_report(point, 0.0)?;
+            if !now.update_place(&by, bar, components.clone()) {
+                break;
+            }
+            found = Some(self.fit_corrected(records, now, point.clone())?);
+        }
+        found
+    }
+
+    /// Fits, from a point, records corrected for what the sensor reports.
     fn fit_corrected(
         &self,
         records: &[&TrialRecord],
@@ -288,24 +318,43 @@ impl Fitted {
 }
 
 impl Reported {
-    /// Updates the components of the lever arm that are significant; returns true if any changes.
-    fn update_levers(&mut self, by: &ReportSlope, bar: f64) -> bool {
-        let (step, covariance) = by.lever_step();
-        let numbers = step + DVector::from(self.how.lever_m.to_vec());
+    /// Updates some components of lever arm and misalignment, if they are significant; returns true if any changes.
+    fn update_place(&mut self, by: &ReportSlope, bar: f64, components: Range<usize>) -> bool {
+        let (step, covariance) = by.place_step(components.clone());
+        let how = &mut self.how;
+        let numbers = how.lever_m.iter_mut().chain(&mut how.misalignment_rad);
+        let stds = self.lever_std.iter_mut().chain(&mut self.misalignment_std);
+        let mut own: Vec<(usize, (&mut f64, &mut Option<f64>))> =
+            numbers.zip(stds).enumerate().filter(|(k, _)| components.contains(k)).collect();
+        let numbers = step + DVector::from_iterator(own.len(), own.iter().map(|(_, own)| *own.0));
         let mut asked = Asked { numbers, covariance };
         asked.without_unseen(|_, _| bar);
-        if asked.numbers.amax() < LEAST_LEVER_M {
-            asked.numbers.fill(0.0);
+        let lever = (LEVER, LEAST_LEVER_M..f64::INFINITY);
+        let misalignment = (MISALIGNMENT, LEAST_MISALIGNMENT_RAD..MOST_MISALIGNMENT_RAD);
+        for (part, usual) in [lever, misalignment] {
+            let places = || (0..own.len()).filter(|at| part.contains(&own[*at].0));
+            let most = places().map(|at| asked.numbers[at].abs()).fold(0.0, f64::max);
+            if !usual.contains(&most) {
+                places().for_each(|at| asked.numbers[at] = 0.0);
+            }
         }
         let mut changes = false;
-        for (along, lever) in self.how.lever_m.iter_mut().enumerate() {
-            let now = asked.numbers[along];
-            let std = asked.covariance[(along, along)].max(0.0).sqrt();
-            changes |= (now - *lever).abs() > SETTLED * std;
-            *lever = now;
-            self.lever_std[along] = (now != 0.0).then_some(std);
+        for (at, (_, (number, own_std))) in own.iter_mut().enumerate() {
+            let now = asked.numbers[at];
+            let std = asked.covariance[(at, at)].max(0.0).sqrt();
+            changes |= (now - **number).abs() > SETTLED * std;
+            **number = now;
+            **own_std = (now != 0.0).then_some(std);
         }
         changes
+    }
+
+    /// Whether each component of lever arm and misalignment is significant.
+    fn has_place(&self) -> [bool; PLACE] {
+        std::array::from_fn(|k| match k.checked_sub(MISALIGNMENT.start) {
+            None => self.lever_std[k].is_some(),
+            Some(k) => self.misalignment_std[k].is_some(),
+        })
     }
 }
 

@@ -60,6 +60,8 @@ pub struct PlantFit {
     pub report_std: [Option<f64>; 2],
     /// Those of its levers, m.
     pub lever_std: [Option<f64>; 3],
+    /// Those of its misalignment, rad.
+    pub misalignment_std: [Option<f64>; 3],
     /// The fit with the velocity sensor where it is stated to be, if that explains the trials as well by couplings in
     /// damping.
     pub as_stated: Option<Box<PlantFit>>,
@@ -218,6 +220,7 @@ impl Fitted {
             report: reported.how,
             report_std: reported.std,
             lever_std: reported.lever_std,
+            misalignment_std: reported.misalignment_std,
             as_stated: None,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             swell: swell_force(&problem.structure, &noise, &noise_covariance),

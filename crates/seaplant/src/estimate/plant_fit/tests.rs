@@ -287,10 +287,10 @@ fn check_slope_by_plant(sensor: SensorLag) {
     }
 }
 
-/// What a DVL reports for sitting elsewhere is taken from its readings, so that a metre more of lever
-/// is another record.
+/// What a DVL reports for sitting elsewhere, or for being turned, is taken from its readings, so that a metre
+/// more of lever or another angle is another record.
 #[test]
-fn the_levers_slope_is_that_of_the_cost() {
+fn the_slope_by_lever_and_misalignment_is_that_of_the_cost() {
     let plant = planar();
     let mut record = record(&plant, "a", 1, 20, 0.005);
     let yaw = record.velocity[5].clone().expect("measured");
@@ -298,30 +298,35 @@ fn the_levers_slope_is_that_of_the_cost() {
     let tilting = yaw.with_values("rate", tilting).expect("finite");
     record.rates = Some([tilting.clone(), tilting, yaw]);
     // Away from the optimum, where slopes are steep.
-    let off = VelocityReport { lever_m: [0.3, -0.2, 0.4], ..VelocityReport::default() };
+    let off = VelocityReport {
+        lever_m: [0.3, -0.2, 0.0],
+        misalignment_rad: [0.0, 0.0, 0.1],
+        ..VelocityReport::default()
+    };
     let record = record.with_translations_before(&off);
     let filter = filter_of(&plant, Attitude::Known);
     let (slope, gains) = over(&record, &plant, |own| {
         let pass = filter.pass(own);
         (pass.by_plant_and_report(0.0), pass.by_plant().1)
     });
-    let first = slope.gradient.len() - 3;
-    for along in 0..3 {
+    let first = slope.gradient.len() - 6;
+    for k in 0..6 {
         let at = |step: f64| {
             let mut how = VelocityReport::default();
-            how.lever_m[along] = step;
+            let mut numbers = how.lever_m.iter_mut().chain(&mut how.misalignment_rad);
+            *numbers.nth(k).expect("six") = step;
             over(&record.with_translations_before(&how), &plant, |own| {
                 filter.pass(own).at_gains(&gains)
             })
         };
-        let (found, expected) = (slope.gradient[first + along], (at(1e-5) - at(-1e-5)) / 2e-5);
-        if along == 2 {
-            // Roll and pitch are no axes: what is logged of their rates may be noise alone.
+        let (found, expected) = (slope.gradient[first + k], (at(1e-5) - at(-1e-5)) / 2e-5);
+        if (2..5).contains(&k) {
+            // Roll and pitch are no axes: what is logged of their rates may be noise alone. Nor is heave.
             assert_eq!(found, 0.0);
             continue;
         }
         let off = (found - expected).abs() / expected.abs().max(1.0);
-        assert!(off < DIFFERENCE, "{along}: {found} and {expected}");
+        assert!(off < DIFFERENCE, "{k}: {found} and {expected}");
     }
 }
 

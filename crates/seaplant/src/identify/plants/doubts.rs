@@ -90,9 +90,9 @@ fn late(fit: &PlantFit) -> Option<Caveat> {
 pub(super) const DIRECTIONS: [(&str, &str); 3] =
     [("forward", "aft"), ("to starboard", "to port"), ("down", "up")];
 
-/// That translations are measured elsewhere than is stated.
+/// That translations are measured elsewhere than is stated, or by an instrument that is turned.
 fn measured_elsewhere(fit: &PlantFit) -> Option<Caveat> {
-    let parts: Vec<String> = DIRECTIONS
+    let metres: Vec<String> = DIRECTIONS
         .into_iter()
         .zip(fit.report.lever_m)
         .zip(fit.lever_std)
@@ -101,13 +101,30 @@ fn measured_elsewhere(fit: &PlantFit) -> Option<Caveat> {
             Some(format!("{} m {way}", estimated(metres.abs(), std?)))
         })
         .collect();
-    (!parts.is_empty()).then(|| {
-        let message = format!(
-            "velocities are those of an instrument that sits {} of where it is stated to sit; this was allowed for; measure where it sits, and state it (`position_m` of `[sensor.dvl]`)",
-            parts.join(", ")
-        );
-        Caveat::warning(CaveatCode::InstrumentElsewhere, message)
-    })
+    let turned = ["x", "y", "z"].into_iter().zip(fit.report.misalignment_rad);
+    let degrees: Vec<String> = turned
+        .zip(fit.misalignment_std)
+        .filter_map(|((axis, rad), std)| {
+            Some(format!("{}° about {axis}", estimated(rad.to_degrees(), std?.to_degrees())))
+        })
+        .collect();
+    let [sits, is_turned] = [
+        format!("sits {} of where it is stated to sit", metres.join(", ")),
+        format!("is turned by {} from where it is stated to point", degrees.join(", ")),
+    ];
+    let [position, rotation] = ["where it sits (`position_m`", "how it points (`rotation_deg`"];
+    let (how, what) = match (metres.is_empty(), degrees.is_empty()) {
+        (true, true) => return None,
+        (false, true) => (sits, position.to_owned()),
+        (true, false) => (is_turned, rotation.to_owned()),
+        (false, false) => {
+            (format!("{sits} and {is_turned}"), format!("{position}) and {rotation}"))
+        }
+    };
+    let message = format!(
+        "velocities are those of an instrument that {how}; this was allowed for; measure {what} of `[sensor.dvl]`), and state it"
+    );
+    Some(Caveat::warning(CaveatCode::InstrumentElsewhere, message))
 }
 
 /// That most of what is uncertain of a mass is the scale of thrust.

@@ -8,7 +8,7 @@ use nalgebra::{DVector, Vector6};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::LEVERS;
+use super::{LEVERS, MISALIGNMENTS};
 use crate::estimate::{Actuator, PlantFit};
 use crate::exchange::{Actuation, PlantModel};
 use crate::judge::{Expected, Nulls, Outcome, scores};
@@ -421,6 +421,7 @@ impl<'a> Standing<'a> {
             delay_s: number("translation_delay"),
             lag_s: number("translation_lag"),
             lever_m: LEVERS.map(number),
+            misalignment_rad: MISALIGNMENTS.map(number),
         };
         Self { actuator, report, fit: None }
     }
