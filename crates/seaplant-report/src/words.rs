@@ -55,7 +55,7 @@ pub(crate) fn caveat(code: CaveatCode) -> String {
     let better = match code {
         CaveatCode::BiasOneDirection => "Bias tested in one direction only",
         CaveatCode::ClockOffset => "Clock offset estimated from the data",
-        CaveatCode::InstrumentElsewhere => "Instrument sits elsewhere than stated",
+        CaveatCode::InstrumentElsewhere => "Instrument sits or points elsewhere than stated",
         CaveatCode::Collinear => "Terms hard to separate",
         CaveatCode::LagOrDelay => "Thruster lag or delay",
         CaveatCode::Log => "Log repaired",

@@ -61,7 +61,7 @@ pub(super) struct Reported {
     pub(super) keep: f64,
 }
 
-/// A fit to translations corrected for what their sensor reports.
+/// A fit to translations corrected for delay, lag, lever arm and misalignment of their sensor.
 struct Corrected {
     problem: Problem,
     optimum: Optimum,
@@ -300,7 +300,7 @@ impl Fitted {
         found
     }
 
-    /// Fits, from a point, records corrected for what the sensor reports.
+    /// Fits, from a point, records corrected for delay, lag, lever arm and misalignment of the sensor.
     fn fit_corrected(
         &self,
         records: &[&TrialRecord],
@@ -349,7 +349,7 @@ impl Reported {
         changes
     }
 
-    /// Whether each component of lever arm and misalignment is significant.
+    /// True of the components of lever arm and misalignment that are significant.
     fn has_place(&self) -> [bool; PLACE] {
         std::array::from_fn(|k| match k.checked_sub(MISALIGNMENT.start) {
             None => self.lever_std[k].is_some(),

@@ -55,7 +55,7 @@ pub(super) struct Wiring {
     still: Vec<String>,
 }
 
-/// What is wrong with a thruster, or with two.
+/// A fault of one thruster, or of two.
 #[derive(Clone, Debug, PartialEq)]
 enum Fault {
     Miswired(Miswired),
@@ -94,7 +94,7 @@ impl Wiring {
         self
     }
 
-    /// Whether a gain is that of a thruster which stands still.
+    /// True of the gain of a thruster that stands still.
     fn stands_still(&self, structure: &Structure, gain: &Basis) -> bool {
         let thruster = gains::thruster_of(structure, gain);
         thruster.is_some_and(|thruster| self.still.contains(&thruster.name))
@@ -160,9 +160,17 @@ impl FirstFit {
             self = Self { fitted: Fitted { wiring, ..next.fitted }, ..next };
             wired = again;
         }
-        if self.fitted.wiring.still.is_empty() {
-            return Ok((self, wired));
+        match self.fitted.wiring.still.is_empty() {
+            true => Ok((self, wired)),
+            false => self.with_gains_of_still(records),
         }
+    }
+
+    /// The same with the logs of thrusters that stand still as they are, and gains from there on.
+    fn with_gains_of_still(
+        mut self,
+        records: &[&TrialRecord],
+    ) -> Result<(Self, Vec<TrialRecord>), Error> {
         self.fitted.wiring.still.clear();
         let wired = self.fitted.wiring.of_all(records)?;
         let logged = acting(&[], &wired, records);
@@ -173,7 +181,13 @@ impl FirstFit {
         }
         let now = acting(&self.prompt, &wired, records);
         self.fitted.problem = self.fitted.problem.of(&now);
+        let terms = self.fitted.problem.structure.terms().len();
         self.fitted = self.fitted.with_gains_that_show(&now)?;
+        if self.fitted.problem.structure.terms().len() == terms {
+            // Without gains the optimum is still that of records without this thrust.
+            let point = self.fitted.optimum.point.clone();
+            self.fitted.optimum = self.fitted.problem.optimum(point, Tolerance::COARSE)?;
+        }
         Ok((self, wired))
     }
 

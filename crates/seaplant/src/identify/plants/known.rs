@@ -106,12 +106,9 @@ pub(super) struct OtherScale {
 impl OtherScale {
     /// The standard deviation of the scale of thrust whose 95 % interval holds that of published vehicles.
     pub(super) fn std(&self) -> f64 {
-        ((self.times - 1.0).abs() + UNUSUAL_PART * self.times) / STDS_95
+        ((self.times - 1.0).abs() + UNUSUAL_PART * self.times) / 1.96
     }
 }
-
-/// Half of a 95 % interval in standard deviations.
-const STDS_95: f64 = 1.96;
 
 /// That the masses of surge, sway and heave are together those of no body of the stated mass, or of
 /// one that holds water, which shows thrust of another scale.
@@ -168,7 +165,7 @@ fn of_body(mass: f64, masses: [f64; 3]) -> Option<OtherScale> {
 /// Mean of `Σ m / m_i` of the four published vehicles.
 const USUAL_SUM: f64 = 1.72;
 
-/// By this part that of most vehicles differs from it.
+/// A published vehicle differs from it by a tenth at most (1.59 to 1.89); twice that is allowed for.
 const UNUSUAL_PART: f64 = 0.2;
 
 /// Between these `Σ m / m_i` lies. Of published vehicles it is 1.59 or more; thrust a tenth too large and a fifth of
