@@ -224,6 +224,21 @@ def reverse_gains(s, g):
 
 
 @fault_by_name
+def dead_band(s, g):
+    s["dead_band"] = np.full(8, g.uniform(0.02, 0.1))
+
+
+@fault_by_name
+def dead_bands(s, g):
+    s["dead_band"] = g.uniform(0.0, 0.1, 8)
+
+
+@fault_by_name
+def lags(s, g):
+    s["lag_up"] = s["lag_down"] = g.uniform(0.05, 0.45, 8)
+
+
+@fault_by_name
 def fouled(s, g):
     s["gain"][:, g.integers(8)] *= g.uniform(0.75, 0.85)
 
@@ -387,6 +402,8 @@ def draw(seed, wanted=()):
     s["gain"] = np.ones((len(TRIALS), 8, 2))
     # Which log each propeller follows.
     s["follows"] = np.arange(8)
+    # Part of full speed below which a propeller does not push.
+    s["dead_band"] = np.zeros(8)
     chosen = g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)
     s["instruments"] = next(
         (INSTRUMENTS[name] for name in wanted if name in INSTRUMENTS), ["dvl"]
@@ -485,7 +502,7 @@ def followed(s, heard, speed):
         most = s["max_rate"] * STEP / s["slew"]
         after = speed + np.clip(heard - speed, -most, most)
         return after, 0.5 * (after + speed)
-    if not s["lag_up"]:
+    if not np.any(s["lag_up"]):
         return heard, heard
     up = (heard * speed >= 0) & (np.abs(heard) > np.abs(speed))
     blend = np.where(up, np.exp(-STEP / s["lag_up"]), np.exp(-STEP / s["lag_down"]))
@@ -505,7 +522,8 @@ def supplied(s, load, done):
 def propelled(s, speed, relative, done):
     """Computes thrust of each propeller, at this fraction of all trials."""
     part = speed[:, s["follows"]] / s["max_rate"]
-    pushed = np.sign(part) * np.abs(part) ** s["exponent"] * s["max_force"]
+    beyond = np.maximum(np.abs(part) - s["dead_band"], 0.0) / (1.0 - s["dead_band"])
+    pushed = np.sign(part) * beyond ** s["exponent"] * s["max_force"]
     pushed = np.where(pushed < 0, s["reverse"] * pushed, pushed)
     pushed *= np.where(pushed < 0, s["gain"][:, :, 1], s["gain"][:, :, 0])
     pushed *= (1 - s["sag"] * done)[:, None]
@@ -865,11 +883,12 @@ def one(job):
         "claimed_thrust": float(s["claimed_thrust"]),
         "gain": s["gain"].tolist(),
         "follows": s["follows"].tolist(),
+        "dead_band": s["dead_band"].tolist(),
+        "lag_up": np.asarray(s["lag_up"]).tolist(),
+        "lag_down": np.asarray(s["lag_down"]).tolist(),
         **{
             k: s[k]
             for k in [
-                "lag_up",
-                "lag_down",
                 "slew",
                 "loaded",
                 "delay",

@@ -9,7 +9,7 @@ use seaplant::estimate::online::{
 };
 use seaplant::exchange::{Origin, PlantModel};
 use seaplant::motion::down_body;
-use seaplant::plant::{Basis, Signal, Structure, Symmetry};
+use seaplant::plant::{Basis, Signal, Structure, Symmetry, ThrusterNumber};
 use serde::Deserialize;
 
 use crate::convert::{Failure, numbers, parse};
@@ -186,13 +186,19 @@ impl Online {
 }
 
 /// Returns `rudder.NAME.angle`, `thruster.NAME.drive`, `thruster.NAME.speed`,
-/// `thruster.NAME.thrust`, `wind.forward`.
+/// `thruster.NAME.thrust`, `thruster.NAME.thrust-by-lag`, `wind.forward`.
 fn signal_name(signal: &Signal) -> String {
     match signal {
         Signal::Angle { kind, name } => format!("{}.{name}.angle", kind.name()),
         Signal::Drive(name) => format!("thruster.{name}.drive"),
         Signal::PropellerSpeed(name) => format!("thruster.{name}.speed"),
         Signal::Thrust(name) => format!("thruster.{name}.thrust"),
+        Signal::ThrustBy { number: ThrusterNumber::Lag, thruster } => {
+            format!("thruster.{thruster}.thrust-by-lag")
+        }
+        Signal::ThrustBy { number: ThrusterNumber::DeadBand, thruster } => {
+            format!("thruster.{thruster}.thrust-by-dead-band")
+        }
         Signal::AirForward => "wind.forward".to_owned(),
         Signal::AirStarboard => "wind.starboard".to_owned(),
     }

@@ -103,6 +103,8 @@ pub struct Nuisances {
     /// Exponent of thrust over propeller speed, 2 by its curve, and the same thrust at
     /// [`Nuisances::full_speed`].
     pub exponent: Option<Estimate>,
+    /// Part of [`Nuisances::full_speed`] below which propellers do not turn.
+    pub dead_band: Option<Estimate>,
     /// The greatest propeller speed of the fitted trials: rad/s, or √N where thrust is logged.
     pub full_speed: f64,
     /// Exponent of thrust over supply voltage, and the same thrust at [`Nuisances::mean_voltage_v`].

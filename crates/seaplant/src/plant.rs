@@ -25,7 +25,7 @@ pub use basis::{Basis, Factor, Instant, NO_WAY, Product};
 pub(crate) use basis::{kirchhoff, kirchhoff_slope, sign};
 pub use coefficients::Plant;
 pub(crate) use effect::MOST_READ;
-pub use effect::{Effect, EffectForce, Foil, Pusher, Signal};
+pub use effect::{Effect, EffectForce, Foil, Pusher, Signal, ThrusterNumber};
 pub use hull::HullModel;
 pub use open_water::{OpenWater, RudderFlow, WakeByDrift};
 pub use parameterisation::{Parameterisation, Physical, Plain};

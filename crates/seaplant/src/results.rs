@@ -44,7 +44,7 @@ pub use steady::{PairResult, SegmentResult, SteadyResult};
 pub use steering::{NomotoResult, SecondOrder};
 pub use vehicle::{BuoyancyResult, CurveResult, CurveTable, RigidBodyResult};
 
-pub(crate) use coefficients::is_gain;
+pub(crate) use coefficients::is_of_thruster;
 pub use coefficients::{
     Coefficient, Correlation, Identifiability, MatrixResult, PrimeCoefficient, PrimeSystem,
     TermDecision, ThrusterEstimate, ThrusterGain, ToldBy, plant_of_result,

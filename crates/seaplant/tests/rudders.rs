@@ -184,7 +184,7 @@ fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Tri
             Signal::Angle { kind, name } => Quantity::SurfaceAngle { kind, name },
             Signal::Drive(name) => Quantity::Thruster { name, input: ThrusterInput::Speed },
             Signal::AirForward | Signal::AirStarboard => continue,
-            Signal::PropellerSpeed(_) | Signal::Thrust(_) => continue,
+            Signal::PropellerSpeed(_) | Signal::Thrust(_) | Signal::ThrustBy { .. } => continue,
         };
         recording.insert(quantity, series);
     }

@@ -1,8 +1,10 @@
 //! The twin of a whole vehicle, from its plant through its logs and back.
 
+use std::collections::BTreeMap;
+
 use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant::plant::RigidBody;
-use seaplant::results::{OffBecause, PlantResult, PlantScore, Trust};
+use seaplant::results::{OffBecause, Parameter, PlantResult, PlantScore, Trust};
 use seaplant::twin::{Disturbance, Driving, TwinCampaign, VehicleTwinSpec, make_vehicle};
 use seaplant::{
     Caveat, CaveatCode, Dof, IdentifyOptions, Method, Quantity, Role, Severity, ThrustUncertainty,
@@ -143,16 +145,33 @@ fn propellers_that_lag_and_are_weak_in_reverse_are_found_to() {
 
 #[test]
 fn thrust_by_another_power_of_speed_is_found_and_its_scale_doubted() {
+    let expected = VehicleTwinSpec::default().strength.thrust_exponent;
+    assert_law_found("thrust-exponent", expected, |found| found["thrust_exponent"].value);
+}
+
+#[test]
+fn a_dead_band_of_propellers_is_found_and_the_scale_of_thrust_doubted() {
+    let expected = VehicleTwinSpec::default().strength.dead_band;
+    // Of the greatest command of the trials, where that of all is 1.
+    assert_law_found("dead-band", expected, |found| {
+        found["dead_band"].value * found["full_speed"].value
+    });
+}
+
+fn assert_law_found(
+    disturbance: &str,
+    expected: f64,
+    law: impl Fn(&BTreeMap<String, Parameter>) -> f64,
+) {
     let spec = short(|spec| {
-        spec.disturbances = Disturbance::parse_list("thrust-exponent").expect("known");
+        spec.disturbances = Disturbance::parse_list(disturbance).expect("known");
     });
     let twin = make_vehicle(&spec, &boat()).expect("can be made");
     let options = IdentifyOptions { together: twin.together.clone(), ..IdentifyOptions::default() };
     let found = identify(&twin.vehicle, &trials(&twin), &options).results;
     let found = &found.plants["surge-sway-yaw"];
-    let exponent = &found.nuisances["thrust_exponent"];
-    let off = (exponent.value - spec.strength.thrust_exponent).abs();
-    assert!(off < 0.01, "{} ± {}", exponent.value, exponent.std);
+    let law = law(&found.nuisances);
+    assert!((law - expected).abs() < 0.01, "{law}");
     let is_doubted = |caveat: &Caveat| {
         (caveat.code, caveat.severity) == (CaveatCode::ThrustScale, Severity::Warning)
     };

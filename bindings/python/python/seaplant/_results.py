@@ -102,6 +102,7 @@ __all__ = [
     "ThrusterEstimate",
     "ThrusterFault",
     "ThrusterInput",
+    "ThrusterNumber",
     "ThrusterResult",
     "ToldBy",
     "TrialResult",
@@ -132,6 +133,7 @@ Candidate: TypeAlias = Literal[
     "slew",
     "inflow-ahead",
     "exponent",
+    "dead-band",
     "voltage",
     "velocity-scale",
     "sensor-lag",
@@ -222,6 +224,7 @@ Disturbance: TypeAlias = Literal[
     "slew",
     "inflow-one-sided",
     "thrust-exponent",
+    "dead-band",
     "battery-sag",
     "swell-narrow-band",
     "current-drift",
@@ -345,6 +348,12 @@ ThrusterInput: TypeAlias = Literal[
     "force",
 ]
 """What a thruster curve reads."""
+
+ThrusterNumber: TypeAlias = Literal[
+    "lag",
+    "dead-band",
+]
+"""A number that a thruster may have of its own, beside that of all."""
 
 ToldBy: TypeAlias = Literal[
     "data",
@@ -840,7 +849,7 @@ class EffectForce(Record):
 
     kind: str
     """One of lift, slipstream, race, steering, open-water, thrust, advance, inflow, gain,
-    astern, wind, wind-across."""
+    own, astern, wind, wind-across."""
 
     foil: Foil | None = None
     """The rudder."""
@@ -878,6 +887,9 @@ class EffectForce(Record):
 
     thruster: Pusher | None = None
     """The thruster."""
+
+    number: ThrusterNumber | None = None
+    """The number."""
 
     way: Floats | None = None
     """The unit wrench by axis."""
@@ -2243,6 +2255,9 @@ class TrueNuisances(Record):
 
     current_m_s: float
     """Mean current, m/s, about which that of each trial varies."""
+
+    dead_band: float
+    """Part of the greatest command below which propellers do not turn."""
 
     delay_s: float
     """Delay of the propellers, s."""

@@ -37,6 +37,8 @@ pub enum Candidate {
     InflowAhead,
     /// Thrust that grows with another power of propeller speed than the square.
     Exponent,
+    /// Propellers that do not turn below a part of their greatest speed.
+    DeadBand,
     /// Thrust that changes with the logged supply voltage.
     Voltage,
     /// A velocity sensor that reads a part too much, as position tells.
@@ -60,7 +62,7 @@ pub enum Candidate {
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Lag,
         Self::Delay,
         Self::ReverseRatio,
@@ -74,6 +76,7 @@ impl Candidate {
         Self::Slew,
         Self::InflowAhead,
         Self::Exponent,
+        Self::DeadBand,
         Self::Voltage,
         Self::VelocityScale,
         Self::SensorLag,
@@ -101,6 +104,7 @@ impl Candidate {
             Self::Slew => "slew",
             Self::InflowAhead => "inflow-ahead",
             Self::Exponent => "exponent",
+            Self::DeadBand => "dead-band",
             Self::Voltage => "voltage",
             Self::VelocityScale => "velocity-scale",
             Self::SensorLag => "sensor-lag",
@@ -128,7 +132,9 @@ impl Candidate {
                 all(|axis| !axis.dof.is_rotation() && axis.measures_velocity())
             }
             // Acceleration alone does not tell what thrust loses with speed from drag.
-            Self::Inflow | Self::InflowAhead | Self::Exponent => all(AxisRecord::knows_velocity),
+            Self::Inflow | Self::InflowAhead | Self::Exponent | Self::DeadBand => {
+                all(AxisRecord::knows_velocity)
+            }
             Self::Voltage => axes.iter().any(AxisRecord::has_supply),
             Self::SmoothSpeed | Self::SmoothThrust => all(AxisRecord::thrust_is_slow),
             _ => true,

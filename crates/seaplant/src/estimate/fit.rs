@@ -144,6 +144,7 @@ impl Fit {
                 inflow_ahead: value(&nuisances.inflow_ahead).unwrap_or(0.0),
                 exponent: value(&nuisances.exponent).unwrap_or(2.0),
                 full_speed: nuisances.full_speed,
+                dead_band: value(&nuisances.dead_band).unwrap_or(0.0),
                 voltage_exponent: value(&nuisances.voltage_exponent).unwrap_or(0.0),
                 mean_voltage_v: nuisances.mean_voltage_v,
                 between: nuisances.between,

@@ -4,6 +4,7 @@
 mod actuator;
 mod couplings;
 mod descent;
+mod differences;
 mod equation_error;
 mod filter;
 mod fitted;
@@ -156,7 +157,7 @@ fn fit_as(
     let Placed { fitted, records: placed, as_stated } = match search {
         true => {
             let cost = fitted.optimum.cost;
-            let fitted = fitted.with_gains_that_show(records)?.with_load_that_shows()?;
+            let fitted = fitted.with_differences_that_show(records)?.with_load_that_shows()?;
             let fitted = fitted.with_speeds_as_they_are(records)?;
             let found = fitted.searched_with_sensor_place(records)?;
             // What a coupling explains an actuator need not.
@@ -209,7 +210,8 @@ impl FirstFit {
         let fitted = fitted.without_unseen_beside(structure)?;
         let fitted = fitted.with_smooth_thrust_that_shows(&SMOOTH)?;
         let (fitted, prompt) = fitted.with_report_that_shows(records)?;
-        let fitted = fitted.with_actuator_that_shows()?.with_slew_that_shows()?;
+        let fitted = fitted.with_actuator_that_shows()?.with_dead_band_that_shows()?;
+        let fitted = fitted.with_slew_that_shows()?;
         let fitted = fitted.with_jitter_that_shows()?;
         let fitted = fitted.with_drift_that_shows()?.with_swell_that_shows()?;
         Ok(Self { first, least_squares, fitted, prompt })

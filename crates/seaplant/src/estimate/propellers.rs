@@ -47,11 +47,12 @@ pub(crate) fn drive_over<'a>(
         log_lag_ratio: thrust.lag_ratio.ln(),
         slew_s: thrust.slew_s,
         delay_s: thrust.delay_s,
+        dead_band: thrust.dead_band,
         log_reverse_ratio: thrust.reverse_ratio.ln(),
         beyond_square: thrust.exponent - 2.0,
         full_speed: thrust.full_speed,
         between: thrust.between,
-        has_exponent: false,
+        has_derivatives: false,
         voltage_exponent: thrust.voltage_exponent,
         ln_mean_voltage: thrust.mean_voltage_v.max(f64::MIN_POSITIVE).ln(),
     };

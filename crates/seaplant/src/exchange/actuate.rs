@@ -101,7 +101,7 @@ impl PlantModel {
                     let input = drive.thrusters.get(name).zip(self.thruster(name).ok());
                     input.map(|(input, thruster)| input.map(|x| thruster.curve.force(x, None)))
                 }
-                Signal::AirForward | Signal::AirStarboard => None,
+                Signal::ThrustBy { .. } | Signal::AirForward | Signal::AirStarboard => None,
             };
             (signal.clone(), given.unwrap_or_else(|| still.clone()))
         };

@@ -6,9 +6,9 @@ use nalgebra::DMatrix;
 
 use super::driven::disturbances_of;
 use super::{Actuation, Judgement, Origin, PlantModel};
-use crate::plant::{Basis, Effect, Plant, Structure, Symmetry};
+use crate::plant::{Basis, Effect, EffectForce, Plant, Structure, Symmetry};
 use crate::results::{
-    CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_gain, plant_of_result,
+    CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_of_thruster, plant_of_result,
 };
 use crate::{Dof, Error, Method, ThrustCurve, Thruster, spoken};
 
@@ -47,7 +47,7 @@ impl PlantModel {
         let mut disturbances = BTreeMap::new();
         for plant in &chosen {
             parts.push(part_of(plant)?);
-            note_omissions(&plant.name(), &plant.nuisances, &mut notes);
+            note_omissions(&plant.name(), plant, &mut notes);
             disturbances.extend(disturbances_of(plant));
             let of_all = actuation_of(&plant.nuisances);
             actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
@@ -181,10 +181,11 @@ fn scaled(name: &str, curve: &ThrustCurve, gains: [f64; 2]) -> Result<ThrustCurv
 /// A gain below this means reversed thrust; between it and zero, a thruster without thrust.
 const LEAST_GAIN: f64 = -0.2;
 
-/// Returns the plant of results without gains of thrusters, which are part of the curves.
+/// Returns the plant of results without gains of thrusters, which are part of the curves, and without numbers of
+/// single ones, which no format has.
 fn without_gains(result: &PlantResult) -> Result<Plant, Error> {
     let whole = plant_of_result(result)?;
-    let structure = whole.structure().without(|term| is_gain(whole.structure(), term));
+    let structure = whole.structure().without(|term| is_of_thruster(whole.structure(), term));
     let terms = structure.terms().iter();
     let coefficients = terms.filter_map(|term| whole.coefficient(term)).collect();
     Plant::new(structure, coefficients)?.pruned()
@@ -274,12 +275,13 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
 }
 
 /// Nuisances of thrust that no export format supports.
-const LEFT_OUT: [&str; 10] = [
+const LEFT_OUT: [&str; 11] = [
     "inflow",
     "inflow_ahead",
     "lag_ratio",
     "slew",
     "thrust_exponent",
+    "dead_band",
     "thrust_change_within",
     "thrust_change_between",
     "thrust_change_loaded",
@@ -287,9 +289,13 @@ const LEFT_OUT: [&str; 10] = [
     "full_speed",
 ];
 
-fn note_omissions(of: &str, nuisances: &BTreeMap<String, Parameter>, notes: &mut Vec<String>) {
+fn note_omissions(of: &str, result: &PlantResult, notes: &mut Vec<String>) {
+    let PlantResult { nuisances, effects, .. } = result;
     let fitted = LEFT_OUT.iter().filter(|name| nuisances.contains_key(**name));
-    let names: Vec<&str> = fitted.copied().filter(|name| *name != "full_speed").collect();
+    let mut names: Vec<&str> = fitted.copied().filter(|name| *name != "full_speed").collect();
+    if effects.iter().any(|effect| matches!(effect.force, EffectForce::Own { .. })) {
+        names.push("numbers of single thrusters");
+    }
     if !names.is_empty() {
         notes.push(format!(
             "{of}: the fit also found {}, which the exported plant leaves out",

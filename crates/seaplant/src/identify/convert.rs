@@ -183,6 +183,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         slew_s,
         inflow_ahead,
         exponent,
+        dead_band,
         full_speed,
         voltage_exponent,
         mean_voltage_v,
@@ -214,6 +215,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         ("slew", slew_s, "s"),
         ("inflow_ahead", inflow_ahead, "N/(n v)"),
         ("thrust_exponent", exponent, "1"),
+        ("dead_band", dead_band, "1"),
         ("voltage_exponent", voltage_exponent, "1"),
         ("velocity_scale", velocity_scale, "1"),
         ("sensor_lag", sensor_lag_s, "s"),
@@ -240,7 +242,7 @@ fn nuisances(fit: &Fit) -> BTreeMap<String, Parameter> {
         all.insert("swell_period".to_owned(), Parameter::new(waves.period_s, "s"));
         all.insert("swell_damping".to_owned(), Parameter::new(waves.damping, "1"));
     }
-    if slew_s.is_some() || exponent.is_some() {
+    if [slew_s, exponent, dead_band].into_iter().any(Option::is_some) {
         let known = Estimate::new(*full_speed, 0.0, 1.0);
         all.insert("full_speed".to_owned(), Parameter::new(known, "rad/s"));
     }

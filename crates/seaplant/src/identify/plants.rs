@@ -384,9 +384,10 @@ fn check_signals(structure: &Structure, record: &TrialRecord) -> Result<(), Erro
     let Some(signal) = structure.signals().iter().find(lacks) else { return Ok(()) };
     let advice = match signal {
         Signal::Angle { .. } => "map it under [channels], or take it away from vehicle.toml",
-        Signal::Drive(_) | Signal::PropellerSpeed(_) | Signal::Thrust(_) => {
-            "map its speed, pulse width or command under [channels]"
-        }
+        Signal::Drive(_)
+        | Signal::PropellerSpeed(_)
+        | Signal::Thrust(_)
+        | Signal::ThrustBy { .. } => "map its speed, pulse width or command under [channels]",
         Signal::AirForward | Signal::AirStarboard => {
             "map wind.true.speed and wind.true.direction, or those of wind.relative"
         }
@@ -585,6 +586,7 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
         ("thrust_exponent", 2.0 + actuator.beyond_square, 1.0, "1"),
         ("slew", actuator.slew_s, 1.0, "s"),
         ("voltage_exponent", actuator.voltage_exponent, 1.0, "1"),
+        ("dead_band", actuator.dead_band, 1.0, "1"),
         ("thrust_change_within", within, 1.0 + within, "1"),
         ("thrust_change_between", between, 1.0 + between, "1"),
         ("thrust_change_loaded", loaded, 1.0 + loaded, "1"),
@@ -595,7 +597,7 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
             all.insert(name.to_owned(), parameter((value, slope * std), unit));
         }
     }
-    let needs_full_speed = ["thrust_exponent", "slew", "thrust_change_loaded"];
+    let needs_full_speed = ["thrust_exponent", "slew", "dead_band", "thrust_change_loaded"];
     if needs_full_speed.iter().any(|name| all.contains_key(*name)) {
         all.insert("full_speed".to_owned(), parameter((actuator.full_speed, 0.0), "rad/s"));
     }

@@ -94,8 +94,8 @@ impl HeldForces {
 }
 
 /// Number of actuator parameters on which a force depends: two of lag, delay, reverse-thrust ratio,
-/// exponent, slew time, two of slow changes, one of load, and the scale of all.
-pub(crate) const PUSHED_BY: usize = 11;
+/// two exponents, slew time, dead band, two of slow changes, one of load, and the scale of all.
+pub(crate) const PUSHED_BY: usize = 12;
 
 /// Decay of each axis's disturbance: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]

@@ -30,6 +30,13 @@ pub enum Signal {
     PropellerSpeed(String),
     /// The thrust of a thruster by its curve, N.
     Thrust(String),
+    /// Change of the thrust of a thruster with a number of its own beyond that of all, N per unit.
+    ThrustBy {
+        /// The number.
+        number: ThrusterNumber,
+        /// Name of the thruster.
+        thruster: String,
+    },
     /// Velocity of the air over ground along the body's x axis, m/s.
     AirForward,
     /// Velocity of the air over ground along the body's y axis, m/s.
@@ -45,7 +52,7 @@ impl Signal {
 
     /// Returns whether it belongs to a thruster with a known curve, and thus a known force.
     pub(crate) fn is_of_known_thruster(&self) -> bool {
-        matches!(self, Self::PropellerSpeed(_) | Self::Thrust(_))
+        matches!(self, Self::PropellerSpeed(_) | Self::Thrust(_) | Self::ThrustBy { .. })
     }
 
     /// Returns whether it is an input of a vehicle without known forces.
@@ -72,7 +79,52 @@ impl fmt::Display for Signal {
             Self::Drive(name) => write!(f, "the drive of thruster `{name}`"),
             Self::PropellerSpeed(name) => write!(f, "the propeller speed of thruster `{name}`"),
             Self::Thrust(name) => write!(f, "the thrust of thruster `{name}`"),
+            Self::ThrustBy { number, thruster } => {
+                write!(f, "the {} of thruster `{thruster}`", number.name())
+            }
             Self::AirForward | Self::AirStarboard => write!(f, "the wind"),
+        }
+    }
+}
+
+/// A number that a thruster may have of its own, beside that of all.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum ThrusterNumber {
+    /// First-order lag of propeller speed, s.
+    Lag,
+    /// Part of full speed below which it does not turn.
+    DeadBand,
+}
+
+impl ThrusterNumber {
+    /// All of them.
+    pub(crate) const ALL: [Self; 2] = [Self::Lag, Self::DeadBand];
+
+    /// Returns its name in messages and, with hyphens, in results.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Lag => "lag",
+            Self::DeadBand => "dead band",
+        }
+    }
+
+    /// Returns its unit.
+    pub(crate) const fn unit(self) -> &'static str {
+        match self {
+            Self::Lag => "s",
+            Self::DeadBand => "1",
+        }
+    }
+
+    /// Returns its prior standard deviation about that of all: propellers need tenths of a second, and controllers
+    /// of motors have dead bands of some percent.
+    const fn prior_std(self) -> f64 {
+        match self {
+            Self::Lag => 0.2,
+            Self::DeadBand => 0.05,
         }
     }
 }
@@ -181,6 +233,14 @@ pub enum EffectForce {
         thruster: Pusher,
         /// True if it applies to negative thrust only.
         reverse: bool,
+    },
+    /// Change of thrust of one thruster by a number λ of its own beyond that of all: `g (T(λ) − T(0))/λ w`, so that
+    /// the coefficient is λ.
+    Own {
+        /// The thruster.
+        thruster: Pusher,
+        /// The number.
+        number: ThrusterNumber,
     },
     /// Additional wrench of a propeller that turns astern: `n|n|` of negative n along a unit
     /// wrench, N and N m.
@@ -315,6 +375,9 @@ impl Effect {
                 thrusters.iter().map(|own| Signal::PropellerSpeed(own.name.clone())).collect()
             }
             EffectForce::Gain { thruster, .. } => vec![Signal::Thrust(thruster.name.clone())],
+            EffectForce::Own { thruster, number } => {
+                vec![Signal::ThrustBy { number: *number, thruster: thruster.name.clone() }]
+            }
             EffectForce::Wind { .. } | EffectForce::WindAcross { .. } => {
                 vec![Signal::AirForward, Signal::AirStarboard]
             }
@@ -387,6 +450,7 @@ impl Effect {
                 let thrust = if *reverse { first.min(0.0) } else { first };
                 along(&thruster.way(), thrust, Vector6::zeros())
             }
+            EffectForce::Own { thruster, .. } => along(&thruster.way(), first, Vector6::zeros()),
             EffectForce::Astern { way, .. } => {
                 let astern = first.min(0.0);
                 along(&Vector6::from(*way), astern * astern.abs(), Vector6::zeros())
@@ -412,6 +476,7 @@ impl Effect {
         match &self.force {
             EffectForce::Lift { .. } | EffectForce::Steering { .. } => "N/(m/s)²",
             EffectForce::OpenWater { .. } | EffectForce::Gain { .. } => "1",
+            EffectForce::Own { number, .. } => number.unit(),
             EffectForce::Slipstream { squared: false, .. } => "1",
             EffectForce::Slipstream { .. } => "N/(rad/s)²",
             EffectForce::Race { squared: false, .. } => "√N/(m/s)",
@@ -446,7 +511,9 @@ impl Effect {
                 acts(&wrench_at(&(*position_m).into(), &(*direction).into()))
             }
             EffectForce::Astern { way, .. } => acts(&Vector6::from(*way)),
-            EffectForce::Gain { thruster, .. } => acts(&thruster.way()),
+            EffectForce::Gain { thruster, .. } | EffectForce::Own { thruster, .. } => {
+                acts(&thruster.way())
+            }
             EffectForce::Inflow { thrusters, .. } => {
                 acts(&thrusters.iter().map(|own| own.way().abs()).sum())
             }
@@ -467,13 +534,18 @@ impl Effect {
                 | EffectForce::WindAcross { .. }
                 | EffectForce::Astern { .. }
                 | EffectForce::Gain { .. }
+                | EffectForce::Own { .. }
         )
     }
 
     /// Returns the prior standard deviation of its coefficient, if it is known to be small: for the
-    /// gain of a thruster, whose curve was measured by its user or maker.
+    /// gain of a thruster, whose curve was measured by its user or maker, and for numbers of its own.
     pub(crate) fn prior_std(&self) -> Option<f64> {
-        matches!(self.force, EffectForce::Gain { .. }).then_some(GAIN_STD)
+        match self.force {
+            EffectForce::Gain { .. } => Some(GAIN_STD),
+            EffectForce::Own { number, .. } => Some(number.prior_std()),
+            _ => None,
+        }
     }
 }
 

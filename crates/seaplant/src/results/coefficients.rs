@@ -206,10 +206,10 @@ impl Correlation {
     }
 }
 
-/// Returns whether a term is the gain of a thruster.
-pub(crate) fn is_gain(structure: &Structure, term: &Basis) -> bool {
+/// Returns whether a term is the gain or another number of one thruster.
+pub(crate) fn is_of_thruster(structure: &Structure, term: &Basis) -> bool {
     let Basis::Effect(k) = term else { return false };
-    matches!(structure.effects()[*k].force, EffectForce::Gain { .. })
+    matches!(structure.effects()[*k].force, EffectForce::Gain { .. } | EffectForce::Own { .. })
 }
 
 /// Creates a plant from results.

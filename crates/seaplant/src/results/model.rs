@@ -23,6 +23,7 @@ impl Model {
             slew_s: value("slew").unwrap_or(0.0),
             inflow_ahead: value("inflow_ahead").unwrap_or(0.0),
             exponent: value("thrust_exponent").unwrap_or(2.0),
+            dead_band: value("dead_band").unwrap_or(0.0),
             full_speed: value("full_speed").unwrap_or(1.0),
             voltage_exponent: value("voltage_exponent").unwrap_or(0.0),
             mean_voltage_v: value("mean_voltage").unwrap_or(1.0),

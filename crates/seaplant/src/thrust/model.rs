@@ -33,8 +33,10 @@ pub struct ThrustModel {
     pub inflow_ahead: f64,
     /// Exponent of thrust over propeller speed: 2 for the curve itself.
     pub exponent: f64,
-    /// The propeller speed at which thrust is independent of the exponent, rad/s.
+    /// The propeller speed at which thrust is independent of the exponent and of a dead band, rad/s.
     pub full_speed: f64,
+    /// Part of `full_speed` below which propellers do not turn.
+    pub dead_band: f64,
     /// Exponent of thrust over supply voltage, for thrusters whose curves do not account for it.
     pub voltage_exponent: f64,
     /// The supply voltage at which thrust is independent of that exponent, V, of curves that state none.
@@ -59,6 +61,7 @@ impl Default for ThrustModel {
             inflow_ahead: 0.0,
             exponent: 2.0,
             full_speed: 1.0,
+            dead_band: 0.0,
             voltage_exponent: 0.0,
             mean_voltage_v: 1.0,
             between: BetweenSamples::Held,

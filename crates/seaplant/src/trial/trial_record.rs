@@ -13,7 +13,7 @@ use super::slopes::{new_fixes, slope, velocity_by_fixes};
 use super::{Role, TrialSetup, saturations};
 use crate::motion::{KnownForce, KnownKind, smoothed_attitude};
 use crate::navigation::{MeanAcceleration, Motion, Navigated, Recording, navigate};
-use crate::plant::Signal;
+use crate::plant::{Signal, ThrusterNumber};
 use crate::series::{ROUNDING_S, union};
 use crate::{Caveat, CaveatCode, Dof, Error, Grid, Timed, Vehicle};
 
@@ -29,12 +29,18 @@ pub struct PlacedThruster {
 }
 
 impl PlacedThruster {
-    /// Returns its speed and thrust as signals of effects.
-    pub(crate) fn signals(&self) -> [(Signal, Timed); 2] {
+    /// Returns its speed and thrust as signals of effects, of a thruster without numbers of its own.
+    pub(crate) fn signals(&self) -> [(Signal, Timed); 4] {
         let ThrusterTrack { speed, forward, reverse, .. } = &self.track;
         let thrust = speed.map(|n| n * n.abs() * if n < 0.0 { *reverse } else { *forward });
-        let (name, speed) = (|| self.name.clone(), speed.clone());
-        [(Signal::PropellerSpeed(name()), speed), (Signal::Thrust(name()), thrust)]
+        let (name, speed, none) = (|| self.name.clone(), speed.clone(), speed.map(|_| 0.0));
+        let by = |number| Signal::ThrustBy { number, thruster: name() };
+        [
+            (Signal::PropellerSpeed(name()), speed),
+            (Signal::Thrust(name()), thrust),
+            (by(ThrusterNumber::Lag), none.clone()),
+            (by(ThrusterNumber::DeadBand), none),
+        ]
     }
 }
 
@@ -403,7 +409,7 @@ impl TrialRecord {
     ) -> Result<Self, Error> {
         let mut record = self.clone();
         for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
-            let [_, (_, logged)] = own.signals();
+            let [_, (_, logged), ..] = own.signals();
             let beyond = logged.map(|x| x * (if x < 0.0 { astern } else { ahead } - 1.0));
             for (force, way) in record.force.iter_mut().zip(own.wrench.iter()) {
                 let Some(series) = force.as_mut().filter(|_| *way != 0.0) else { continue };
@@ -448,9 +454,9 @@ impl TrialRecord {
     fn with_speed(&self, thruster: &str, speed: &Timed) -> Result<Self, Error> {
         let mut record = self.clone();
         for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
-            let [_, (_, before)] = own.signals();
+            let [_, (_, before), ..] = own.signals();
             own.track.speed = speed.clone();
-            let [_, (_, now)] = own.signals();
+            let [_, (_, now), ..] = own.signals();
             for (force, way) in record.force.iter_mut().zip(own.wrench.iter()) {
                 let Some(series) = force.as_mut().filter(|_| *way != 0.0) else { continue };
                 let first_s = series.first_s();

@@ -42,6 +42,8 @@ pub enum Disturbance {
     InflowOneSided,
     /// Another exponent of thrust over propeller speed than 2.
     ThrustExponent,
+    /// Propellers do not turn at small commands.
+    DeadBand,
     /// Thrust falls as the battery discharges.
     BatterySag,
     /// An irregular wave force in a narrow band of periods.
@@ -70,7 +72,7 @@ pub enum Disturbance {
 
 impl Disturbance {
     /// All disturbances; the word `all` means the first six.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Tether,
         Self::Current,
         Self::Lag,
@@ -83,6 +85,7 @@ impl Disturbance {
         Self::Slew,
         Self::InflowOneSided,
         Self::ThrustExponent,
+        Self::DeadBand,
         Self::BatterySag,
         Self::SwellNarrowBand,
         Self::CurrentDrift,
@@ -112,6 +115,7 @@ impl Disturbance {
             Self::Slew => "slew",
             Self::InflowOneSided => "inflow-one-sided",
             Self::ThrustExponent => "thrust-exponent",
+            Self::DeadBand => "dead-band",
             Self::BatterySag => "battery-sag",
             Self::SwellNarrowBand => "swell-narrow-band",
             Self::CurrentDrift => "current-drift",

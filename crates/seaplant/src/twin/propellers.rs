@@ -44,6 +44,31 @@ pub(super) struct Motor {
     down_s: f64,
     /// Largest rate of speed, rad/s².
     most: f64,
+    dead_band: DeadBand,
+}
+
+/// Commands at which a propeller does not turn.
+#[derive(Clone, Copy)]
+struct DeadBand {
+    /// Part of the greatest command, and that, rad/s.
+    part: f64,
+    max_speed: f64,
+}
+
+impl DeadBand {
+    fn of(spec: &TwinSpec) -> Self {
+        let part = spec.strength_of(Disturbance::DeadBand, spec.strength.dead_band);
+        Self { part, max_speed: spec.thrusters.max_speed() }
+    }
+
+    /// Returns the speed that a command leads to in the end: as it says at the greatest.
+    fn speed(&self, command: f64) -> f64 {
+        if self.part == 0.0 {
+            return command;
+        }
+        let beyond = (command.abs() - self.part * self.max_speed).max(0.0);
+        (beyond / (1.0 - self.part)).copysign(command)
+    }
 }
 
 /// Propeller speeds at the start, the middle and the end of a step, rad/s.
@@ -80,8 +105,10 @@ impl TwinSpec {
 
     /// Returns thrust at rest in the water with a fresh battery, N.
     ///
-    /// `F = k n|n| |n / n_max|^(p − 2)`, which equals the square law at the greatest speed.
-    pub(super) fn true_thrust(&self, speed: f64) -> f64 {
+    /// `F = k n|n| |n / n_max|^(p − 2)`, which equals the square law at the greatest speed; of a command within the
+    /// dead band, none.
+    pub(super) fn true_thrust(&self, command: f64) -> f64 {
+        let speed = DeadBand::of(self).speed(command);
         let part = speed / self.thrusters.max_speed();
         beyond_square(self.thrusters.law().force(speed), part, self.exponent() - 2.0)
     }
@@ -134,7 +161,12 @@ impl Motor {
         let (up_s, down_s) = spec.lags();
         let slew_s = spec.strength_of(Disturbance::Slew, spec.strength.slew_s);
         let most = if slew_s > 0.0 { spec.thrusters.max_speed() / slew_s } else { f64::INFINITY };
-        Self { up_s, down_s, most }
+        Self { up_s, down_s, most, dead_band: DeadBand::of(spec) }
+    }
+
+    /// Returns the speed that a command leads to in the end.
+    pub(super) fn turned_by(&self, command: f64) -> f64 {
+        self.dead_band.speed(command)
     }
 
     /// Returns whether speed follows commands immediately.
@@ -228,7 +260,8 @@ impl Propellers {
         // A step lies within one tick; a millionth of one allows for rounding.
         let tick = (TICK_HZ * (t_s - self.delay_s) + 1e-6).floor();
         let wanted = [0, 1].map(|i| if tick < 0.0 { 0.0 } else { commands[i][tick as usize] });
-        let Motor { up_s, down_s, most } = self.motor;
+        let wanted = wanted.map(|command| self.motor.turned_by(command));
+        let Motor { up_s, down_s, most, .. } = self.motor;
         let after = |part: f64| {
             if up_s == down_s && most.is_infinite() {
                 let keep = if up_s > 0.0 { (-part * STEP_S / up_s).exp() } else { 0.0 };
@@ -281,6 +314,22 @@ mod tests {
         (0..steps).map(|step| propellers.advance(&commands, step as f64 * STEP_S)[2]).collect()
     }
 
+    /// Propellers that turn at any command.
+    const ALWAYS: DeadBand = DeadBand { part: 0.0, max_speed: 100.0 };
+
+    #[test]
+    fn a_propeller_rests_within_its_dead_band_and_is_as_fast_as_told_at_the_greatest_command() {
+        let dead_band = DeadBand { part: 0.1, max_speed: 100.0 };
+        let told = [-100.0, -9.0, 0.0, 10.0, 55.0, 100.0];
+        let turns = [-100.0, 0.0, 0.0, 0.0, 50.0, 100.0];
+        for (command, speed) in told.into_iter().zip(turns) {
+            assert!((dead_band.speed(command) - speed).abs() < ROUNDING, "{command}");
+        }
+        let full = TwinSpec::jason2().thrusters.max_speed();
+        let path = turned("dead-band", [0.05 * full, -full], 2);
+        assert!(path[1][0] == 0.0 && (path[1][1] + full).abs() < ROUNDING, "{path:?}");
+    }
+
     /// Rounding over some hundred steps, rad/s.
     const ROUNDING: f64 = 1e-9;
 
@@ -295,7 +344,7 @@ mod tests {
 
     #[test]
     fn a_propeller_slows_down_with_its_own_time_constant() {
-        let motor = Motor { up_s: 0.15, down_s: 0.45, most: f64::INFINITY };
+        let motor = Motor { up_s: 0.15, down_s: 0.45, most: f64::INFINITY, dead_band: ALWAYS };
         let speeds_up = motor.after(0.3, 0.0, 100.0);
         assert!((speeds_up - 100.0 * (1.0 - (-2.0_f64).exp())).abs() < ROUNDING);
         let slows_down = motor.after(0.9, -100.0, -20.0);
@@ -312,10 +361,10 @@ mod tests {
     fn intervals_of_any_length_lead_to_the_same_speed() {
         let most = 300.0;
         for motor in [
-            Motor { up_s: 0.15, down_s: 0.45, most },
-            Motor { up_s: 0.3, down_s: 0.3, most },
-            Motor { up_s: 0.0, down_s: 0.2, most },
-            Motor { up_s: 0.2, down_s: 0.0, most: f64::INFINITY },
+            Motor { up_s: 0.15, down_s: 0.45, most, dead_band: ALWAYS },
+            Motor { up_s: 0.3, down_s: 0.3, most, dead_band: ALWAYS },
+            Motor { up_s: 0.0, down_s: 0.2, most, dead_band: ALWAYS },
+            Motor { up_s: 0.2, down_s: 0.0, most: f64::INFINITY, dead_band: ALWAYS },
         ] {
             for (from, to) in [(0.0, 170.0), (150.0, -90.0), (-30.0, -160.0), (120.0, 0.0)] {
                 let once = motor.after(0.7, from, to);
@@ -327,7 +376,7 @@ mod tests {
 
     #[test]
     fn equal_time_constants_make_one_lag() {
-        let motor = Motor { up_s: 0.3, down_s: 0.3, most: f64::INFINITY };
+        let motor = Motor { up_s: 0.3, down_s: 0.3, most: f64::INFINITY, dead_band: ALWAYS };
         for dt in [0.01, 0.2, 0.5, 2.0] {
             let exact = -80.0 + (-dt / 0.3_f64).exp() * 180.0;
             assert!((motor.after(dt, 100.0, -80.0) - exact).abs() < ROUNDING);

@@ -43,6 +43,9 @@ pub struct DisturbanceStrength {
     /// p of F ∝ |n|^p under `thrust-exponent`; the analyst's curve is correct at the greatest
     /// speed.
     pub thrust_exponent: f64,
+    /// Part of the greatest command below which propellers do not turn under `dead-band`; the analyst's curve is
+    /// correct at the greatest speed.
+    pub dead_band: f64,
     /// Fraction of thrust lost under `battery-sag` by the end of a degree of freedom's last trial,
     /// linear in time from the start of its first.
     pub sag_part: f64,
@@ -100,6 +103,7 @@ impl Default for DisturbanceStrength {
             slew_s: 0.6,
             inflow_one_sided_loss: 0.25,
             thrust_exponent: 1.8,
+            dead_band: 0.06,
             sag_part: 0.15,
             swell_std_n: 70.0,
             swell_damping: 0.05,

@@ -99,6 +99,8 @@ pub struct TrueNuisances {
     pub inflow_one_sided: f64,
     /// p of F ∝ |n|^p.
     pub thrust_exponent: f64,
+    /// Part of the greatest command below which propellers do not turn.
+    pub dead_band: f64,
     /// Fraction of thrust lost by the end of a degree of freedom's last trial.
     pub sag_part: f64,
     /// Standard deviation of the narrow-band swell, N.
@@ -168,6 +170,7 @@ impl TrueNuisances {
             slew_s: spec.strength_of(D::Slew, strength.slew_s),
             inflow_one_sided: spec.inflow_one_sided(),
             thrust_exponent: spec.exponent(),
+            dead_band: spec.strength_of(D::DeadBand, strength.dead_band),
             sag_part: spec.strength_of(D::BatterySag, strength.sag_part),
             swell_std_n: spec.strength_of(D::SwellNarrowBand, strength.swell_std_n),
             drift_std_m_s: spec.strength_of(D::CurrentDrift, strength.drift_std_m_s),

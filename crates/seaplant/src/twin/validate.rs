@@ -163,6 +163,7 @@ impl TwinSpec {
         let s = &self.strength;
         let bounded = [
             ("thrust_exponent", s.thrust_exponent, 1.0..=3.0, "from 1 to 3"),
+            ("dead_band", s.dead_band, 0.0..=0.5, "from 0 to 0.5"),
             ("sag_part", s.sag_part, 0.0..=0.9, "from 0 to 0.9"),
             ("swell_damping", s.swell_damping, 0.001..=0.9, "from 0.001 to 0.9"),
             ("dvl_scale_error", s.dvl_scale_error, -0.5..=0.5, "from −0.5 to 0.5"),

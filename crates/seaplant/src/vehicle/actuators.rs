@@ -6,7 +6,8 @@ use nalgebra::{Vector3, Vector6};
 use super::{Thruster, Vehicle};
 use crate::Surface;
 use crate::plant::{
-    Effect, EffectForce, Foil, MOST_READ, OpenWater, Pusher, RudderFlow, WakeByDrift,
+    Effect, EffectForce, Foil, MOST_READ, OpenWater, Pusher, RudderFlow, ThrusterNumber,
+    WakeByDrift,
 };
 use crate::{Dof, Error};
 
@@ -343,6 +344,14 @@ impl Vehicle {
             for (what, reverse) in [("excess-thrust", false), ("excess-reverse-thrust", true)] {
                 let force = EffectForce::Gain { thruster: thruster.clone(), reverse };
                 push(format!("{}.{what}", thruster.name), force, false, None);
+            }
+        }
+        // One thruster alone has the numbers of all.
+        for thruster in thrusters.iter().filter(|_| thrusters.len() > 1) {
+            for number in ThrusterNumber::ALL {
+                let what = number.name().replace(' ', "-");
+                let force = EffectForce::Own { thruster: thruster.clone(), number };
+                push(format!("{}.excess-{what}", thruster.name), force, false, None);
             }
         }
         let of_wind = self.windage.unwrap_or_default().effects().into_iter();

@@ -35,6 +35,12 @@
 //! The power of a propeller in place grows with its thrust to the power 3/2. A curve is right without load,
 //! as it is measured of one thruster by itself.
 //!
+//! A propeller may not turn below a part p of the greatest speed n_max that is told:
+//!
+//! ```text
+//! n_told' = sign(n_told) max(|n_told| − p n_max, 0) / (1 − p)
+//! ```
+//!
 //! D is negative where thrust acts before its log says. That of commands which are logged every h, while
 //! they are given m times as often, is −h/2 (1 − 1/m) on average: what is held until the next sample has
 //! long become something else. A pilot who works against the motion then looks like mass.
@@ -49,9 +55,10 @@ use nalgebra::Vector6;
 
 use super::super::inputs::Inputs;
 use super::super::propellers::{Drive, DriveLaw, DriveNumber, Push, SignalIntegral};
+use super::differences::{Own, own_numbers};
 use super::search::ADMITTED;
 use crate::motion::{HeldForces, PUSHED_BY, Slice};
-use crate::plant::Signal;
+use crate::plant::{Plant, Signal, ThrusterNumber};
 use crate::series::union;
 use crate::{
     BetweenSamples, Dof, Error, PlacedThruster, Supply, ThrusterTrack, Timed, TrialRecord,
@@ -76,6 +83,8 @@ pub struct Actuator {
     pub slew_s: f64,
     /// Exponent of thrust over the logged supply voltage.
     pub voltage_exponent: f64,
+    /// Part of `full_speed` below which propellers do not turn.
+    pub dead_band: f64,
     /// Logarithm of thrust at the end of each trial over that at its beginning, beside what its log
     /// says.
     pub log_change_within: f64,
@@ -86,7 +95,7 @@ pub struct Actuator {
     /// Logarithm of the scale of all thrust: what acts over what curves and logs say. Only known forces
     /// reveal it.
     pub log_scale: f64,
-    /// The greatest propeller speed, where another exponent leaves thrust as its curve says.
+    /// The greatest propeller speed, where another exponent and a dead band leave thrust as its curve says.
     pub full_speed: f64,
     /// Logarithms of the mean supply voltage, V, where another exponent leaves thrust as curves say that state none,
     /// and of the greatest; the mean again if all state one.
@@ -94,6 +103,9 @@ pub struct Actuator {
     /// What propellers, or logged forces, do between their samples.
     pub between: BetweenSamples,
 }
+
+/// The greatest dead band, as a part of full speed.
+const MOST_DEAD_BAND: f64 = 0.4;
 
 /// How finely a force that lags is held in a simulation, s.
 const FINEST_S: f64 = 0.05;
@@ -118,7 +130,7 @@ const LEAST_EARLY_S: f64 = 0.005;
 const OUT_OF_PROPORTION: f64 = 0.01;
 
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
-const SHAPED_BY: [DriveNumber; 7] = [
+const SHAPED_BY: [DriveNumber; 8] = [
     DriveNumber::Lag,
     DriveNumber::Delay,
     DriveNumber::Reverse,
@@ -126,6 +138,7 @@ const SHAPED_BY: [DriveNumber; 7] = [
     DriveNumber::Exponent,
     DriveNumber::Slew,
     DriveNumber::Voltage,
+    DriveNumber::DeadBand,
 ];
 
 /// Whether what pushes in reverse is in proportion to all that pushes, on all axes and at all times:
@@ -174,13 +187,16 @@ impl Actuator {
     /// Where the exponent of supply voltage stands among them.
     pub(super) const VOLTAGE: usize = 6;
 
+    /// Where the dead band stands among them.
+    pub(super) const DEAD_BAND: usize = 7;
+
     /// Where the slow changes of thrust stand among them.
-    const CHANGE_WITHIN: usize = 7;
-    const CHANGE_BETWEEN: usize = 8;
+    const CHANGE_WITHIN: usize = 8;
+    const CHANGE_BETWEEN: usize = 9;
     /// Where the change of thrust under load stands among them.
-    pub(super) const LOADED: usize = 9;
+    pub(super) const LOADED: usize = 10;
     /// Where the scale of all thrust stands among them.
-    pub(super) const SCALE: usize = 10;
+    pub(super) const SCALE: usize = 11;
 
     /// Between what they stay.
     pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [
@@ -191,6 +207,7 @@ impl Actuator {
         (-1.0, 1.0),
         (0.0, 5.0),
         (-1.0, 4.0),
+        (0.0, MOST_DEAD_BAND),
         (-1.5, 1.5),
         (-1.5, 1.5),
         (-1.5, 0.5),
@@ -199,7 +216,7 @@ impl Actuator {
 
     /// Their standard deviations before anything is measured.
     pub(super) const PRIOR_STD: [f64; Self::COUNT] =
-        [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 1.5, 0.3, 0.3, 0.3, 1.0];
+        [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 1.5, 0.1, 0.3, 0.3, 0.3, 1.0];
 
     /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
     /// delay once in 500; what contradicts the log or the curve of a thruster has to be seen as clearly
@@ -219,7 +236,8 @@ impl Actuator {
     /// push; of propellers, what their speeds can show; of thrusters of which a part as large always pushes in reverse, not
     /// what that pushes, as it looks like all of them stronger; of a supply voltage that hardly varies, no exponent of it;
     /// of one trial, no change from trial to trial; without a known force, no scale. A slew time has no slope where it is
-    /// zero, and the change under load imitates thrusters that are not alike: both are tried later.
+    /// zero, a dead band is another exponent to begin with, and the change under load imitates thrusters that are not
+    /// alike: these are tried later.
     pub(super) fn fitted(records: &[&TrialRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
         let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let tracks = records.iter().flat_map(|record| &record.thrusters);
@@ -229,7 +247,7 @@ impl Actuator {
         let scale = lag && records.iter().any(|record| !record.known.is_empty());
         let between = lag && records.len() > 1;
         let voltage = inputs.show_voltage();
-        [lag, lag, reverse, lag_ratio, exponent, false, voltage, lag, between, false, scale]
+        [lag, lag, reverse, lag_ratio, exponent, false, voltage, false, lag, between, false, scale]
     }
 
     /// What is fitted of it, in the order of its fields.
@@ -242,6 +260,7 @@ impl Actuator {
             self.beyond_square,
             self.slew_s,
             self.voltage_exponent,
+            self.dead_band,
             self.log_change_within,
             self.log_change_between,
             self.log_change_loaded,
@@ -272,8 +291,9 @@ impl Actuator {
 
     /// How far thrust at half of full speed is from a square law that is right at full speed: the
     /// logarithm of the part.
-    pub(super) fn at_half_speed(&self) -> f64 {
-        self.beyond_square.abs() * std::f64::consts::LN_2
+    pub(crate) fn at_half_speed(&self) -> f64 {
+        let turning = (1.0 - 2.0 * self.dead_band) / (1.0 - self.dead_band);
+        (self.beyond_square * std::f64::consts::LN_2 - 2.0 * turning.ln()).abs()
     }
 
     /// The same with such numbers.
@@ -282,6 +302,7 @@ impl Actuator {
         let [
             ..,
             voltage_exponent,
+            dead_band,
             log_change_within,
             log_change_between,
             log_change_loaded,
@@ -295,6 +316,7 @@ impl Actuator {
             beyond_square,
             slew_s,
             voltage_exponent,
+            dead_band,
             log_change_within,
             log_change_between,
             log_change_loaded,
@@ -463,7 +485,8 @@ impl Actuator {
             beyond_square: self.beyond_square,
             full_speed: self.full_speed,
             between: self.between,
-            has_exponent: true,
+            dead_band: self.dead_band,
+            has_derivatives: true,
             voltage_exponent: self.voltage_exponent,
             ln_mean_voltage: self.ln_voltage[0],
         };
@@ -483,34 +506,85 @@ impl Actuator {
         }
     }
 
-    /// The signals of a record, with the speed that each propeller has in place of the one that is
-    /// logged, rad/s, and with its thrust, N: the mean size over each slice, with the sign of thrust.
+    /// The signals of a record: mean values over slices, with the sign of thrust.
+    ///
+    /// They are the speed that each propeller of a plant has in place of the one that is logged, rad/s, its thrust by
+    /// the numbers of all, N, and the change of what it gives of that by each number λ of its own, with its gain g:
+    /// `g (F(λ) − F(0))/λ`, or the derivative where it has none.
     ///
     /// # Errors
     /// As [`Self::acting`].
-    pub(crate) fn signals(&self, record: &TrialRecord) -> Result<BTreeMap<Signal, Timed>, Error> {
+    pub(crate) fn signals(
+        &self,
+        record: &TrialRecord,
+        plant: &Plant,
+    ) -> Result<BTreeMap<Signal, Timed>, Error> {
         let mut signals = record.signals.clone();
-        if self.numbers()[..SHAPED_BY.len()] == [0.0; SHAPED_BY.len()] && !self.is_smooth() {
-            return Ok(signals);
-        }
+        let own_numbers = own_numbers(plant);
         let none: [Option<Timed>; 6] = [const { None }; 6];
         for PlacedThruster { name, track, .. } in &record.thrusters {
             let mut alone = none.clone();
             alone[0] = Some(track.speed.clone());
-            let slices = self.slices(&alone);
-            let (mut speeds, mut thrust) = (Vec::with_capacity(slices.len()), Vec::new());
-            self.drive(track, &slices, |push| {
-                speeds.push(push.gamma.iter().sum::<f64>().copysign(push.tau));
-                thrust.push(push.tau);
-            });
+            let Own { lag_s, dead_band, gain } = own_numbers.get(name).copied().unwrap_or_default();
+            let late = Self { lag_s: (self.lag_s + lag_s).max(0.0), ..*self };
+            let dead_band = (self.dead_band + dead_band).clamp(0.0, MOST_DEAD_BAND);
+            let own = Self { dead_band, ..late };
+            let slices = if own.lag_s > self.lag_s { &own } else { self }.slices(&alone);
             let times = slices.iter().map(|slice| slice.from_s).collect::<Vec<f64>>();
-            let of = |values| Timed::new(name, times.clone(), values);
-            signals.insert(Signal::PropellerSpeed(name.clone()), of(speeds)?);
-            signals.insert(Signal::Thrust(name.clone()), of(thrust)?);
+            let of = |values: Vec<f64>| Timed::new(name, times.clone(), values);
+            let mut driven = self.driven(track, &slices);
+            signals.insert(Signal::Thrust(name.clone()), of(driven.thrust.clone())?);
+            let changes = [
+                (ThrusterNumber::Lag, late, late.lag_s - self.lag_s),
+                (ThrusterNumber::DeadBand, own, own.dead_band - late.dead_band),
+            ];
+            for (number, to, beyond) in changes {
+                let mut by = std::mem::take(&mut driven.by[number as usize]);
+                if beyond.abs() > LEAST_BEYOND {
+                    let after = to.driven(track, &slices);
+                    let both = after.thrust.iter().zip(&driven.thrust);
+                    by = both.map(|(after, before)| (after - before) / beyond).collect();
+                    driven = after;
+                }
+                let scale = self.log_scale.exp();
+                for (by, thrust) in by.iter_mut().zip(&driven.thrust) {
+                    *by *= scale + gain[usize::from(*thrust < 0.0)];
+                }
+                let thruster = name.clone();
+                signals.insert(Signal::ThrustBy { number, thruster }, of(by)?);
+            }
+            signals.insert(Signal::PropellerSpeed(name.clone()), of(driven.speeds)?);
         }
         Ok(signals)
     }
+
+    /// What a thruster does over some slices.
+    fn driven(&self, track: &ThrusterTrack, slices: &[Slice]) -> Driven {
+        let mut driven = Driven::default();
+        self.drive(track, slices, |push| {
+            driven.speeds.push(push.gamma.iter().sum::<f64>().copysign(push.tau));
+            driven.thrust.push(push.tau);
+            for (all, number) in driven.by.iter_mut().zip([DriveNumber::Lag, DriveNumber::DeadBand])
+            {
+                all.push(push.tau_by[number as usize]);
+            }
+        });
+        driven
+    }
 }
+
+/// What a thruster does over slices.
+#[derive(Default)]
+struct Driven {
+    /// Mean size of propeller speed, with the sign of thrust.
+    speeds: Vec<f64>,
+    thrust: Vec<f64>,
+    /// Derivatives of thrust by each [`ThrusterNumber`].
+    by: [Vec<f64>; ThrusterNumber::ALL.len()],
+}
+
+/// A number of a thruster that is less beyond that of all is that of all.
+const LEAST_BEYOND: f64 = 1e-6;
 
 /// Returns the mean and the greatest logarithm of the supply voltage in trials; the mean twice if all curves state the
 /// voltage of their measurement, and zero without any.
@@ -709,6 +783,7 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plant::{Effect, EffectForce, Pusher, Structure, Symmetry};
     use crate::{ThrustUncertainty, ThrusterTrack};
 
     fn steps() -> Timed {
@@ -814,7 +889,7 @@ mod tests {
     #[test]
     fn a_propeller_lags_in_speed() {
         let ratio: f64 = 0.7;
-        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18), &Dof::ALL);
         let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
         let (_, integral) = by_small_steps(actuator, 0.9, thrust);
@@ -845,14 +920,15 @@ mod tests {
         for logged in [of_wrench(0), of_thruster(), of_two_thrusters(), of_battery(Some(2.7))] {
             // With another exponent, how long a propeller reverses within a slice is held.
             let some = [
-                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0], 1e-3),
-                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.0, 0.2, -0.1, 0.0, 0.0], 0.15),
-                ([0.0, 0.013, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-                ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
-                ([0.1, 0.01, 0.1, 0.0, 0.0, 0.0, 1.3, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0], 1e-3),
+                ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.0, 0.0, 0.2, -0.1, 0.0, 0.0], 0.15),
+                ([0.0, 0.013, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
+                ([0.1, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.12, 0.0, 0.0, 0.0, 0.0], 1e-3),
+                ([0.1, 0.01, 0.1, 0.0, 0.0, 0.0, 1.3, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
             ];
             let laws =
                 [BetweenSamples::Held, BetweenSamples::SmoothSpeed, BetweenSamples::SmoothThrust];
@@ -865,7 +941,7 @@ mod tests {
                 };
                 let here = actuator(base).pushes(&logged, &slices, &Dof::ALL);
                 let has_slope = |k: &usize| match *k {
-                    Actuator::SLEW | Actuator::LAG => base[*k] > 0.0,
+                    Actuator::SLEW | Actuator::LAG | Actuator::DEAD_BAND => base[*k] > 0.0,
                     _ => true,
                 };
                 for k in (0..Actuator::COUNT).filter(has_slope) {
@@ -884,7 +960,7 @@ mod tests {
 
     #[test]
     fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
-        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0]);
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0]);
         let slices = slices(0.05, 40);
         let (logged, changed) = [Actuator::default(), actuator]
             .map(|actuator| actuator.pushes(&of_wrench(0), &slices, &Dof::ALL))
@@ -898,7 +974,7 @@ mod tests {
 
     #[test]
     fn thrust_under_the_load_of_all_thrusters_is_less_by_its_share() {
-        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0]);
+        let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0]);
         let slices = slices(0.1, 12);
         let (logged, changed) = [Actuator::default(), actuator]
             .map(|actuator| actuator.pushes(&of_two_thrusters(), &slices, &Dof::ALL))
@@ -920,7 +996,8 @@ mod tests {
     #[test]
     fn thrust_is_in_proportion_to_a_power_of_voltage() {
         let slices = slices(0.1, 12);
-        let actuator = Actuator { voltage_exponent: 1.3, ln_voltage: [2.75; 2], ..of([0.0; 11]) };
+        let actuator =
+            Actuator { voltage_exponent: 1.3, ln_voltage: [2.75; 2], ..of([0.0; Actuator::COUNT]) };
         for (of_curve, reference) in [(None, 2.75), (Some(2.7), 2.7)] {
             let [logged, changed] = [Actuator::default(), actuator]
                 .map(|actuator| actuator.pushes(&of_battery(of_curve), &slices, &Dof::ALL));
@@ -948,13 +1025,56 @@ mod tests {
     #[test]
     fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
         let record = TrialRecord { thrusters: vec![thruster()], ..TrialRecord::until("a", 2.0) };
-        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-            .signals(&record)
+        let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+            .signals(&record, &surge(&[]))
             .expect("finite");
         let [speed, thrust] = [Signal::PropellerSpeed("a".into()), Signal::Thrust("a".into())]
             .map(|signal| signals[&signal].values().to_vec());
         assert!(speed.iter().zip(&thrust).all(|(n, t)| n * t >= 0.0));
         assert!(speed.iter().any(|n| *n < -0.1) && speed.iter().any(|n| *n > 0.1));
+    }
+
+    /// A plant of surge, whose thruster has these numbers beyond those of all.
+    fn surge(own: &[(ThrusterNumber, f64)]) -> Plant {
+        let plain = Structure::of(&[Dof::Surge], Symmetry::Diagonal).expect("an axis");
+        let mut coefficients = vec![1.0; plain.terms().len()];
+        let with = |structure: Structure, (number, value): &(ThrusterNumber, f64)| {
+            coefficients.push(*value);
+            let thruster =
+                Pusher { name: "a".to_owned(), position_m: [0.0; 3], direction: [1.0, 0.0, 0.0] };
+            let force = EffectForce::Own { thruster, number: *number };
+            structure.with_effect(Effect { name: number.name().to_owned(), force }, true)
+        };
+        let structure = own.iter().try_fold(plain, with).expect("new effects");
+        Plant::new(structure, coefficients).expect("finite")
+    }
+
+    #[test]
+    fn thrust_with_what_its_own_numbers_change_is_that_of_a_thruster_with_these() {
+        let record = TrialRecord { thrusters: vec![thruster()], ..TrialRecord::until("a", 2.0) };
+        let of = |lag_s: f64, dead_band: f64| Actuator {
+            lag_s,
+            dead_band,
+            full_speed: 10.0,
+            ..Actuator::default()
+        };
+        for (late_s, dead) in [(0.3, 0.0), (-0.15, 0.04), (0.1, -0.05)] {
+            let own = [(ThrusterNumber::Lag, late_s), (ThrusterNumber::DeadBand, dead)];
+            let signals = of(0.2, 0.1).signals(&record, &surge(&own)).expect("finite");
+            let pushes = of(0.2 + late_s, 0.1 + dead);
+            let pushes = pushes.pushes(&of_thruster(), &slices(0.05, 20), &Dof::ALL);
+            for (k, push) in pushes.each().enumerate() {
+                // In the middle of a slice of both, up to the last change.
+                let t = 0.05 * k as f64 + 0.025;
+                let at = |signal: Signal| signals[&signal].held_at(t);
+                let changes = own.map(|(number, value)| {
+                    value * at(Signal::ThrustBy { number, thruster: "a".to_owned() })
+                });
+                let found = at(Signal::Thrust("a".into())) + changes[0] + changes[1];
+                let expected = push.force[0] / WRENCH[0];
+                assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{t}: {found}");
+            }
+        }
     }
 
     #[test]
@@ -971,11 +1091,11 @@ mod tests {
         };
         assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
         let some = [
-            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, 0.0, -0.2, 0.0, 0.0, 0.0],
-            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, 0.0, 0.0, -0.2, 0.0, 0.0, 0.0],
+            [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         ];
         for numbers in some {
             let actuator = of(numbers);

@@ -75,8 +75,9 @@ impl Fitted {
         &self,
         records: &[&TrialRecord],
     ) -> Result<Vec<TrialRecord>, Error> {
+        let plant = self.problem.plant(&self.optimum.point.free)?;
         let with_speeds = |record: &&TrialRecord| {
-            let signals = self.optimum.point.actuator.signals(record)?;
+            let signals = self.optimum.point.actuator.signals(record, &plant)?;
             Ok(TrialRecord { signals, ..(*record).clone() })
         };
         records.iter().map(with_speeds).collect()
@@ -196,6 +197,26 @@ impl Fitted {
         };
         let Ok(found) = found else { return Ok(self) };
         self.or_if_likelier(limited, found, search::ADMITTED)
+    }
+
+    /// The same with a dead band of propellers in the place of another exponent of thrust, if that is clearly
+    /// likelier: both make thrust weaker at low speed.
+    pub(super) fn with_dead_band_that_shows(self) -> Result<Self, Error> {
+        let Self { problem, optimum, .. } = &self;
+        let actuator = optimum.point.actuator;
+        let is_weaker = problem.fits[Actuator::EXPONENT] && actuator.beyond_square > 0.0;
+        if !problem.has_thrusters || !is_weaker || problem.requires[Actuator::EXPONENT] {
+            return Ok(self);
+        }
+        let mut other = problem.clone();
+        other.fits[Actuator::EXPONENT] = false;
+        other.fits[Actuator::DEAD_BAND] = true;
+        let mut point = optimum.point.clone();
+        let dead_band = DEAD_BAND_PER_EXPONENT * actuator.beyond_square;
+        point.actuator = Actuator { beyond_square: 0.0, dead_band, ..actuator };
+        // A descent that does not settle finds no dead band.
+        let Ok(found) = other.descent_at_noise(point, Tolerance::COARSE) else { return Ok(self) };
+        self.or_if_likelier(other, found, search::CLEAR_GAIN)
     }
 
     /// The same with thrust that changes under the load of all thrusters, if that is likelier by more than
@@ -517,6 +538,9 @@ const FIRST_SWELL_PARTS: [f64; 3] = [0.1, 0.5, 0.9];
 /// Jitter at which a descent begins, relative to the time between samples of thrust: that of changes
 /// at any time is 1/√12.
 const FIRST_JITTERS: [f64; 3] = [0.03, 0.1, 0.3];
+
+/// The dead band that thrust has at 60 % of full speed as with another exponent, over that exponent less 2.
+const DEAD_BAND_PER_EXPONENT: f64 = 0.38;
 
 /// Slew times at which a descent begins, s, …
 const FIRST_SLEWS_S: [f64; 3] = [0.2, 0.5, 1.2];

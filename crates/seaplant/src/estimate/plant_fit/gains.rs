@@ -1,24 +1,19 @@
-//! Thrusters that do not push as their curves say: a gain for each, all of them together, and those
+//! Thrusters that do not push as their curves say: gains beside each other, the scale that they leave open, and those
 //! that stand still or push the other way in one of several trials.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::Fitted;
 use super::descent::Tolerance;
+use super::differences::{Difference, LEAST_MINDED, has_scale, needed, term_of, thruster_of};
 use super::filter::Slope;
 use super::search;
 use super::uncertainty::inverse;
-use super::{Actuator, Fitted};
-use crate::plant::{Basis, Effect, EffectForce, Plant, Pusher, Structure};
+use crate::plant::{Basis, Plant, Structure};
+use crate::series::median;
 use crate::{Dof, Error, ThrusterFault, TrialRecord};
-
-/// Gains are admitted whose gain in likelihood chance makes as rarely: once in 100 000.
-const CHANCE: f64 = 1e-5;
-
-/// Gains that differ by less are those of thrusters that are alike.
-const LEAST_MINDED: f64 = 0.01;
 
 /// The least standard deviation between thrusters of one kind: no two are more alike.
 const LEAST_SPREAD: f64 = 0.01;
@@ -60,7 +55,7 @@ impl Fitted {
         records: &[&TrialRecord],
     ) -> Result<(Self, Vec<TrialRecord>), Error> {
         let mut found: Vec<TrialRecord> = Vec::new();
-        let group = gains(&self.problem.structure, false);
+        let group = Difference::Gain.terms(&self.problem.structure);
         if group.len() < 2 || records.len() < 2 {
             return Ok((self, found));
         }
@@ -131,7 +126,7 @@ impl Fitted {
     /// their curves say; none of a plant with gains, and of motion left to itself.
     pub(super) fn gains_to_first_order(&self) -> Result<BTreeMap<String, GainBeside>, Error> {
         let structure = &self.problem.structure;
-        let group = gains(structure, false);
+        let group = Difference::Gain.terms(structure);
         let has_gains = structure.terms().iter().any(|term| is_gain(structure, term));
         if group.len() < 2 || has_gains || self.problem.is_free {
             return Ok(BTreeMap::new());
@@ -146,19 +141,6 @@ impl Fitted {
             Some((thruster_of(structure, term)?.name.clone(), gain))
         };
         Ok(group.iter().zip(known).filter_map(of).collect())
-    }
-
-    /// The optimum with a group of gains; those in reverse are in place of the ratio of all.
-    pub(super) fn with_group(&self, group: &[Basis], in_reverse: bool) -> Result<Self, Error> {
-        let structure = search::with_all(&self.problem.structure, group)?;
-        let mut problem = self.problem.with_terms(structure);
-        let mut start = search::widened(&problem, &self.problem, &self.optimum.point);
-        if in_reverse {
-            problem.fits[Actuator::REVERSE] = false;
-            start.actuator.log_reverse_ratio = 0.0;
-        }
-        let optimum = problem.optimum(start, Tolerance::COARSE)?;
-        Ok(self.moved_to(problem, optimum))
     }
 
     /// The same without gains of thrusters that turn out to be alike, but for those that were asked for: what they
@@ -184,76 +166,11 @@ impl Fitted {
         Ok(if lost < needed(group.len()) * alike.colour_of(&group)? { alike } else { self })
     }
 
-    /// What terms are worth together, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the
-    /// last where one number could stand for all.
-    fn worth_of(&self, terms: &[Basis], differing: bool) -> Result<(f64, f64), Error> {
-        let plant = self.problem.plant(&self.optimum.point.free)?;
-        let places: Vec<usize> =
-            terms.iter().filter_map(|term| plant.structure().index_of(term)).collect();
-        let theta = DVector::from_row_slice(plant.coefficients()).select_rows(&places);
-        let covariance = self.covariance().select_rows(&places).select_columns(&places);
-        let n = places.len();
-        let contrasts = match differing {
-            true => DMatrix::from_fn(n - 1, n, |i, j| match j {
-                _ if j == i => 1.0,
-                _ if j == n - 1 => -1.0,
-                _ => 0.0,
-            }),
-            false => DMatrix::identity(n, n),
-        };
-        let theta = &contrasts * theta;
-        let covariance = &contrasts * covariance * contrasts.transpose();
-        Ok((theta.dot(&(inverse(&covariance) * &theta)), theta.amax()))
-    }
-
     /// The greatest colour of the innovations of the axes that terms act on, at least 1.
     pub(super) fn colour_of(&self, terms: &[Basis]) -> Result<f64, Error> {
         let white = self.whiteness()?;
         let axes = terms.iter().flat_map(|term| self.problem.structure.axes_of(term));
         Ok(axes.map(|dof: Dof| white(dof)).fold(1.0, f64::max))
-    }
-}
-
-impl Fitted {
-    /// The same with gains of thrusters, if the trials ask for them: first both ways together, then in
-    /// reverse.
-    ///
-    /// Thrust as many times larger on all of them looks like mass and drag as many times larger: unless
-    /// a coefficient is held, one that is like most others keeps the gain of its curve, and
-    /// [`Scaled::of`] then has the mean of all be that of the curves.
-    pub(super) fn with_gains_that_show(mut self, records: &[&TrialRecord]) -> Result<Self, Error> {
-        if gains(&self.problem.structure, false).len() < 2 {
-            return Ok(self);
-        }
-        self = self.with_speeds_as_they_are(records)?;
-        for in_reverse in [false, true] {
-            let mut group = gains(&self.problem.structure, in_reverse);
-            let needed = needed(group.len());
-            let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
-            let step = beside.step();
-            if -step.dot(&beside.beyond) < needed {
-                continue;
-            }
-            if !in_reverse && !has_scale(&self.problem.structure) {
-                let middle = median(step.iter().copied().collect());
-                let off = |k: &usize| (step[*k] - middle).abs();
-                let usual = (0..group.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
-                usual.map(|k| group.remove(k));
-            }
-            // A plant that does not settle with them says that they are not told.
-            let Ok(wider) = self.with_group(&group, in_reverse) else { continue };
-            // Other faults colour innovations, which exaggerates the score; what counts is what is
-            // left of them.
-            let (mut worth, greatest) = wider.worth_of(&group, in_reverse)?;
-            if greatest > -STILL {
-                // So far from curves likelihood is no parabola.
-                worth = worth.max(2.0 * (self.optimum.cost - wider.optimum.cost));
-            }
-            if worth > needed * wider.colour_of(&group)? && greatest > LEAST_MINDED {
-                self = wider.with_speeds_as_they_are(records)?;
-            }
-        }
-        Ok(self)
     }
 }
 
@@ -311,7 +228,7 @@ pub(super) fn of_plant(
         return None;
     }
     // One without a coefficient gives what its curve says.
-    let all = [fitted, gains(structure, false)].concat();
+    let all = [fitted, Difference::Gain.terms(structure)].concat();
     let places: Vec<Option<usize>> = all.iter().map(|term| structure.index_of(term)).collect();
     let scale = of_scale.map_or(1.0, |of| of.scale);
     let value = |k: usize| places[k].map_or(0.0, |at| plant.coefficients()[at]);
@@ -436,9 +353,8 @@ impl Scaled {
         if fitted.is_empty() || has_scale(structure) {
             return Ok(None);
         }
-        let usual = gains(structure, false);
+        let usual = Difference::Gain.terms(structure);
         let wide = search::with_all(structure, &usual)?;
-        let p = structure.terms().len();
         let all: Vec<f64> = fitted
             .iter()
             .chain(&usual)
@@ -453,12 +369,21 @@ impl Scaled {
         for (k, term) in wide.terms().iter().enumerate() {
             let before = plant.coefficients().get(k).copied().unwrap_or(0.0);
             let beyond = if is_gain(&wide, term) { 1.0 } else { 0.0 };
+            if is_own_number(&wide, term) {
+                coefficients[k] = before;
+                continue;
+            }
             by_scale[k] = scale * (before + beyond);
             coefficients[k] = by_scale[k] - beyond;
         }
+        let scales = wide.terms().iter().map(|term| match is_own_number(&wide, term) {
+            true => 1.0,
+            false => scale,
+        });
+        let scales = DVector::from_iterator(n, scales);
         let widened = |own: &DMatrix<f64>| {
-            let mut wider = DMatrix::zeros(n, n);
-            wider.view_mut((0, 0), (p, p)).copy_from(&(own * (scale * scale)));
+            let mut wider = own.clone().resize(n, n, 0.0);
+            wider.component_mul_assign(&(&scales * scales.transpose()));
             wider
         };
         let of_scale = &by_scale * by_scale.transpose() * (std * std);
@@ -482,8 +407,9 @@ impl Scaled {
     /// # Errors
     /// [`Error::Plant`] if the coefficients are not finite.
     pub(super) fn with_reversed(mut self, thruster: &str, std: f64) -> Result<Self, Error> {
-        let gain = |in_reverse| gain_of(self.plant.structure(), thruster, in_reverse);
-        let (Some(both), in_reverse) = (gain(false), gain(true)) else { return Ok(self) };
+        let term = |of| term_of(self.plant.structure(), thruster, of);
+        let in_reverse = term(Difference::InReverse);
+        let Some(both) = term(Difference::Gain) else { return Ok(self) };
         let is_new = self.plant.structure().index_of(&both).is_none();
         let structure = match is_new {
             true => self.plant.structure().clone().with(both)?,
@@ -515,76 +441,33 @@ impl Scaled {
     }
 }
 
-/// Whether a coefficient is held, which tells the scale of all.
-fn has_scale(structure: &Structure) -> bool {
-    structure.terms().iter().any(|term| structure.held(term).is_some())
+/// Whether a term is a number of a thruster that does not scale its thrust.
+fn is_own_number(structure: &Structure, term: &Basis) -> bool {
+    let Basis::Effect(k) = term else { return false };
+    matches!(Difference::of(&structure.effects()[*k].force), Some(Difference::Own(_)))
 }
 
 /// Whether a term is the gain of a thruster both ways.
 fn is_gain(structure: &Structure, term: &Basis) -> bool {
     let Basis::Effect(k) = term else { return false };
-    matches!(structure.effects()[*k].force, EffectForce::Gain { reverse: false, .. })
-}
-
-/// What gains have to be worth together.
-pub(super) fn needed(count: usize) -> f64 {
-    ChiSquared::new(count as f64).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - CHANCE))
-}
-
-/// The gains that a plant may have of its thrusters, both ways or in reverse only.
-pub(super) fn gains(structure: &Structure, in_reverse: bool) -> Vec<Basis> {
-    let is_one = |k: &usize| match &structure.effects()[*k].force {
-        EffectForce::Gain { reverse, .. } => *reverse == in_reverse,
-        _ => false,
-    };
-    let all = (0..structure.effects().len()).filter(is_one).map(Basis::Effect);
-    all.filter(|term| structure.index_of(term).is_none()).collect()
+    Difference::of(&structure.effects()[*k].force) == Some(Difference::Gain)
 }
 
 /// What a thruster gives in reverse over what it gives ahead.
 pub(super) fn in_reverse(plant: &Plant, thruster: &str) -> f64 {
-    let own = gain_of(plant.structure(), thruster, true);
+    let own = term_of(plant.structure(), thruster, Difference::InReverse);
     own.and_then(|term| plant.coefficient(&term)).unwrap_or(0.0)
-}
-
-/// The gain of a thruster both ways, or in reverse only.
-fn gain_of(structure: &Structure, thruster: &str, in_reverse: bool) -> Option<Basis> {
-    let is_own = |effect: &Effect| match &effect.force {
-        EffectForce::Gain { thruster: own, reverse } => {
-            own.name == thruster && *reverse == in_reverse
-        }
-        _ => false,
-    };
-    structure.effects().iter().position(is_own).map(Basis::Effect)
-}
-
-/// The thruster of a gain.
-pub(super) fn thruster_of<'a>(structure: &'a Structure, term: &Basis) -> Option<&'a Pusher> {
-    let Basis::Effect(k) = term else { return None };
-    match &structure.effects()[*k].force {
-        EffectForce::Gain { thruster, .. } => Some(thruster),
-        _ => None,
-    }
 }
 
 /// The mean of numbers that are alike, but for those far off, and its standard deviation.
 fn mean_of_alike(values: &[f64]) -> (f64, f64) {
-    let middle = median(values.to_vec());
-    let distances: Vec<f64> = values.iter().map(|x| (x - middle).abs()).collect();
-    let spread = (NORMAL * median(distances)).max(LEAST_SPREAD);
+    let middle = median(&mut values.to_vec()).unwrap_or(0.0);
+    let mut distances: Vec<f64> = values.iter().map(|x| (x - middle).abs()).collect();
+    let spread = (NORMAL * median(&mut distances).unwrap_or(0.0)).max(LEAST_SPREAD);
     let far = (OUTLYING * spread).max(LEAST_OUTLYING);
     let alike: Vec<f64> = values.iter().copied().filter(|x| (x - middle).abs() <= far).collect();
     let n = alike.len().max(1) as f64;
     (alike.iter().sum::<f64>() / n, spread / n.sqrt())
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    match n {
-        0 => 0.0,
-        _ => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
-    }
 }
 
 #[cfg(test)]

@@ -71,6 +71,7 @@ const ACTUATOR_NAMES: [&str; Actuator::COUNT] = [
     "thrust_exponent",
     "slew",
     "voltage_exponent",
+    "dead_band",
     "thrust_change_within",
     "thrust_change_between",
     "thrust_change_loaded",

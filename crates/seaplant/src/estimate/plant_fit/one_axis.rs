@@ -86,7 +86,7 @@ const FEW_SAMPLES: usize = 2000;
 const FIRST_SLEW_S: f64 = 0.3;
 
 /// The candidate that each number of the actuator is.
-const NUMBERS: [(Candidate, usize); 7] = [
+const NUMBERS: [(Candidate, usize); 8] = [
     (Candidate::Lag, Actuator::LAG),
     (Candidate::Delay, Actuator::DELAY),
     (Candidate::ReverseRatio, Actuator::REVERSE),
@@ -94,6 +94,7 @@ const NUMBERS: [(Candidate, usize); 7] = [
     (Candidate::Exponent, Actuator::EXPONENT),
     (Candidate::Slew, Actuator::SLEW),
     (Candidate::Voltage, Actuator::VOLTAGE),
+    (Candidate::DeadBand, Actuator::DEAD_BAND),
 ];
 
 /// No sensor shows a velocity more precisely than to this part of the usual speed, and no model predicts it:
@@ -233,6 +234,9 @@ impl OneAxis<'_> {
             fitted = fitted.with_jitter_that_shows()?;
         }
         fitted = self.with_later_numbers(fitted);
+        if self.may_have(Candidate::DeadBand) {
+            fitted = fitted.with_dead_band_that_shows()?;
+        }
         fitted = fitted.with_speeds_as_they_are(records)?.searched(records)?;
         let tried = std::mem::take(&mut fitted.tried);
         let pushed = fitted.optimum.point.noise.disturbance[0] / force_rms(self.axes);
@@ -558,7 +562,7 @@ impl OneAxis<'_> {
                 Candidate::ReverseRatio => inputs.show_reverse_ratio(),
                 Candidate::LagRatio => inputs.show_lag_ratio(),
                 Candidate::Voltage => inputs.show_voltage(),
-                Candidate::Slew => false,
+                Candidate::Slew | Candidate::DeadBand => false,
                 _ => true,
             };
             shown[k] = is_shown && self.may_have(candidate);

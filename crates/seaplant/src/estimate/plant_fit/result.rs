@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::differences::thruster_of;
 use super::equation_error::Solved;
 use super::filter::{InstrumentNoise, Swell};
 use super::gains::{self, OfScale, Scaled};
@@ -315,11 +316,10 @@ impl PlantFit {
     pub(crate) fn of_unsure_scale(mut self, part: f64) -> Self {
         let structure = self.plant.structure();
         let with_thrust = structure.terms().iter().zip(self.plant.coefficients());
-        let with_thrust =
-            with_thrust.map(|(term, value)| match gains::thruster_of(structure, term) {
-                Some(_) => 0.0,
-                None => part * value,
-            });
+        let with_thrust = with_thrust.map(|(term, value)| match thruster_of(structure, term) {
+            Some(_) => 0.0,
+            None => part * value,
+        });
         let with_thrust = DVector::from_vec(with_thrust.collect());
         let own = &with_thrust * with_thrust.transpose();
         self.thrust_covariance += &own;

@@ -47,7 +47,7 @@ impl PlantFit {
             return Ok(None);
         }
         let corrected = |record: &&TrialRecord| {
-            let signals = self.actuator.signals(record)?;
+            let signals = self.actuator.signals(record, &self.plant)?;
             let prompt = match self.report == VelocityReport::default() {
                 true => (*record).clone(),
                 false => record.with_translations_before(&self.report),

@@ -16,7 +16,8 @@ use std::cmp::Ordering;
 use nalgebra::DVector;
 
 use super::descent::Tolerance;
-use super::{FirstFit, Fitted, gains, search};
+use super::differences::{Difference, needed, thruster_of};
+use super::{FirstFit, Fitted, search};
 use crate::plant::{Basis, Effect, EffectForce, Pusher, Structure};
 use crate::series::median;
 use crate::signal::rms;
@@ -96,7 +97,7 @@ impl Wiring {
 
     /// True of the gain of a thruster that stands still.
     fn stands_still(&self, structure: &Structure, gain: &Basis) -> bool {
-        let thruster = gains::thruster_of(structure, gain);
+        let thruster = thruster_of(structure, gain);
         thruster.is_some_and(|thruster| self.still.contains(&thruster.name))
     }
 
@@ -182,7 +183,7 @@ impl FirstFit {
         let now = acting(&self.prompt, &wired, records);
         self.fitted.problem = self.fitted.problem.of(&now);
         let terms = self.fitted.problem.structure.terms().len();
-        self.fitted = self.fitted.with_gains_that_show(&now)?;
+        self.fitted = self.fitted.with_differences_that_show(&now)?;
         if self.fitted.problem.structure.terms().len() == terms {
             // Without gains the optimum is still that of records without this thrust.
             let point = self.fitted.optimum.point.clone();
@@ -206,17 +207,17 @@ impl FirstFit {
             return Ok(true);
         }
         let fitted = self.fitted.clone().with_speeds_as_they_are(records)?;
-        let mut group = gains::gains(&fitted.problem.structure, false);
+        let mut group = Difference::Gain.terms(&fitted.problem.structure);
         group.retain(|term| !wiring.stands_still(&fitted.problem.structure, term));
         let least = found.with_gains - found.clearly;
-        Ok(fitted.with_group(&group, false).is_ok_and(|fit| fit.optimum.cost < least))
+        Ok(fitted.with_group(&group, Difference::Gain).is_ok_and(|fit| fit.optimum.cost < least))
     }
 }
 
 impl Fitted {
     /// The same with thrusters as they act, and the likeliest fault of their wiring, if there may be any.
     fn with_miswired(mut self, records: &[&TrialRecord]) -> Result<(Self, Option<Found>), Error> {
-        let mut group = gains::gains(&self.problem.structure, false);
+        let mut group = Difference::Gain.terms(&self.problem.structure);
         group.retain(|term| !self.wiring.stands_still(&self.problem.structure, term));
         if group.len() < 2 {
             return Ok((self, None));
@@ -225,7 +226,7 @@ impl Fitted {
         let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
         let step = beside.step();
         let worth = -step.dot(&beside.beyond);
-        let are_gains_off = worth >= gains::needed(group.len()) * self.colour_of(&group)?;
+        let are_gains_off = worth >= needed(group.len()) * self.colour_of(&group)?;
         let is_suspect = are_gains_off || self.disturbance_over_force(records) >= MASKED;
         let found = if is_suspect { self.likeliest_fault(&group, &step, records)? } else { None };
         Ok((self, found))
@@ -276,7 +277,7 @@ impl Fitted {
             }
         }
         let Some((which, _)) = best else { return Ok(None) };
-        let with_gains = match self.with_group(group, false) {
+        let with_gains = match self.with_group(group, Difference::Gain) {
             Ok(fit) if fit.says_reversed(group, &which)? => f64::INFINITY,
             Ok(fit) => fit.optimum.cost,
             Err(_) => f64::INFINITY,
@@ -372,7 +373,7 @@ fn acting<'a>(
 
 /// The thrusters of gains.
 fn pushers(structure: &Structure, group: &[Basis]) -> Vec<Pusher> {
-    group.iter().filter_map(|term| gains::thruster_of(structure, term)).cloned().collect()
+    group.iter().filter_map(|term| thruster_of(structure, term)).cloned().collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Thrust as it acts: after lag and delay, with the reverse ratio, and what inflow takes.
 
 use super::approach::{Changing, Propulsion, Segment};
-use super::integral::SignalIntegral;
+use super::integral::{DeadBand, SignalIntegral};
 use crate::{BetweenSamples, Supply, ThrusterTrack, Timed};
 
 /// What stands between the logged speed of propellers and their thrust.
@@ -15,16 +15,18 @@ pub(crate) struct DriveLaw {
     pub(crate) slew_s: f64,
     /// Delay of thrust, s.
     pub(crate) delay_s: f64,
+    /// Part of the greatest propeller speed below which propellers do not turn.
+    pub(crate) dead_band: f64,
     /// Logarithm of reverse thrust over what its curve says.
     pub(crate) log_reverse_ratio: f64,
     /// Exponent of thrust over propeller speed, less 2.
     pub(crate) beyond_square: f64,
-    /// The greatest propeller speed, where another exponent leaves thrust as it is.
+    /// The greatest propeller speed, where another exponent and a dead band leave thrust as it is.
     pub(crate) full_speed: f64,
     /// What propellers do between their logged samples.
     pub(crate) between: BetweenSamples,
-    /// True if the derivative by the exponent is asked for.
-    pub(crate) has_exponent: bool,
+    /// True if derivatives by the exponent and the dead band are asked for.
+    pub(crate) has_derivatives: bool,
     /// Exponent of thrust over supply voltage.
     pub(crate) voltage_exponent: f64,
     /// Logarithm of the voltage at which thrust is as curves say that state none.
@@ -39,6 +41,7 @@ pub(crate) enum DriveNumber {
     LagRatio,
     Slew,
     Delay,
+    DeadBand,
     /// Logarithm of reverse thrust.
     Reverse,
     /// Logarithm of forward thrust.
@@ -52,7 +55,7 @@ impl DriveNumber {
     pub(crate) const COUNT: usize = Self::Voltage as usize + 1;
 
     /// How many shape propeller speed.
-    pub(crate) const OF_SPEED: usize = Self::Delay as usize + 1;
+    pub(crate) const OF_SPEED: usize = Self::DeadBand as usize + 1;
 }
 
 /// Thrust over one step.
@@ -99,11 +102,67 @@ const JUST_BEFORE_S: f64 = 1e-6;
 /// One of them.
 struct Propeller<'a> {
     track: &'a ThrusterTrack,
-    asked: SignalIntegral<'a>,
-    /// The integral of the speed asked for up to here, and that speed.
-    before: (f64, f64),
+    asked: Asked<'a>,
+    /// What is asked for up to here.
+    before: AskedAt,
     /// The speed that it has.
     speed: Changing,
+}
+
+/// What a propeller is told.
+struct Asked<'a> {
+    signal: SignalIntegral<'a>,
+    /// Its derivative by the dead band, if that is asked for.
+    by_dead_band: Option<SignalIntegral<'a>>,
+    full_speed: f64,
+}
+
+/// The integral of what a propeller is told up to an instant, that signal there, and the derivatives of both
+/// by the dead band.
+#[derive(Clone, Copy)]
+struct AskedAt {
+    integral: f64,
+    value: f64,
+    by_dead_band: (f64, f64),
+}
+
+impl<'a> Asked<'a> {
+    fn of(track: &'a ThrusterTrack, law: &DriveLaw) -> Self {
+        let DriveLaw { dead_band: part, full_speed, .. } = *law;
+        let signal = SignalIntegral::of(track, law.between, DeadBand { part, full_speed });
+        let is_asked = law.has_derivatives && full_speed > 0.0;
+        let by_dead_band = is_asked.then(|| signal.by_dead_band());
+        Self { signal, by_dead_band, full_speed }
+    }
+
+    #[inline]
+    fn until(&mut self, t_s: f64) -> AskedAt {
+        let (integral, value) = self.signal.until(t_s);
+        let by_dead_band = self.by_dead_band.as_mut().map_or((0.0, 0.0), |by| by.until(t_s));
+        AskedAt { integral, value, by_dead_band }
+    }
+
+    /// Returns the speed for a mean of the signal, with its derivatives by the dead band and by the delay, of which the
+    /// signal has these.
+    #[inline]
+    fn speed(&self, mean: f64, by_dead_band: f64, by_delay: f64) -> Changing {
+        let mut asked = Changing::constant(self.signal.speed(mean));
+        let own = |by: f64| self.signal.speed_slope(asked.x, by, self.full_speed);
+        let (by_dead_band, by_delay) = (own(by_dead_band), own(by_delay));
+        asked.by[DriveNumber::DeadBand as usize] = by_dead_band;
+        asked.by[DriveNumber::Delay as usize] = by_delay;
+        asked
+    }
+
+    /// Returns the mean speed between two instants, of which `moves` says whether they move with the delay.
+    #[inline]
+    fn mean(&self, from: &AskedAt, to: &AskedAt, length_s: f64, moves: [bool; 2]) -> Changing {
+        let mean = (to.integral - from.integral) / length_s;
+        let by_dead_band = (to.by_dead_band.0 - from.by_dead_band.0) / length_s;
+        let at = |moves: bool, at: &AskedAt| if moves { at.value } else { mean };
+        let by_delay = (at(moves[0], from) - at(moves[1], to)) / length_s;
+        self.speed(mean, by_dead_band, by_delay)
+    }
 }
 
 impl Propeller<'_> {
@@ -149,15 +208,14 @@ impl<'a> Drive<'a> {
     ) -> Self {
         let delay_s = law.delay_s;
         let propeller = |track: &'a ThrusterTrack| {
-            let mut asked = SignalIntegral::of(track, law.between);
-            let settled = asked.until(from_s - delay_s - JUST_BEFORE_S).1;
+            let mut asked = Asked::of(track, law);
+            let settled = asked.until(from_s - delay_s - JUST_BEFORE_S);
             let before = asked.until(from_s - delay_s);
-            let mut speed = Changing::constant(asked.speed(settled));
-            if law.between != BetweenSamples::Held {
-                let slope = (settled - before.1) / JUST_BEFORE_S;
-                speed.by[DriveNumber::Delay as usize] =
-                    asked.speed_slope(speed.x, slope, law.full_speed);
-            }
+            let by_delay = match law.between {
+                BetweenSamples::Held => 0.0,
+                _ => (settled.value - before.value) / JUST_BEFORE_S,
+            };
+            let speed = asked.speed(settled.value, settled.by_dead_band.1, by_delay);
             Propeller { track, asked, before, speed }
         };
         Self {
@@ -179,32 +237,26 @@ impl<'a> Drive<'a> {
         for propeller in &mut self.propellers {
             let law = self.law.supplied(propeller.track, time_s - 0.5 * h);
             let before = propeller.before;
-            let jump_s = propeller.asked.jump_before(to_s, JUMP_PART * law.full_speed);
+            let jump_s = propeller.asked.signal.jump_before(to_s, JUMP_PART * law.full_speed);
             let within = to_s - h + SLIVER_S..to_s - SLIVER_S;
             let jump_s = jump_s.filter(|jump_s| within.contains(jump_s));
             let first = jump_s.map(|jump_s| {
                 let middle = propeller.asked.until(jump_s);
-                (middle.0, jump_s - (to_s - h))
+                (middle, jump_s - (to_s - h))
             });
             let after = propeller.asked.until(to_s);
             propeller.before = after;
             let Some((middle, first_s)) = first else {
-                let (mean, slope) = ((after.0 - before.0) / h, (before.1 - after.1) / h);
-                let speed = propeller.asked.speed(mean);
-                let mut asked = Changing::constant(speed);
-                asked.by[DriveNumber::Delay as usize] =
-                    propeller.asked.speed_slope(speed, slope, law.full_speed);
+                let asked = propeller.asked.mean(&before, &after, h, [true, true]);
                 propeller.go(&self.propulsion, &law, asked, [h, h], &mut push);
                 continue;
             };
             // A later jump makes what is before it longer, and what is after it shorter.
             let second_s = h - first_s;
-            let mut asked = Changing::constant((middle - before.0) / first_s);
-            asked.by[DriveNumber::Delay as usize] = (before.1 - asked.x) / first_s;
+            let asked = propeller.asked.mean(&before, &middle, first_s, [true, false]);
             propeller.go(&self.propulsion, &law, asked, [first_s, h], &mut push);
             propeller.end_later(&self.propulsion, &law, asked, 1.0 / h, &mut push);
-            let mut asked = Changing::constant((after.0 - middle) / second_s);
-            asked.by[DriveNumber::Delay as usize] = (asked.x - after.1) / second_s;
+            let asked = propeller.asked.mean(&middle, &after, second_s, [false, true]);
             propeller.go(&self.propulsion, &law, asked, [second_s, h], &mut push);
             propeller.end_later(&self.propulsion, &law, asked, -1.0 / h, &mut push);
         }
@@ -238,7 +290,7 @@ impl ThrustLaw {
             exponent,
             full_speed,
             ln_full_speed: full_speed.ln(),
-            has_exponent: full_speed > 0.0 && (exponent != 0.0 || law.has_exponent),
+            has_exponent: full_speed > 0.0 && (exponent != 0.0 || law.has_derivatives),
             voltage_exponent: law.voltage_exponent,
             ln_mean_voltage: law.ln_mean_voltage,
             supply: 0.0,

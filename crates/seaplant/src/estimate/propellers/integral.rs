@@ -12,7 +12,8 @@ const STILL_PART: f64 = 0.01;
 /// ∫ x dt of a signal that is held or moves smoothly from sample to sample, for times that rise.
 ///
 /// Smooth: a cubic between samples, with the slope at each from its neighbours. Where thrust moves smoothly, x is
-/// n|n| of a propeller speed n, in reverse times what its curve has there over what it has ahead.
+/// n|n| of a propeller speed n, in reverse times what its curve has there over what it has ahead. Samples within
+/// a dead band are 0, those beyond it grow to what they are at full speed.
 ///
 /// # Source
 /// E. Catmull, R. Rom, "A class of local interpolating splines", *Computer Aided Geometric Design*, 1974.
@@ -22,32 +23,80 @@ pub(crate) struct SignalIntegral<'a> {
     between: BetweenSamples,
     /// Thrust in reverse over that ahead at the same speed.
     reverse: f64,
+    dead_band: DeadBand,
+    /// Whether x is the derivative by the dead band in place of the signal.
+    is_slope: bool,
     /// The sample in effect.
     at: usize,
     /// The integral up to it.
     before: f64,
 }
 
+/// Speeds below which a propeller does not turn, as a part p of full speed N:
+///
+/// ```text
+/// n' = sign(n) max(|n| − p N, 0) / (1 − p)
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct DeadBand {
+    pub(crate) part: f64,
+    pub(crate) full_speed: f64,
+}
+
+impl DeadBand {
+    /// Returns the speed of a propeller that is told n.
+    #[inline]
+    fn speed(&self, n: f64) -> f64 {
+        if self.part == 0.0 {
+            return n;
+        }
+        ((n.abs() - self.part * self.full_speed).max(0.0) / (1.0 - self.part)).copysign(n)
+    }
+
+    /// Returns the derivative of that by p.
+    #[inline]
+    fn slope(&self, n: f64) -> f64 {
+        if n.abs() <= self.part * self.full_speed {
+            return 0.0;
+        }
+        n.signum() * (n.abs() - self.full_speed) / (1.0 - self.part).powi(2)
+    }
+}
+
 impl<'a> SignalIntegral<'a> {
     pub(crate) fn new(series: &'a Timed, between: BetweenSamples) -> Self {
-        Self { series, between, reverse: 1.0, at: 0, before: 0.0 }
+        let dead_band = DeadBand::default();
+        Self { series, between, reverse: 1.0, dead_band, is_slope: false, at: 0, before: 0.0 }
     }
 
     /// The integral of what a propeller is told.
-    pub(crate) fn of(track: &'a ThrusterTrack, between: BetweenSamples) -> Self {
+    pub(crate) fn of(
+        track: &'a ThrusterTrack,
+        between: BetweenSamples,
+        dead_band: DeadBand,
+    ) -> Self {
         let reverse = track.reverse / track.forward;
         let reverse = if reverse.is_finite() && reverse > 0.0 { reverse } else { 1.0 };
-        Self { reverse, ..Self::new(&track.speed, between) }
+        Self { reverse, dead_band, ..Self::new(&track.speed, between) }
+    }
+
+    /// The integral of the derivative of what a propeller is told by its dead band.
+    pub(crate) fn by_dead_band(&self) -> Self {
+        Self { is_slope: true, ..self.clone() }
     }
 
     /// x at a sample.
     #[inline]
     fn sample(&self, k: usize) -> f64 {
-        let n = self.series.values()[k];
-        if self.between != BetweenSamples::SmoothThrust {
-            return n;
+        let told = self.series.values()[k];
+        let n = self.dead_band.speed(told);
+        let strength = if n < 0.0 { self.reverse } else { 1.0 };
+        match (self.is_slope, self.between == BetweenSamples::SmoothThrust) {
+            (false, false) => n,
+            (false, true) => strength * n * n.abs(),
+            (true, false) => self.dead_band.slope(told),
+            (true, true) => 2.0 * strength * n.abs() * self.dead_band.slope(told),
         }
-        if n < 0.0 { -self.reverse * n * n } else { n * n }
     }
 
     /// The speed that a mean of x is that of.
@@ -186,7 +235,8 @@ mod tests {
             reverse: 1.0,
             ..ThrusterTrack::of_force(1.0, &series(&[0.0, 1.0], &[0.0; 2]))
         };
-        let mut integral = SignalIntegral::of(&track, BetweenSamples::SmoothThrust);
+        let between = BetweenSamples::SmoothThrust;
+        let mut integral = SignalIntegral::of(&track, between, DeadBand::default());
         let (step, full_speed) = (1e-6, 2.0);
         for [from_s, to_s] in [[1.25, 3.25], [4.25, 6.25]] {
             let [from, to] = [from_s, to_s].map(|t| integral.until(t));

@@ -151,12 +151,22 @@ const MOST_OF_VARIANCE: f64 = 0.5;
 
 /// That thrust is no square law, so that its scale depends on where its curve is right.
 fn another_power(fit: &PlantFit) -> Option<Caveat> {
-    let (actuator, [_, _, _, _, exponent_std, ..]) = (fit.actuator, fit.actuator_std);
-    let at_half = 100.0 * (actuator.beyond_square.exp2() - 1.0).abs();
-    exponent_std.filter(|_| at_half > ANOTHER_POWER_PERCENT).map(|_| {
+    let [_, _, _, _, exponent_std, _, _, dead_band_std, ..] = fit.actuator_std;
+    let (beyond_square, dead_band) = (fit.actuator.beyond_square, fit.actuator.dead_band);
+    let at_half = 100.0 * fit.actuator.at_half_speed().exp_m1();
+    let exponent = exponent_std.map(|_| {
+        let power = 2.0 + beyond_square;
+        format!("thrust grows with the power {power:.2} of propeller speed, while its curve says 2")
+    });
+    let still = dead_band_std.map(|std| {
+        let [part, half] = [dead_band, 1.96 * std].map(|x| spoken(100.0 * x));
+        format!(
+            "thrusters do not turn below {part} ± {half} % of their greatest speed or command, which their curve does not say"
+        )
+    });
+    exponent.or(still).filter(|_| at_half > ANOTHER_POWER_PERCENT).map(|law| {
         let message = format!(
-            "thrust grows with the power {:.2} of propeller speed, while its curve says 2: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table",
-            2.0 + actuator.beyond_square
+            "{law}: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table"
         );
         Caveat::warning(CaveatCode::ThrustScale, message)
     })

@@ -121,7 +121,7 @@ fn acting(found: &PlantFit, record: &TrialRecord) -> Result<TrialRecord, Error> 
     // As it acts it is a wrench: what the thrusters do to it is done.
     let (force, thrusters) = (found.actuator.acting(record)?, Vec::new());
     let velocity = through_water(record, found.current_of(&record.trial))?;
-    let signals = found.actuator.signals(record)?;
+    let signals = found.actuator.signals(record, &found.plant)?;
     // Velocity is the origin's, and no reading is through the water.
     let (readings, levers_m) = ([const { None }; 3], Default::default());
     let record = record.clone();

@@ -192,7 +192,7 @@ fn motions(
     times.dedup();
     let first = times.first().copied().unwrap_or(from);
     let start = record.velocity_at(first);
-    let inputs = stands.inputs(record, current)?;
+    let inputs = stands.inputs(plant, record, current)?;
     let followed = |plant: &Plant, inputs: &Inputs, start: &Vector6<f64>| match simulate(
         plant, inputs, start, &times,
     ) {
@@ -410,6 +410,7 @@ impl<'a> Standing<'a> {
             log_change_within: number("thrust_change_within").ln_1p(),
             slew_s: number("slew"),
             voltage_exponent: number("voltage_exponent"),
+            dead_band: number("dead_band"),
             ln_voltage: [ratio("mean_voltage").ln(); 2],
             log_change_between: number("thrust_change_between").ln_1p(),
             log_change_loaded: number("thrust_change_loaded").ln_1p(),
@@ -445,13 +446,18 @@ impl<'a> Standing<'a> {
     }
 
     /// What drives a trial, with thrust as it acts.
-    fn inputs(&self, record: &TrialRecord, current: [f64; 2]) -> Result<Inputs, Error> {
+    fn inputs(
+        &self,
+        plant: &Plant,
+        record: &TrialRecord,
+        current: [f64; 2],
+    ) -> Result<Inputs, Error> {
         Ok(Inputs {
             force: self.actuator.acting(record)?,
             velocity: record.velocity.clone(),
             attitude: record.attitude.clone(),
             current,
-            signals: self.actuator.signals(record)?,
+            signals: self.actuator.signals(record, plant)?,
             wind: None,
             known: record.known.clone(),
         })

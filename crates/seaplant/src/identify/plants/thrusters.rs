@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::estimate::PlantFit;
-use crate::results::{Parameter, PlantResult, ThrusterEstimate, ThrusterGain};
+use crate::plant::{Effect, EffectForce, ThrusterNumber};
+use crate::results::{Coefficient, Parameter, PlantResult, ThrusterEstimate, ThrusterGain};
 use crate::{Caveat, CaveatCode, Estimate, ThrusterFault};
 
 /// A thruster that gives less than this part of its curve stands still …
@@ -25,6 +26,7 @@ pub(super) fn doubts(plant: &PlantResult) -> Vec<Caveat> {
     let gains = plant.thruster_gains();
     all.extend(gains.iter().filter_map(|(name, gain)| fault(name, gain)));
     all.extend(differing(plant));
+    all.extend(ThrusterNumber::ALL.into_iter().filter_map(|number| own(plant, number)));
     all
 }
 
@@ -108,6 +110,31 @@ fn differing(plant: &PlantResult) -> Option<Caveat> {
     (!said.is_empty()).then(|| {
         let message = format!(
             "thrusters give other parts of the thrust of their curves, which was allowed for: {}; motion shows these beside each other, while their mean is taken for that of the curves",
+            said.join(", ")
+        );
+        Caveat::note(CaveatCode::ThrusterGains, message)
+    })
+}
+
+/// How a number of theirs differs from that of all.
+fn own(plant: &PlantResult, number: ThrusterNumber) -> Option<Caveat> {
+    let (scale, unit) = match number {
+        ThrusterNumber::Lag => (1.0, "s"),
+        ThrusterNumber::DeadBand => (100.0, "%"),
+    };
+    let said = |effect: &Effect| match &effect.force {
+        EffectForce::Own { thruster, number: own } if *own == number => {
+            let Coefficient { value, std, .. } = plant.parameters.get(&effect.name)?;
+            let [value, half] = [scale * value, 1.96 * scale * std];
+            Some(format!("`{}` {value:+.2} ± {half:.2} {unit}", thruster.name))
+        }
+        _ => None,
+    };
+    let said: Vec<String> = plant.effects.iter().filter_map(said).collect();
+    (!said.is_empty()).then(|| {
+        let message = format!(
+            "the {} of thrusters is not alike, which was allowed for: beyond that of the others {}; look for motors or controllers of other kinds or settings",
+            number.name(),
             said.join(", ")
         );
         Caveat::note(CaveatCode::ThrusterGains, message)

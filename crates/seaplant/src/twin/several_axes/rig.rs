@@ -316,6 +316,7 @@ impl Thrusters<'_> {
         for (at, speed) in self.speeds.iter_mut().enumerate() {
             let (follows, gain) = self.rig.acting[at];
             let wanted = if tick < 0.0 { 0.0 } else { self.commands[follows][tick as usize] };
+            let wanted = self.motor.turned_by(wanted);
             let middle = self.motor.after(0.5 * h, *speed, wanted);
             *speed = self.motor.after(h, *speed, wanted);
             let unit = self.rig.wrenches.fixed_view::<6, 1>(0, at);

@@ -178,6 +178,7 @@ impl OneAxis<'_> {
             slew_s: by(Actuator::SLEW),
             inflow_ahead: by_effect(Candidate::InflowAhead.name()),
             exponent: by(Actuator::EXPONENT).map(|off| off.moved(2.0)),
+            dead_band: by(Actuator::DEAD_BAND),
             full_speed: found.actuator.full_speed,
             voltage_exponent: by(Actuator::VOLTAGE),
             mean_voltage_v: found.actuator.ln_voltage[0].exp(),

@@ -1,8 +1,9 @@
 //! Thrusters that do not push as their curves and logs say.
 
+use super::differences::Difference;
 use super::*;
 use crate::ThrusterFault;
-use crate::plant::Basis;
+use crate::plant::{Basis, ThrusterNumber};
 
 const NAMES: [&str; 4] = ["bow-port", "bow-starboard", "stern-port", "stern-starboard"];
 
@@ -27,7 +28,15 @@ fn structure() -> Structure {
             Effect { name, force: EffectForce::Gain { thruster, reverse } }
         }
     };
+    let own = |number: ThrusterNumber| {
+        move |thruster: Pusher| {
+            let name = format!("{}.excess-{}", thruster.name, number.name());
+            Effect { name, force: EffectForce::Own { thruster, number } }
+        }
+    };
     let all = pushers().into_iter().map(gain(false)).chain(pushers().into_iter().map(gain(true)));
+    let all = all.chain(pushers().into_iter().map(own(ThrusterNumber::Lag)));
+    let all = all.chain(pushers().into_iter().map(own(ThrusterNumber::DeadBand)));
     let with = |structure: Structure, effect| structure.with_effect(effect, false);
     all.into_iter().try_fold(planar().structure().clone(), with).expect("new effects")
 }
@@ -35,13 +44,21 @@ fn structure() -> Structure {
 /// A trial in which thrusters give these parts of the thrust that is logged of them, ahead and in
 /// reverse.
 fn trial(name: &str, seed: u64, gains: [[f64; 2]; 4]) -> TrialRecord {
+    trial_as(name, seed, |thruster, logged| {
+        let [forward, reverse] = gains[thruster];
+        logged.map(|x| x * if x < 0.0 { reverse } else { forward })
+    })
+}
+
+/// A trial in which each thruster gives this in place of the thrust that is logged of it.
+fn trial_as(name: &str, seed: u64, acts: impl Fn(usize, &Timed) -> Timed) -> TrialRecord {
     let mut random = random(seed);
     let time_s: Vec<f64> = (0..1500).map(|k| 0.1 * f64::from(k)).collect();
     let mut record = TrialRecord::until(name, time_s[time_s.len() - 1]);
     let mut sums: [[Option<Timed>; 6]; 2] = Default::default();
-    for (pusher, [forward, reverse]) in pushers().into_iter().zip(gains) {
+    for (thruster, pusher) in pushers().into_iter().enumerate() {
         let logged = stepped(&time_s, &mut random, (12.0, 31));
-        let acting = logged.map(|x| x * if x < 0.0 { reverse } else { forward });
+        let acting = acts(thruster, &logged);
         let wrench = pusher.way();
         for (sum, thrust) in sums.iter_mut().zip([&logged, &acting]) {
             for axis in PLANAR.map(Dof::index) {
@@ -118,6 +135,49 @@ fn thrusters_that_are_not_alike_do_not_pass_for_mass_or_drag() {
 }
 
 #[test]
+fn thrusters_that_do_not_lag_alike_have_lags_of_their_own() {
+    let lags_s = [0.1, 0.4, 0.15, 0.1];
+    let records = [("a", 41), ("b", 42)].map(|(name, seed)| {
+        trial_as(name, seed, |thruster, logged| {
+            let lag_s = lags_s[thruster];
+            behind(logged, Actuator { lag_s, ..Actuator::default() }, true)
+        })
+    });
+    let fit = fitted(&records);
+    // One has the lag of all.
+    let found = excess(&fit, "excess-lag");
+    for (found, truth) in found.iter().zip(lags_s) {
+        let found = fit.actuator.lag_s + found.unwrap_or(0.0);
+        assert!((found - truth).abs() < 0.01, "{found} {truth}");
+    }
+    assert_eq!(excess(&fit, "excess-thrust"), [None; 4]);
+    assert!(off(&fit).iter().all(|(_, off)| off.abs() < 3.5), "{:?}", off(&fit));
+}
+
+#[test]
+fn thrusters_that_rest_at_small_thrust_have_dead_bands() {
+    // Roots of thrust, √N.
+    let dead_bands = [0.17, 0.42, 0.17, 0.17];
+    let records = [("a", 43), ("b", 44)].map(|(name, seed)| {
+        trial_as(name, seed, |thruster, logged| {
+            logged.map(|x| (x.abs().sqrt() - dead_bands[thruster]).max(0.0).powi(2).copysign(x))
+        })
+    });
+    let fit = fitted(&records);
+    let found = excess(&fit, "excess-dead band");
+    let common = (fit.actuator.dead_band, fit.actuator_std[Actuator::DEAD_BAND].unwrap_or(0.0));
+    for ((found, name), truth) in found.iter().zip(NAMES).zip(dead_bands) {
+        let term = fit.plant.structure().term_named(&format!("{name}.excess-dead band"));
+        let std = common.1.hypot(term.and_then(|term| fit.std(&term)).unwrap_or(0.0));
+        let [found, std] =
+            [common.0 + found.unwrap_or(0.0), std].map(|x| x * fit.actuator.full_speed);
+        let is_found = (found - truth).abs() < 3.5 * std && std < 0.1 * truth;
+        assert!(is_found, "{name}: {found} ± {std}, {truth}; {:?}", fit.actuator);
+    }
+    assert_eq!(fit.actuator.beyond_square, 0.0);
+}
+
+#[test]
 fn a_thruster_that_is_weak_in_reverse_is_named_so() {
     let gains = [[1.0; 2], [1.0, 0.7], [1.0; 2], [1.0; 2]];
     let fit = fitted(&[trial("a", 23, gains), trial("b", 24, gains)]);
@@ -188,7 +248,7 @@ fn a_thruster_that_pushes_the_other_way_in_all_trials_has_a_gain_below_zero() {
 #[test]
 fn gains_of_a_thruster_that_pushes_the_other_way_are_those_of_its_log() {
     // As it acts, 1.1 ahead and 0.9 in reverse.
-    let gains = [false, true].map(|reverse| gains::gains(&structure(), reverse)[1]);
+    let gains = [Difference::Gain, Difference::InReverse].map(|of| of.terms(&structure())[1]);
     let structure = super::search::with_all(&structure(), &gains).expect("fits");
     let n = structure.terms().len();
     let coefficients = [planar().coefficients(), &[0.1, -0.2]].concat();
@@ -226,8 +286,8 @@ fn with_gains_of_others(gains: [f64; 4]) -> Fitted {
     let records: Vec<&TrialRecord> = records.iter().collect();
     let problem = Problem::new(&structure(), &records, None, false, Attitude::Known);
     let (_, _, fitted) = begun(problem, &records).expect("an optimum");
-    let group = gains::gains(&structure(), false);
-    fitted.with_group(&group[1..], false).expect("an optimum")
+    let group = Difference::Gain.terms(&structure());
+    fitted.with_group(&group[1..], Difference::Gain).expect("an optimum")
 }
 
 #[test]
@@ -258,7 +318,7 @@ fn gains_are_left_out_again_where_thrusters_are_alike() {
 
 #[test]
 fn information_on_gains_holds_their_mean_and_leaves_their_differences() {
-    let group = gains::gains(&structure(), false);
+    let group = Difference::Gain.terms(&structure());
     let with_gains = super::search::with_all(&structure(), &group).expect("fits");
     let (p, n) = (structure().terms().len(), group.len());
     let mut information = DMatrix::identity(p + n, p + n);
