@@ -112,11 +112,10 @@ impl Fitted {
         self = self.with_speeds_as_they_are(records)?;
         let mut open = Difference::ALL.to_vec();
         loop {
-            let mut asked = Vec::new();
-            for &of in &open {
-                asked.extend(self.asked_of_thrusters(of)?);
-            }
-            let most = asked.into_iter().max_by(|a, b| a.beyond_chance.total_cmp(&b.beyond_chance));
+            let most = self
+                .asked_of_thrusters(&open)?
+                .into_iter()
+                .max_by(|a, b| a.beyond_chance.total_cmp(&b.beyond_chance));
             let Some(AskedOfThrusters { of, group, needed, .. }) = most else { return Ok(self) };
             open.retain(|other| *other != of);
             // A plant that does not settle with them says that they are not told.
@@ -158,31 +157,45 @@ impl Fitted {
         self.with_speeds_as_they_are(records)
     }
 
-    /// Returns the terms in which thrusters differ, if their score asks for them.
-    fn asked_of_thrusters(&self, of: Difference) -> Result<Option<AskedOfThrusters>, Error> {
+    /// Returns the terms of those differences whose score asks for them, from one pass of the filter.
+    fn asked_of_thrusters(&self, open: &[Difference]) -> Result<Vec<AskedOfThrusters>, Error> {
         let structure = &self.problem.structure;
-        let mut group = of.terms(structure);
-        if group.len() < 2 {
-            return Ok(None);
+        let groups = open.iter().map(|of| (*of, of.terms(structure)));
+        let groups: Vec<(Difference, Vec<Basis>)> =
+            groups.filter(|(_, group)| group.len() > 1).collect();
+        let all: Vec<Basis> = groups.iter().flat_map(|(_, group)| group.clone()).collect();
+        if all.is_empty() {
+            return Ok(Vec::new());
         }
-        let needed = needed(group.len());
-        let beside = search::beside(&self.problem, &self.optimum.point, &group)?;
-        let step = beside.step();
-        let beyond_chance = -step.dot(&beside.beyond) / needed;
-        let is_common_known = match of {
-            Difference::Gain => has_scale(structure),
-            Difference::InReverse => true,
-            Difference::Own(ThrusterNumber::Lag) => !self.problem.fits[Actuator::LAG],
-            Difference::Own(ThrusterNumber::DeadBand) => !self.problem.fits[Actuator::DEAD_BAND],
-        };
-        if !is_common_known {
-            let middle = median(&mut step.iter().copied().collect::<Vec<f64>>()).unwrap_or(0.0);
-            let off = |k: &usize| (step[*k] - middle).abs();
-            let usual = (0..group.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
-            usual.map(|k| group.remove(k));
+        let beside = search::beside(&self.problem, &self.optimum.point, &all)?;
+        let (mut first, mut asked) = (0, Vec::new());
+        for (of, mut group) in groups {
+            let (count, needed) = (group.len(), needed(group.len()));
+            let left = beside.left.view((first, first), (count, count)).into_owned();
+            let beyond = beside.beyond.rows(first, count);
+            let step = -(inverse(&left) * beyond);
+            first += count;
+            let beyond_chance = -step.dot(&beyond) / needed;
+            if beyond_chance < 1.0 {
+                continue;
+            }
+            let is_common_known = match of {
+                Difference::Gain => has_scale(structure),
+                Difference::InReverse => true,
+                Difference::Own(ThrusterNumber::Lag) => !self.problem.fits[Actuator::LAG],
+                Difference::Own(ThrusterNumber::DeadBand) => {
+                    !self.problem.fits[Actuator::DEAD_BAND]
+                }
+            };
+            if !is_common_known {
+                let middle = median(&mut step.iter().copied().collect::<Vec<f64>>()).unwrap_or(0.0);
+                let off = |k: &usize| (step[*k] - middle).abs();
+                let usual = (0..group.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+                usual.map(|k| group.remove(k));
+            }
+            asked.push(AskedOfThrusters { of, group, needed, beyond_chance });
         }
-        let asked = AskedOfThrusters { of, group, needed, beyond_chance };
-        Ok((beyond_chance >= 1.0).then_some(asked))
+        Ok(asked)
     }
 }
 
