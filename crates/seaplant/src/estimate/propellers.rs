@@ -52,7 +52,8 @@ pub(crate) fn drive_over<'a>(
         beyond_square: thrust.exponent - 2.0,
         full_speed: thrust.full_speed,
         between: thrust.between,
-        has_derivatives: false,
+        has_exponent: false,
+        has_dead_band: false,
         voltage_exponent: thrust.voltage_exponent,
         ln_mean_voltage: thrust.mean_voltage_v.max(f64::MIN_POSITIVE).ln(),
     };

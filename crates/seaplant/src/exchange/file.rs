@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::cancel::coriolis_products;
 use super::of_results::plant_of_terms;
 use super::{Actuation, Disturbance, Driven, Origin, PlantModel};
-use crate::plant::{Basis, Effect, Product};
+use crate::plant::{Basis, Effect, EffectForce, Product};
 use crate::results::{BuoyancyResult, Correlation, CurveResult, RigidBodyResult};
 use crate::{Dof, Error, Thruster, axes_by_name, schema_of_axes};
 
@@ -205,6 +205,14 @@ impl PlantFile {
             return Err(refuse("schema", reason));
         }
         self.check_errors()?;
+        let is_own = |effect: &&Effect| matches!(effect.force, EffectForce::Own { .. });
+        if let Some(effect) = self.effects.iter().find(is_own) {
+            let reason = format!(
+                "has `{}`, a lag or dead band of one thruster, which no prediction follows; leave it out",
+                effect.name
+            );
+            return Err(refuse("effects", reason));
+        }
         let terms = if self.coefficients.is_empty() {
             self.terms_of_matrices()?
         } else {
@@ -587,5 +595,15 @@ mod tests {
         let named = serde_json::json!({ "mass.yar": { "value": 1.0 } });
         let message = error("coefficients", named);
         assert!(message.contains("keep one of the two"), "{message}");
+        let thruster = serde_json::json!({
+            "name": "a", "position_m": [0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0]
+        });
+        let force = serde_json::json!({ "kind": "own", "thruster": thruster, "number": "lag" });
+        let own = serde_json::json!([{ "name": "a.excess-lag", "force": force }]);
+        let message = error("effects", own);
+        assert!(
+            message.contains("`a.excess-lag`") && message.contains("leave it out"),
+            "{message}"
+        );
     }
 }

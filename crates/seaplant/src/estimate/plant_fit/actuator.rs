@@ -464,7 +464,8 @@ impl Actuator {
             sum.iter_mut().zip(&wrench).for_each(|(sum, lever)| *sum += lever * tau);
         };
         let mut pushes = pushes.each_mut();
-        self.drive(track, slices, |push| {
+        // Without a dead band none is fitted: it is tried from one that is not zero.
+        self.drive(track, slices, self.dead_band > 0.0, |push| {
             let Some((force, all_by)) = pushes.next() else { return };
             add(force, push.tau);
             for (column, by) in all_by.chunks_exact_mut(axes.len()).zip(SHAPED_BY) {
@@ -473,8 +474,15 @@ impl Actuator {
         });
     }
 
-    /// What a thruster does over each of some slices, one after the other.
-    fn drive(&self, track: &ThrusterTrack, slices: &[Slice], mut each: impl FnMut(&Push)) {
+    /// What a thruster does over each of some slices, one after the other; with the derivative by the dead band if that
+    /// is asked for.
+    fn drive(
+        &self,
+        track: &ThrusterTrack,
+        slices: &[Slice],
+        has_dead_band: bool,
+        mut each: impl FnMut(&Push),
+    ) {
         let Some(first) = slices.first() else { return };
         let law = DriveLaw {
             lag_s: self.lag_s,
@@ -486,7 +494,8 @@ impl Actuator {
             full_speed: self.full_speed,
             between: self.between,
             dead_band: self.dead_band,
-            has_derivatives: true,
+            has_exponent: true,
+            has_dead_band,
             voltage_exponent: self.voltage_exponent,
             ln_mean_voltage: self.ln_voltage[0],
         };
@@ -561,7 +570,7 @@ impl Actuator {
     /// What a thruster does over some slices.
     fn driven(&self, track: &ThrusterTrack, slices: &[Slice]) -> Driven {
         let mut driven = Driven::default();
-        self.drive(track, slices, |push| {
+        self.drive(track, slices, true, |push| {
             driven.speeds.push(push.gamma.iter().sum::<f64>().copysign(push.tau));
             driven.thrust.push(push.tau);
             for (all, number) in driven.by.iter_mut().zip([DriveNumber::Lag, DriveNumber::DeadBand])

@@ -85,6 +85,9 @@ const FEW_SAMPLES: usize = 2000;
 /// Slew time from which a fit begins that requires one, s.
 const FIRST_SLEW_S: f64 = 0.3;
 
+/// Dead band from which a fit begins that requires one.
+const FIRST_DEAD_BAND: f64 = 0.03;
+
 /// The candidate that each number of the actuator is.
 const NUMBERS: [(Candidate, usize); 8] = [
     (Candidate::Lag, Actuator::LAG),
@@ -640,6 +643,9 @@ impl OneAxis<'_> {
         }
         if problem.requires[Actuator::SLEW] {
             problem.first_actuator.slew_s = FIRST_SLEW_S;
+        }
+        if problem.requires[Actuator::DEAD_BAND] {
+            problem.first_actuator.dead_band = FIRST_DEAD_BAND;
         }
         problem.first_actuator.between = Candidate::between_samples(self.required.iter().copied());
         problem.has_current &=

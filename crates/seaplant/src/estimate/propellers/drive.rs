@@ -25,8 +25,10 @@ pub(crate) struct DriveLaw {
     pub(crate) full_speed: f64,
     /// What propellers do between their logged samples.
     pub(crate) between: BetweenSamples,
-    /// True if derivatives by the exponent and the dead band are asked for.
-    pub(crate) has_derivatives: bool,
+    /// True if the derivative by the exponent is asked for.
+    pub(crate) has_exponent: bool,
+    /// True if that by the dead band is.
+    pub(crate) has_dead_band: bool,
     /// Exponent of thrust over supply voltage.
     pub(crate) voltage_exponent: f64,
     /// Logarithm of the voltage at which thrust is as curves say that state none.
@@ -130,7 +132,7 @@ impl<'a> Asked<'a> {
     fn of(track: &'a ThrusterTrack, law: &DriveLaw) -> Self {
         let DriveLaw { dead_band: part, full_speed, .. } = *law;
         let signal = SignalIntegral::of(track, law.between, DeadBand { part, full_speed });
-        let is_asked = law.has_derivatives && full_speed > 0.0;
+        let is_asked = law.has_dead_band && full_speed > 0.0;
         let by_dead_band = is_asked.then(|| signal.by_dead_band());
         Self { signal, by_dead_band, full_speed }
     }
@@ -290,7 +292,7 @@ impl ThrustLaw {
             exponent,
             full_speed,
             ln_full_speed: full_speed.ln(),
-            has_exponent: full_speed > 0.0 && (exponent != 0.0 || law.has_derivatives),
+            has_exponent: full_speed > 0.0 && (exponent != 0.0 || law.has_exponent),
             voltage_exponent: law.voltage_exponent,
             ln_mean_voltage: law.ln_mean_voltage,
             supply: 0.0,
