@@ -248,7 +248,9 @@ fn check_slope_by_plant(sensor: SensorLag) {
         filter_of(&plant, Attitude::Known)
     };
     let base = prepared(&off);
-    let actuator = Actuator { lag_s: 0.15, delay_s: 0.07, full_speed: 8.0, ..Actuator::default() };
+    // A dead band has a slope where there is one.
+    let (lag_s, delay_s, dead_band) = (0.15, 0.07, 0.02);
+    let actuator = Actuator { lag_s, delay_s, dead_band, full_speed: 8.0, ..Actuator::default() };
     let pushed = |actuator: Actuator| forces(actuator, schedule, plant.axes());
     let pushes = pushed(actuator);
     let (slope, gains) = pass(&*base, (schedule, &pushes), current, &noise).by_plant();
