@@ -103,7 +103,9 @@ impl Problem {
         let (p, all) = (terms + PUSHED_BY, information.nrows());
         let duration_s: f64 =
             self.schedules.iter().flat_map(|x| &x.instants).map(|instant| instant.length_s).sum();
-        let spacing_s = duration_s / (BLOCKS_PER_NUMBER * all as f64);
+        // An exponent and a dead band are in the place of each other.
+        let numbers = (all - 1) as f64;
+        let spacing_s = duration_s / (BLOCKS_PER_NUMBER * numbers);
         let marks = self.each(point, |_, pass| pass.by_plant_at(spacing_s)).ok()?;
         let mut scores: Vec<DVector<f64>> = Vec::new();
         for (schedule, marks) in self.schedules.iter().zip(marks) {
@@ -128,7 +130,7 @@ impl Problem {
         }
         // Each fitted number takes the freedom of one block.
         let n = scores.len() as f64;
-        let few = (n - 1.0) / (n - all as f64).max(1.0);
+        let few = (n - 1.0) / (n - numbers).max(1.0);
         Some(robust_covariance(information, &scores)? * few)
     }
 

@@ -577,6 +577,12 @@ impl OneAxis<'_> {
         self.candidates.contains(&candidate) || self.required.contains(&candidate)
     }
 
+    /// How many candidates are tried; a dead band is in the place of an exponent, and no chance more.
+    fn tried(&self) -> f64 {
+        let others = self.candidates.iter().filter(|own| **own != Candidate::DeadBand);
+        others.count().max(1) as f64
+    }
+
     /// The plant without what is only tried.
     fn structure(&self) -> Result<Structure, Error> {
         let has = |term: &Term| match (self.terms, term) {

@@ -87,9 +87,7 @@ impl OneAxis<'_> {
         let (problem, optimum) = fitted.parts();
         let ratio = left.worth(places);
         let ln_samples = (problem.samples() as f64).ln();
-        // A dead band is in the place of an exponent, and no chance more.
-        let tried = self.candidates.iter().filter(|own| **own != Candidate::DeadBand).count();
-        let tried = tried.max(1) as f64;
+        let tried = self.tried();
         let first = places.first().copied().unwrap_or_default();
         let (value, std) = (left.theta[first], left.covariance[(first, first)].max(0.0).sqrt());
         let (needed, size, admitted) = match candidate {

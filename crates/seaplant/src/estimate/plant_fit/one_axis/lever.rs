@@ -77,7 +77,7 @@ impl OneAxis<'_> {
 
     /// Twice what the log-likelihood has to gain by two numbers.
     pub(super) fn lever_bar(&self, fitted: &Fitted) -> f64 {
-        let tried = self.candidates.len().max(1) as f64;
+        let tried = self.tried();
         2.0 * (fitted.problem.samples() as f64).ln() + 2.0 * tried.ln()
     }
 
