@@ -883,6 +883,7 @@ def one(job):
         "claimed_thrust": float(s["claimed_thrust"]),
         "gain": s["gain"].tolist(),
         "follows": s["follows"].tolist(),
+        "max_rate": s["max_rate"],
         "dead_band": s["dead_band"].tolist(),
         "lag_up": np.asarray(s["lag_up"]).tolist(),
         "lag_down": np.asarray(s["lag_down"]).tolist(),

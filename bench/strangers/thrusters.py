@@ -1,10 +1,11 @@
-"""Compares thruster gains and faults in results with the truth of draw.py.
+"""Compares gains, lags, dead bands and faults of thrusters in results with the truth of draw.py.
 
     thrusters.py PROGRAM FOLDER...
 
 Each folder holds vehicles that draw.py wrote with one fault, such as `draw.py OUT/fouled 8 0 fouled`.
-A row for each folder: how far gains are off beside each other, how many masses and intervals are
-right, whether the thruster that has the fault is named, and how many others are.
+A row for each folder: errors of gains relative to each other, of lags, and of dead bands as parts of
+the true one; how many masses and intervals are right, whether the thruster that has the fault is
+named, and how many others are.
 """
 
 import json
@@ -72,6 +73,23 @@ def gain_errors(plant, gain):
     return [a / median(found) - b / median(true) for a, b in zip(found, true)]
 
 
+def own_errors(plant, truth):
+    """Returns the errors of lags, s, and of dead bands beyond 1 % of full speed, as parts of them."""
+
+    def found(common, own):
+        parameters, nuisances = plant["parameters"], plant["nuisances"]
+        value = nuisances[common]["value"] if common in nuisances else 0.0
+        names = [f"T{k + 1}.{own}" for k in range(8)]
+        return [value + (parameters[name]["value"] if name in parameters else 0.0) for name in names]
+
+    lags = truth["lag_up"] if isinstance(truth["lag_up"], list) else [truth["lag_up"]] * 8
+    late = [abs(a - b) for a, b in zip(found("lag", "excess-lag"), lags)]
+    full = plant["nuisances"].get("full_speed", {"value": 0.0})["value"]
+    bands = [band * truth["max_rate"] for band in truth["dead_band"]]
+    found_bands = found("dead_band", "excess-dead-band")
+    return late, [abs(a * full / b - 1.0) for a, b in zip(found_bands, bands) if b > 0.01 * truth["max_rate"]]
+
+
 def judge(program, folder):
     truth = json.loads((folder / "truth.json").read_text())
     results, _ = identify(program, folder)
@@ -84,8 +102,11 @@ def judge(program, folder):
         masses.append(abs(found["value"] / true - 1.0))
         held.append(found["low95"] <= true <= found["high95"])
     wanted, said = truly_at_fault(truth), named(plant)
+    late, bands = own_errors(plant, truth)
     return {
         "gains": [abs(x) for x in gain_errors(plant, truth["gain"])],
+        "late": late,
+        "bands": bands,
         "masses": masses,
         "held": held,
         "named": len(wanted & said),
@@ -104,6 +125,7 @@ def main():
             print(" ", vehicle, "refused" if row is None else row["trust"], flush=True)
         found = [row for _, row in rows if row is not None]
         gains = [x for row in found for x in row["gains"]]
+        bands = [x for row in found for x in row["bands"]]
         masses = [x for row in found for x in row["masses"]]
         held = [x for row in found for x in row["held"]]
         print(
@@ -111,6 +133,10 @@ def main():
             f"gains median {100 * median(gains):.1f} % worst {100 * max(gains, default=0):.1f} %,"
             if gains
             else "gains differ by trial,",
+            f"lags worst {max((x for row in found for x in row['late']), default=0):.3f} s,",
+            f"dead bands median {100 * median(bands):.1f} % worst {100 * max(bands):.1f} %,"
+            if bands
+            else "",
             f"masses median {100 * median(masses):.1f} % worst {100 * max(masses, default=0):.1f} %,",
             f"intervals {sum(held)} of {len(held)},",
             f"faults named {sum(row['named'] for row in found)} of {sum(row['wanted'] for row in found)},",

@@ -9,7 +9,7 @@ use seaplant::estimate::online::{
 };
 use seaplant::exchange::{Origin, PlantModel};
 use seaplant::motion::down_body;
-use seaplant::plant::{Basis, Signal, Structure, Symmetry, ThrusterNumber};
+use seaplant::plant::{Basis, Signal, Structure, Symmetry};
 use serde::Deserialize;
 
 use crate::convert::{Failure, numbers, parse};
@@ -193,11 +193,8 @@ fn signal_name(signal: &Signal) -> String {
         Signal::Drive(name) => format!("thruster.{name}.drive"),
         Signal::PropellerSpeed(name) => format!("thruster.{name}.speed"),
         Signal::Thrust(name) => format!("thruster.{name}.thrust"),
-        Signal::ThrustBy { number: ThrusterNumber::Lag, thruster } => {
-            format!("thruster.{thruster}.thrust-by-lag")
-        }
-        Signal::ThrustBy { number: ThrusterNumber::DeadBand, thruster } => {
-            format!("thruster.{thruster}.thrust-by-dead-band")
+        Signal::ThrustBy { number, thruster } => {
+            format!("thruster.{thruster}.thrust-by-{}", number.key())
         }
         Signal::AirForward => "wind.forward".to_owned(),
         Signal::AirStarboard => "wind.starboard".to_owned(),

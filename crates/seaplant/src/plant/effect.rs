@@ -103,11 +103,19 @@ impl ThrusterNumber {
     /// All of them.
     pub(crate) const ALL: [Self; 2] = [Self::Lag, Self::DeadBand];
 
-    /// Returns its name in messages and, with hyphens, in results.
+    /// Returns its name in messages.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Lag => "lag",
             Self::DeadBand => "dead band",
+        }
+    }
+
+    /// Returns its name in results: `lag` of `port.excess-lag`.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Lag => "lag",
+            Self::DeadBand => "dead-band",
         }
     }
 

@@ -349,9 +349,8 @@ impl Vehicle {
         // One thruster alone has the numbers of all.
         for thruster in thrusters.iter().filter(|_| thrusters.len() > 1) {
             for number in ThrusterNumber::ALL {
-                let what = number.name().replace(' ', "-");
                 let force = EffectForce::Own { thruster: thruster.clone(), number };
-                push(format!("{}.excess-{what}", thruster.name), force, false, None);
+                push(format!("{}.excess-{}", thruster.name, number.key()), force, false, None);
             }
         }
         let of_wind = self.windage.unwrap_or_default().effects().into_iter();

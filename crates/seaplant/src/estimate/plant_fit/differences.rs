@@ -41,9 +41,10 @@ impl Difference {
         Self::Own(ThrusterNumber::DeadBand),
     ];
 
-    /// Returns the difference of which a force is that of one thruster.
-    pub(super) fn of(force: &EffectForce) -> Option<Self> {
-        match force {
+    /// Returns the difference that a term stands for, if it is that of one thruster.
+    pub(super) fn of_term(structure: &Structure, term: &Basis) -> Option<Self> {
+        let Basis::Effect(k) = term else { return None };
+        match &structure.effects()[*k].force {
             EffectForce::Gain { reverse: false, .. } => Some(Self::Gain),
             EffectForce::Gain { reverse: true, .. } => Some(Self::InReverse),
             EffectForce::Own { number, .. } => Some(Self::Own(*number)),
@@ -51,16 +52,16 @@ impl Difference {
         }
     }
 
-    /// Returns the terms of it that a plant may have, beside those that it has.
+    /// Returns the terms for it that a plant may have beside its own.
     pub(super) fn terms(self, structure: &Structure) -> Vec<Basis> {
-        let is_one = |k: &usize| Self::of(&structure.effects()[*k].force) == Some(self);
-        let all = (0..structure.effects().len()).filter(is_one).map(Basis::Effect);
-        all.filter(|term| structure.index_of(term).is_none()).collect()
+        let all = (0..structure.effects().len()).map(Basis::Effect);
+        let own = all.filter(|term| Self::of_term(structure, term) == Some(self));
+        own.filter(|term| structure.index_of(term).is_none()).collect()
     }
 }
 
 impl Fitted {
-    /// The optimum with such terms of thrusters; gains in reverse are in place of the ratio of all.
+    /// Finds the optimum with such terms of thrusters; gains in reverse are in place of the ratio of all.
     pub(super) fn with_group(&self, group: &[Basis], of: Difference) -> Result<Self, Error> {
         let structure = search::with_all(&self.problem.structure, group)?;
         let mut problem = self.problem.with_terms(structure);
@@ -73,7 +74,7 @@ impl Fitted {
         Ok(self.moved_to(problem, optimum))
     }
 
-    /// What terms are worth together, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the
+    /// Returns the joint significance of terms, θᵀ C⁻¹ θ, and the greatest of them; of their differences from the
     /// last where one number could stand for all.
     fn worth_of(&self, terms: &[Basis], differing: bool) -> Result<(f64, f64), Error> {
         let plant = self.problem.plant(&self.optimum.point.free)?;
@@ -95,8 +96,8 @@ impl Fitted {
         Ok((theta.dot(&(inverse(&covariance) * &theta)), theta.amax()))
     }
 
-    /// The same with gains, lags and dead bands of thrusters, if the trials ask for them: first what they ask for
-    /// most, for thrusters that differ in one seem to differ in others.
+    /// Adds gains, lags and dead bands of thrusters where the trials support them: those with the highest score
+    /// first, since thrusters that differ in one seem to differ in others.
     ///
     /// Thrust as many times larger on all of them looks like mass and drag as many times larger: unless
     /// a coefficient is held, one that is like most others keeps the gain of its curve, and
@@ -118,7 +119,7 @@ impl Fitted {
                 .max_by(|a, b| a.beyond_chance.total_cmp(&b.beyond_chance));
             let Some(AskedOfThrusters { of, group, needed, .. }) = most else { return Ok(self) };
             open.retain(|other| *other != of);
-            // A plant that does not settle with them says that they are not told.
+            // Differences that the trials do not determine leave the plant without an optimum.
             let Ok(wider) = self.with_group(&group, of) else { continue };
             // Other faults colour innovations, which exaggerates the score; what counts is what is
             // left of them.
@@ -135,8 +136,8 @@ impl Fitted {
         }
     }
 
-    /// The same where thrust changes with each thruster's own lag and dead band as it does by as much, not to first
-    /// order.
+    /// Repeats the fit with the change of thrust by each thruster's own lag and dead band, in place of its derivative,
+    /// until they stay.
     fn with_own_numbers_as_they_are(mut self, records: &[&TrialRecord]) -> Result<Self, Error> {
         for _ in 0..MOST_STEPS {
             let before = own_numbers(&self.problem.plant(&self.optimum.point.free)?);
@@ -157,7 +158,7 @@ impl Fitted {
         self.with_speeds_as_they_are(records)
     }
 
-    /// Returns the terms of those differences whose score asks for them, from one pass of the filter.
+    /// Returns the terms of the differences whose score supports them, from one pass of the filter.
     fn asked_of_thrusters(&self, open: &[Difference]) -> Result<Vec<AskedOfThrusters>, Error> {
         let structure = &self.problem.structure;
         let groups = open.iter().map(|of| (*of, of.terms(structure)));
@@ -199,8 +200,9 @@ impl Fitted {
     }
 }
 
-/// So often at most are lags and dead bands of thrusters found anew, until they change by less, s and 1.
+/// Largest number of such repetitions.
 const MOST_STEPS: usize = 4;
+/// Change of a lag, s, and of a dead band below which they stay.
 const NEAR: f64 = 2e-3;
 
 /// Terms in which thrusters differ, and their score over what it needs.
@@ -211,7 +213,7 @@ struct AskedOfThrusters {
     beyond_chance: f64,
 }
 
-/// What differences of so many thrusters have to be worth together.
+/// Returns the joint significance that differences of this many thrusters need.
 pub(super) fn needed(count: usize) -> f64 {
     ChiSquared::new(count as f64).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - CHANCE))
 }
@@ -223,11 +225,11 @@ pub(super) struct Own {
     pub(super) lag_s: f64,
     /// Dead band, as a part of full speed.
     pub(super) dead_band: f64,
-    /// What it gives of its curve beyond what all give, ahead and in reverse.
+    /// Gain beyond that of all, ahead and in reverse.
     pub(super) gain: [f64; 2],
 }
 
-/// What each thruster of a plant has beyond the numbers of all.
+/// Returns the numbers of each thruster of a plant beyond those of all.
 pub(super) fn own_numbers(plant: &Plant) -> BTreeMap<String, Own> {
     let structure = plant.structure();
     let mut all: BTreeMap<String, Own> = BTreeMap::new();
@@ -248,17 +250,16 @@ pub(super) fn own_numbers(plant: &Plant) -> BTreeMap<String, Own> {
     all
 }
 
-/// The term in which a thruster differs from others.
+/// Returns the term of a thruster for a difference.
 pub(super) fn term_of(structure: &Structure, thruster: &str, of: Difference) -> Option<Basis> {
-    let is_own = |k: &usize| {
-        let is_of =
-            thruster_of(structure, &Basis::Effect(*k)).is_some_and(|own| own.name == thruster);
-        is_of && Difference::of(&structure.effects()[*k].force) == Some(of)
+    let is_own = |term: &Basis| {
+        let is_of = thruster_of(structure, term).is_some_and(|own| own.name == thruster);
+        is_of && Difference::of_term(structure, term) == Some(of)
     };
-    (0..structure.effects().len()).find(is_own).map(Basis::Effect)
+    (0..structure.effects().len()).map(Basis::Effect).find(is_own)
 }
 
-/// The thruster of a gain, a lag or a dead band.
+/// Returns the thruster of a gain, a lag or a dead band.
 pub(super) fn thruster_of<'a>(structure: &'a Structure, term: &Basis) -> Option<&'a Pusher> {
     let Basis::Effect(k) = term else { return None };
     match &structure.effects()[*k].force {
@@ -267,7 +268,7 @@ pub(super) fn thruster_of<'a>(structure: &'a Structure, term: &Basis) -> Option<
     }
 }
 
-/// Whether a coefficient is held, which tells the scale of all.
+/// Returns true if a coefficient is held, which determines the scale of all.
 pub(super) fn has_scale(structure: &Structure) -> bool {
     structure.terms().iter().any(|term| structure.held(term).is_some())
 }

@@ -103,7 +103,7 @@ impl Problem {
         let (p, all) = (terms + PUSHED_BY, information.nrows());
         let duration_s: f64 =
             self.schedules.iter().flat_map(|x| &x.instants).map(|instant| instant.length_s).sum();
-        // An exponent and a dead band are in the place of each other.
+        // An exponent and a dead band replace each other.
         let numbers = (all - 1) as f64;
         let spacing_s = duration_s / (BLOCKS_PER_NUMBER * numbers);
         let marks = self.each(point, |_, pass| pass.by_plant_at(spacing_s)).ok()?;
@@ -128,7 +128,7 @@ impl Problem {
                 scores.iter_mut().for_each(|score| score[k] = 0.0);
             }
         }
-        // Each fitted number takes the freedom of one block.
+        // Each number takes the freedom of one block, whether it is fitted or not.
         let n = scores.len() as f64;
         let few = (n - 1.0) / (n - numbers).max(1.0);
         Some(robust_covariance(information, &scores)? * few)

@@ -365,22 +365,19 @@ impl Scaled {
         let n = wide.terms().len();
         let mut coefficients = DVector::zeros(n);
         // How each moves with the scale.
-        let mut by_scale = DVector::zeros(n);
+        let (mut by_scale, mut scales) = (DVector::zeros(n), DVector::repeat(n, scale));
         for (k, term) in wide.terms().iter().enumerate() {
             let before = plant.coefficients().get(k).copied().unwrap_or(0.0);
-            let beyond = if is_gain(&wide, term) { 1.0 } else { 0.0 };
-            if is_own_number(&wide, term) {
-                coefficients[k] = before;
-                continue;
+            match Difference::of_term(&wide, term) {
+                // A lag or a dead band does not scale.
+                Some(Difference::Own(_)) => (coefficients[k], scales[k]) = (before, 1.0),
+                of => {
+                    let beyond = if of == Some(Difference::Gain) { 1.0 } else { 0.0 };
+                    by_scale[k] = scale * (before + beyond);
+                    coefficients[k] = by_scale[k] - beyond;
+                }
             }
-            by_scale[k] = scale * (before + beyond);
-            coefficients[k] = by_scale[k] - beyond;
         }
-        let scales = wide.terms().iter().map(|term| match is_own_number(&wide, term) {
-            true => 1.0,
-            false => scale,
-        });
-        let scales = DVector::from_iterator(n, scales);
         let widened = |own: &DMatrix<f64>| {
             let mut wider = own.clone().resize(n, n, 0.0);
             wider.component_mul_assign(&(&scales * scales.transpose()));
@@ -441,16 +438,9 @@ impl Scaled {
     }
 }
 
-/// Whether a term is a number of a thruster that does not scale its thrust.
-fn is_own_number(structure: &Structure, term: &Basis) -> bool {
-    let Basis::Effect(k) = term else { return false };
-    matches!(Difference::of(&structure.effects()[*k].force), Some(Difference::Own(_)))
-}
-
 /// Whether a term is the gain of a thruster both ways.
 fn is_gain(structure: &Structure, term: &Basis) -> bool {
-    let Basis::Effect(k) = term else { return false };
-    Difference::of(&structure.effects()[*k].force) == Some(Difference::Gain)
+    Difference::of_term(structure, term) == Some(Difference::Gain)
 }
 
 /// What a thruster gives in reverse over what it gives ahead.

@@ -577,7 +577,7 @@ impl OneAxis<'_> {
         self.candidates.contains(&candidate) || self.required.contains(&candidate)
     }
 
-    /// How many candidates are tried; a dead band is in the place of an exponent, and no chance more.
+    /// Returns the number of candidates that are tried; a dead band replaces an exponent, and is no further chance.
     fn tried(&self) -> f64 {
         let others = self.candidates.iter().filter(|own| **own != Candidate::DeadBand);
         others.count().max(1) as f64

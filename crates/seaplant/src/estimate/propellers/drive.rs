@@ -105,22 +105,21 @@ const JUST_BEFORE_S: f64 = 1e-6;
 struct Propeller<'a> {
     track: &'a ThrusterTrack,
     asked: Asked<'a>,
-    /// What is asked for up to here.
+    /// The command up to here.
     before: AskedAt,
     /// The speed that it has.
     speed: Changing,
 }
 
-/// What a propeller is told.
+/// The command of a propeller.
 struct Asked<'a> {
     signal: SignalIntegral<'a>,
-    /// Its derivative by the dead band, if that is asked for.
+    /// Its derivative by the dead band, if required.
     by_dead_band: Option<SignalIntegral<'a>>,
     full_speed: f64,
 }
 
-/// The integral of what a propeller is told up to an instant, that signal there, and the derivatives of both
-/// by the dead band.
+/// The integral of a command up to an instant, the command there, and the derivatives of both by the dead band.
 #[derive(Clone, Copy)]
 struct AskedAt {
     integral: f64,

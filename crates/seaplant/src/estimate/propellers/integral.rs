@@ -24,7 +24,7 @@ pub(crate) struct SignalIntegral<'a> {
     /// Thrust in reverse over that ahead at the same speed.
     reverse: f64,
     dead_band: DeadBand,
-    /// Whether x is the derivative by the dead band in place of the signal.
+    /// True if x is the derivative by the dead band in place of the signal.
     is_slope: bool,
     /// The sample in effect.
     at: usize,
@@ -80,7 +80,7 @@ impl<'a> SignalIntegral<'a> {
         Self { reverse, dead_band, ..Self::new(&track.speed, between) }
     }
 
-    /// The integral of the derivative of what a propeller is told by its dead band.
+    /// Returns the integral of the derivative of this signal by the dead band.
     pub(crate) fn by_dead_band(&self) -> Self {
         Self { is_slope: true, ..self.clone() }
     }

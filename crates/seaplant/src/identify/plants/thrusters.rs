@@ -116,7 +116,7 @@ fn differing(plant: &PlantResult) -> Option<Caveat> {
     })
 }
 
-/// How a number of theirs differs from that of all.
+/// Returns a note on thrusters with a number of their own.
 fn own(plant: &PlantResult, number: ThrusterNumber) -> Option<Caveat> {
     let (scale, unit) = match number {
         ThrusterNumber::Lag => (1.0, "s"),

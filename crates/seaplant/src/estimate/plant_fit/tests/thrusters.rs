@@ -30,7 +30,7 @@ fn structure() -> Structure {
     };
     let own = |number: ThrusterNumber| {
         move |thruster: Pusher| {
-            let name = format!("{}.excess-{}", thruster.name, number.name());
+            let name = format!("{}.excess-{}", thruster.name, number.key());
             Effect { name, force: EffectForce::Own { thruster, number } }
         }
     };
@@ -164,10 +164,10 @@ fn thrusters_that_rest_at_small_thrust_have_dead_bands() {
         })
     });
     let fit = fitted(&records);
-    let found = excess(&fit, "excess-dead band");
+    let found = excess(&fit, "excess-dead-band");
     let common = (fit.actuator.dead_band, fit.actuator_std[Actuator::DEAD_BAND].unwrap_or(0.0));
     for ((found, name), truth) in found.iter().zip(NAMES).zip(dead_bands) {
-        let term = fit.plant.structure().term_named(&format!("{name}.excess-dead band"));
+        let term = fit.plant.structure().term_named(&format!("{name}.excess-dead-band"));
         let std = common.1.hypot(term.and_then(|term| fit.std(&term)).unwrap_or(0.0));
         let [found, std] =
             [common.0 + found.unwrap_or(0.0), std].map(|x| x * fit.actuator.full_speed);
