@@ -118,22 +118,25 @@ fn differing(plant: &PlantResult) -> Option<Caveat> {
 
 /// Returns a note on thrusters with a number of their own.
 fn own(plant: &PlantResult, number: ThrusterNumber) -> Option<Caveat> {
-    let (scale, unit) = match number {
-        ThrusterNumber::Lag => (1.0, "s"),
-        ThrusterNumber::DeadBand => (100.0, "%"),
+    let (scale, unit, advice) = match number {
+        ThrusterNumber::Lag => {
+            (1.0, "s", ", or for logs of single thrusters whose clocks are early")
+        }
+        ThrusterNumber::DeadBand => (100.0, "%", ""),
     };
     let said = |effect: &Effect| match &effect.force {
         EffectForce::Own { thruster, number: own } if *own == number => {
             let Coefficient { value, std, .. } = plant.parameters.get(&effect.name)?;
-            let [value, half] = [scale * value, 1.96 * scale * std];
-            Some(format!("`{}` {value:+.2} ± {half:.2} {unit}", thruster.name))
+            let [said, half] = [scale * value, 1.96 * scale * std];
+            let is_other = value.abs() > LEAST_SAID;
+            is_other.then(|| format!("`{}` {said:+.2} ± {half:.2} {unit}", thruster.name))
         }
         _ => None,
     };
     let said: Vec<String> = plant.effects.iter().filter_map(said).collect();
     (!said.is_empty()).then(|| {
         let message = format!(
-            "the {} of thrusters is not alike, which was allowed for: beyond that of the others {}; look for motors or controllers of other kinds or settings",
+            "the {} of thrusters is not alike, which was allowed for: beyond that of the others {}; look for motors or controllers of other kinds or settings{advice}",
             number.name(),
             said.join(", ")
         );
@@ -141,7 +144,7 @@ fn own(plant: &PlantResult, number: ThrusterNumber) -> Option<Caveat> {
     })
 }
 
-/// Gains that differ by less are said as one.
+/// Gains that differ by less are reported as one, and lags, s, and dead bands that do as alike.
 const LEAST_SAID: f64 = 0.005;
 
 #[cfg(test)]
