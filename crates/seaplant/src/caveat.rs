@@ -57,7 +57,7 @@ pub enum CaveatCode {
     ThrustReversed,
     /// A thruster that stands still, pushes the other way or gives much less than others.
     ThrusterFault,
-    /// Thrusters whose gains differ from those of their curves.
+    /// Thrusters whose gains, lags or dead bands differ.
     ThrusterGains,
     /// Thrust answers velocity, as under a controller.
     ThrustFollowsVelocity,
