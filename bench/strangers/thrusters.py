@@ -80,14 +80,20 @@ def own_errors(plant, truth):
         parameters, nuisances = plant["parameters"], plant["nuisances"]
         value = nuisances[common]["value"] if common in nuisances else 0.0
         names = [f"T{k + 1}.{own}" for k in range(8)]
-        return [value + (parameters[name]["value"] if name in parameters else 0.0) for name in names]
+        return [
+            value + (parameters[name]["value"] if name in parameters else 0.0) for name in names
+        ]
 
     lags = truth["lag_up"] if isinstance(truth["lag_up"], list) else [truth["lag_up"]] * 8
     late = [abs(a - b) for a, b in zip(found("lag", "excess-lag"), lags)]
     full = plant["nuisances"].get("full_speed", {"value": 0.0})["value"]
     bands = [band * truth["max_rate"] for band in truth["dead_band"]]
     found_bands = found("dead_band", "excess-dead-band")
-    return late, [abs(a * full / b - 1.0) for a, b in zip(found_bands, bands) if b > 0.01 * truth["max_rate"]]
+    return late, [
+        abs(a * full / b - 1.0)
+        for a, b in zip(found_bands, bands)
+        if b > 0.01 * truth["max_rate"]
+    ]
 
 
 def judge(program, folder):
