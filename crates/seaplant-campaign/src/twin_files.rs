@@ -244,6 +244,7 @@ fn thruster_entry(thruster: &Thruster) -> ThrusterEntry {
         ThrustCurve::Quadratic { input, law } => CurveEntry::Quadratic(QuadraticEntry {
             forward: law.forward,
             reverse: law.reverse,
+            exponent: law.exponent,
             input: *input,
             deadband: law.deadband,
             neutral: None,

@@ -16,9 +16,7 @@ impl Actuators {
             let i = dof.index();
             if let Some(actuation) = model.actuation.get(&dof) {
                 let value = |x: Option<&Parameter>| x.map_or(0.0, |x| x.value.max(0.0));
-                // A plant of one axis has a lag of propeller speed, one of several axes a lag of
-                // force.
-                found.lag_s[i] = value(actuation.lag.as_ref().or(actuation.force_lag.as_ref()));
+                found.lag_s[i] = model.lag_along(dof);
                 found.delay_s[i] = value(actuation.delay.as_ref());
             }
             found.limit[i] = limit(model, i);

@@ -2,13 +2,14 @@
 
 use seaplant::exchange::{Actuation, PlantModel};
 use seaplant::results::Parameter;
-use seaplant::{Dof, ThrustCurve, ThrustTable};
+use seaplant::{Dof, QuadraticThrust, ThrustCurve, ThrustTable, Thruster};
 
 use crate::code::{number, numbers};
 
 /// Fitted parameters of the actuators, by axis; defaults 0, 0, 0 and 1.
 pub(crate) struct Fitted {
-    pub(crate) lag_s: [f64; 6],
+    /// By axis, of each thruster.
+    pub(crate) lag_s: [Vec<f64>; 6],
     pub(crate) force_lag_s: [f64; 6],
     pub(crate) delay_s: [f64; 6],
     pub(crate) reverse_ratio: [f64; 6],
@@ -23,17 +24,24 @@ impl Fitted {
             })
         };
         Self {
-            lag_s: axes(|x| &x.lag, 0.0),
+            lag_s: Dof::ALL.map(|dof| {
+                let of = |thruster: &Thruster| {
+                    model.actuation.get(&dof).map_or(0.0, |own| own.lag_s(&thruster.name))
+                };
+                model.thrusters.iter().map(of).collect()
+            }),
             force_lag_s: axes(|x| &x.force_lag, 0.0),
             delay_s: axes(|x| &x.delay, 0.0),
             reverse_ratio: axes(|x| &x.reverse_ratio, 1.0),
         }
     }
 
-    /// Returns the template's placeholders with these numbers.
-    pub(crate) fn places(&self) -> [(&'static str, String); 4] {
+    /// Returns the template's placeholders with these numbers, for a language that begins a row and ends it like
+    /// this.
+    pub(crate) fn places(&self, [begin, end]: [&str; 2]) -> [(&'static str, String); 4] {
+        let row = |lags: &Vec<f64>| format!("{begin}{}{end}", numbers(lags.iter().copied()));
         [
-            ("LAG", numbers(self.lag_s)),
+            ("LAG", self.lag_s.iter().map(row).collect()),
             ("FORCE_LAG", numbers(self.force_lag_s)),
             ("DELAY", numbers(self.delay_s)),
             ("RATIO", numbers(self.reverse_ratio)),
@@ -44,6 +52,11 @@ impl Fitted {
 /// Returns the inputs at which propellers are at rest.
 pub(crate) fn neutral(model: &PlantModel) -> String {
     numbers(model.thrusters.iter().map(|thruster| thruster.curve.neutral()))
+}
+
+/// Returns the arguments of a power law before its input.
+pub(crate) fn law_numbers(law: &QuadraticThrust) -> String {
+    numbers([law.forward, law.reverse, law.exponent, law.deadband, law.neutral])
 }
 
 /// Syntax of a thrust curve in a language.
@@ -60,12 +73,11 @@ pub(crate) struct CurveSyntax {
 }
 
 impl CurveSyntax {
-    /// Returns the thrust of an input as an expression: `quadratic(…)` or an interpolation.
+    /// Returns the thrust of an input as an expression: `power(…)` or an interpolation.
     pub(crate) fn thrust(&self, curve: &ThrustCurve) -> String {
         match curve {
             ThrustCurve::Quadratic { law, .. } => {
-                let law = numbers([law.forward, law.reverse, law.deadband, law.neutral]);
-                format!("quadratic({law}, {})", self.input)
+                format!("power({}, {})", law_numbers(law), self.input)
             }
             ThrustCurve::Table { tables, .. } => self.of_tables(tables),
         }

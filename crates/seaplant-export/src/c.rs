@@ -3,7 +3,7 @@
 use seaplant::exchange::PlantModel;
 use seaplant::{ThrustCurve, ThrustTable};
 
-use crate::actuators::Fitted;
+use crate::actuators::{Fitted, law_numbers};
 use crate::code::{Syntax, block, bracket, input_of, names, number, numbers, own};
 use crate::remarks::{Frame, Remarks, commented, harmless, without_actuation};
 use crate::template::fill;
@@ -101,7 +101,7 @@ fn actuators(model: &PlantModel) -> String {
         .map(|k| format!("    case {k}: return seaplant_thrust_{k}(input, supply_v);\n"))
         .collect();
     let mut places = vec![("CASES", cases)];
-    places.extend(Fitted::from_model(model).places());
+    places.extend(Fitted::from_model(model).places(["    {", "},\n"]));
     text + &fill(WRENCH, &places)
 }
 
@@ -117,12 +117,13 @@ const INTERPOLATE: &str = "static inline double seaplant_interpolate(const doubl
     return force[k - 1] + (x - input[k - 1]) / (input[k] - input[k - 1]) * (force[k] - force[k - 1]);
 }
 
-static inline double seaplant_quadratic(double forward, double reverse, double deadband, double neutral, double x)
+static inline double seaplant_power(double forward, double reverse, double exponent, double deadband, double neutral, double x)
 {
     double s = fabs(x - neutral) - deadband;
     if (!(s > 0.0))
         return 0.0;
-    return x < neutral ? -reverse * s * s : forward * s * s;
+    s = pow(s, exponent);
+    return x < neutral ? -reverse * s : forward * s;
 }
 ";
 
@@ -149,7 +150,8 @@ static inline void seaplant_wrench(const double input[], double supply_v, double
 /* Between inputs and thrust, as it was fitted for each axis; 0, 0, 0 and 1 where nothing was found.
    A propeller follows its delayed input by lag ds/dt = input - s; thrust in reverse is that of the
    curve times the ratio; the force of all thrusters on an axis follows theirs by its own lag. */
-static const double seaplant_lag_s[6] = {@LAG@};
+static const double seaplant_lag_s[6][SEAPLANT_THRUSTERS] = {
+@LAG@};
 static const double seaplant_force_lag_s[6] = {@FORCE_LAG@};
 static const double seaplant_delay_s[6] = {@DELAY@};
 static const double seaplant_reverse_ratio[6] = {@RATIO@};
@@ -204,10 +206,10 @@ static inline void seaplant_actuate(seaplant_actuators *of, const double input[]
     ++of->count;
     for (i = 0; i < 6; ++i) {
         const double *goal = seaplant_past(of, of->now + 0.5 * h - seaplant_delay_s[i]);
-        double lag = seaplant_lag_s[i], force_lag = seaplant_force_lag_s[i];
+        double force_lag = seaplant_force_lag_s[i];
         double thrust, middle, force = 0.0;
         for (k = 0; k < SEAPLANT_THRUSTERS; ++k) {
-            double behind = of->speed[k][i] - goal[k];
+            double lag = seaplant_lag_s[i][k], behind = of->speed[k][i] - goal[k];
             middle = goal[k] + (lag > 0.0 ? behind * exp(-0.5 * h / lag) : 0.0);
             of->speed[k][i] = goal[k] + (lag > 0.0 ? behind * exp(-h / lag) : 0.0);
             thrust = seaplant_thrust(k, middle, supply_v);
@@ -231,8 +233,8 @@ fn curve(k: usize, name: &str, curve: &ThrustCurve) -> String {
     );
     let body = match curve {
         ThrustCurve::Quadratic { law, .. } => format!(
-            "    (void)supply_v;\n    (void)seaplant_interpolate;\n    return seaplant_quadratic({}, input);\n",
-            numbers([law.forward, law.reverse, law.deadband, law.neutral])
+            "    (void)supply_v;\n    (void)seaplant_interpolate;\n    return seaplant_power({}, input);\n",
+            law_numbers(law)
         ),
         ThrustCurve::Table { tables, .. } => tables_body(tables),
     };
@@ -250,7 +252,7 @@ fn tables_body(tables: &[ThrustTable]) -> String {
         let count = tables[t].points().count();
         format!("seaplant_interpolate(input_{t}, force_{t}, {count}, input)")
     };
-    text += "    (void)seaplant_quadratic;\n";
+    text += "    (void)seaplant_power;\n";
     if tables.len() == 1 {
         return text + &format!("    (void)supply_v;\n    return {};\n", of(0));
     }

@@ -75,6 +75,6 @@ fn actuators(model: &PlantModel) -> String {
         ("NEUTRAL", neutral(model)),
         ("CURVES", of(&law)),
     ];
-    places.extend(Fitted::from_model(model).places());
+    places.extend(Fitted::from_model(model).places(["        [", "],\n"]));
     fill(include_str!("templates/casadi_actuators.py"), &places)
 }

@@ -249,7 +249,11 @@ const UNLIMITED: f64 = 1e9;
 fn thruster_plugin(model: &PlantModel, thruster: &Thruster, id: &str, name: &str) -> String {
     let scale = DENSITY * DIAMETER.powi(4);
     let coefficient = match &thruster.curve {
-        ThrustCurve::Quadratic { input: seaplant::ThrusterInput::Speed, law } => law.forward,
+        ThrustCurve::Quadratic { input: seaplant::ThrusterInput::Speed, law }
+            if law.exponent == 2.0 =>
+        {
+            law.forward
+        }
         // The speed of commands, pulse widths and forces is unknown, and only visual.
         _ => 1e-3,
     };

@@ -84,6 +84,6 @@ fn thrusters(model: &PlantModel, comment: String) -> String {
         ("NEUTRAL", neutral(model)),
         ("CASES", cases),
     ];
-    places.extend(Fitted::from_model(model).places());
+    places.extend(Fitted::from_model(model).places(["    ", "; ...\n"]));
     fill(include_str!("templates/thrusters.m"), &places)
 }

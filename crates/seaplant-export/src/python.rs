@@ -90,19 +90,19 @@ fn actuators(model: &PlantModel) -> String {
         text += &format!("        [{}],\n", numbers(thruster.unit_wrench()));
     }
     text += "    ]\n)\n\"\"\"The wrench of one newton of each thruster, a row each.\"\"\"\n";
-    text += QUADRATIC;
+    text += POWER;
     text += "\n\nCURVES = [\n";
     for thruster in &model.thrusters {
         text += &format!("    lambda x, volts: {},\n", CURVES.thrust(&thruster.curve));
     }
-    text + "]\n" + &fill(WRENCH, &Fitted::from_model(model).places())
+    text + "]\n" + &fill(WRENCH, &Fitted::from_model(model).places(["        [", "],\n"]))
 }
 
-const QUADRATIC: &str = "
+const POWER: &str = "
 
-def quadratic(forward, reverse, deadband, neutral, x):
-    s = max(0.0, abs(x - neutral) - deadband)
-    return -reverse * s * s if x < neutral else forward * s * s
+def power(forward, reverse, exponent, deadband, neutral, x):
+    s = max(0.0, abs(x - neutral) - deadband) ** exponent
+    return -reverse * s if x < neutral else forward * s
 ";
 
 const WRENCH: &str = "
@@ -113,11 +113,15 @@ def wrench(inputs, supply_v=None):
     return thrust @ ALLOCATION
 
 
-LAG_S = np.array([@LAG@])
+LAG_S = np.array(
+    [
+@LAG@    ]
+)
 FORCE_LAG_S = np.array([@FORCE_LAG@])
 DELAY_S = np.array([@DELAY@])
 REVERSE_RATIO = np.array([@RATIO@])
-\"\"\"Between inputs and thrust, by axis, as fitted; 0, 0, 0 and 1 where nothing was found.\"\"\"
+\"\"\"Between inputs and thrust, by axis, lags also by thruster, as fitted; 0, 0, 0 and 1 where nothing was
+found.\"\"\"
 
 
 class Actuators:
@@ -137,11 +141,12 @@ class Actuators:
         \"\"\"tau (6,) for the next h seconds, over which the inputs are held; 0.02 s or less.\"\"\"
         self.past.append((self.now, np.array(inputs, dtype=float)))
         tau = np.zeros(6)
-        for axis, (lag, delay, ratio) in enumerate(zip(LAG_S, DELAY_S, REVERSE_RATIO, strict=True)):
+        left = np.where(LAG_S > 0.0, np.exp(-0.5 * h / np.where(LAG_S > 0.0, LAG_S, 1.0)), 0.0)
+        for axis, (delay, ratio) in enumerate(zip(DELAY_S, REVERSE_RATIO, strict=True)):
             goal = self.before(self.now + 0.5 * h - delay)
             behind = self.speed[axis] - goal
-            middle = goal + (behind * np.exp(-0.5 * h / lag) if lag > 0.0 else 0.0)
-            self.speed[axis] = goal + (behind * np.exp(-h / lag) if lag > 0.0 else 0.0)
+            middle = goal + behind * left[axis]
+            self.speed[axis] = goal + behind * left[axis] ** 2
             thrust = [curve(x, supply_v) for curve, x in zip(CURVES, middle, strict=True)]
             thrust = np.array([ratio * f if f < 0.0 else f for f in thrust])
             tau[axis] = thrust @ ALLOCATION[:, axis]

@@ -2,7 +2,7 @@
 
 use seaplant::exchange::{Judgement, PlantModel};
 use seaplant::plant::Basis;
-use seaplant::results::Trust;
+use seaplant::results::{Parameter, Trust};
 use seaplant::{Dof, ThrustCurve};
 
 use crate::code::input_of;
@@ -171,8 +171,8 @@ fn vehicle(model: &PlantModel, lines: &mut Vec<String>) {
         let (p, d) = (thruster.position_body, thruster.direction_body);
         let kind = match &thruster.curve {
             ThrustCurve::Quadratic { law, .. } => format!(
-                "{} s|s| forward, {} s|s| reverse, deadband {}, neutral {}",
-                law.forward, law.reverse, law.deadband, law.neutral
+                "{} |s|^{} forward, {} |s|^{} reverse, deadband {}, neutral {}",
+                law.forward, law.exponent, law.reverse, law.exponent, law.deadband, law.neutral
             ),
             ThrustCurve::Table { tables, .. } => format!("{} measured tables", tables.len()),
         };
@@ -203,13 +203,16 @@ pub(crate) fn actuation(model: &PlantModel) -> Vec<String> {
             ("reverse thrust over the curve's", &actuation.reverse_ratio),
         ];
         for (name, x) in all {
-            if let Some(x) = x {
-                let (value, std, unit) = (short(x.value), short(x.std), &x.unit);
-                lines.push(format!("{dof}: {name} {value} ± {std} {unit}"));
-            }
+            lines.extend(x.as_ref().map(|x| told(dof, name, x)));
         }
+        let own = actuation.lag_of.iter();
+        lines.extend(own.map(|(name, lag)| told(dof, &format!("lag of {}", harmless(name)), lag)));
     }
     lines
+}
+
+fn told(dof: &Dof, name: &str, x: &Parameter) -> String {
+    format!("{dof}: {name} {} ± {} {}", short(x.value), short(x.std), x.unit)
 }
 
 /// Returns the remark of a format without actuators on fitted lag, delay or reverse ratio.

@@ -77,7 +77,7 @@ fn actuators(model: &PlantModel) -> String {
     let has = |is_so: fn(&ThrustCurve) -> bool| model.thrusters.iter().any(|t| is_so(&t.curve));
     let mut laws = String::new();
     if has(|curve| matches!(curve, ThrustCurve::Quadratic { .. })) {
-        laws += QUADRATIC;
+        laws += POWER;
     }
     if has(|curve| matches!(curve, ThrustCurve::Table { .. })) {
         laws += INTERPOLATED;
@@ -89,14 +89,14 @@ fn actuators(model: &PlantModel) -> String {
         ("LAWS", laws),
         ("CASES", model.thrusters.iter().enumerate().map(case).collect()),
     ];
-    places.extend(Fitted::from_model(model).places());
+    places.extend(Fitted::from_model(model).places(["    [", "],\n"]));
     fill(include_str!("templates/actuators.rs.txt"), &places)
 }
 
-const QUADRATIC: &str = "
-fn quadratic(forward: f64, reverse: f64, deadband: f64, neutral: f64, x: f64) -> f64 {
-    let s = ((x - neutral).abs() - deadband).max(0.0);
-    if x < neutral { -reverse * s * s } else { forward * s * s }
+const POWER: &str = "
+fn power(forward: f64, reverse: f64, exponent: f64, deadband: f64, neutral: f64, x: f64) -> f64 {
+    let s = ((x - neutral).abs() - deadband).max(0.0).powf(exponent);
+    if x < neutral { -reverse * s } else { forward * s }
 }
 ";
 

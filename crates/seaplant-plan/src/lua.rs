@@ -125,11 +125,12 @@ fn curve(curve: &ThrustCurve) -> String {
     };
     match curve {
         ThrustCurve::Quadratic { law, .. } => format!(
-            "{{ still = {}, scale = {}, forward = {}, reverse = {}, deadband = {} }}",
+            "{{ still = {}, scale = {}, forward = {}, reverse = {}, exponent = {}, deadband = {} }}",
             number(still + scale * law.neutral),
             number(scale),
             number(law.forward),
             number(law.reverse),
+            number(law.exponent),
             number(law.deadband)
         ),
         ThrustCurve::Table { tables, .. } => {

@@ -83,7 +83,8 @@ impl Rig {
         let cancelling = null_space(&of_plant);
         let actuation = || model.actuation.values();
         let greatest_of = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-        let lag_s = greatest_of(&mut actuation().filter_map(|a| Some(a.lag.as_ref()?.value)));
+        let lags = actuation().flat_map(|own| own.lag.iter().chain(own.lag_of.values()));
+        let lag_s = greatest_of(&mut lags.map(|lag| lag.value));
         let delay_s = greatest_of(&mut actuation().filter_map(|a| Some(a.delay.as_ref()?.value)));
         let ratio = actuation().find_map(|a| Some(a.reverse_ratio.as_ref()?.value));
         let reverse_ratio = ratio.unwrap_or(1.0);

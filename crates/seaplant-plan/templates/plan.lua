@@ -150,7 +150,7 @@ local function pulse(k, thrust)
     return thrust > 0 and curve.points[#curve.points][1] or curve.points[1][1]
   end
   local by = thrust < 0 and curve.reverse or curve.forward
-  local beyond = math.sqrt(math.abs(thrust) / by) + curve.deadband
+  local beyond = (math.abs(thrust) / by) ^ (1 / curve.exponent) + curve.deadband
   return curve.still + curve.scale * (thrust < 0 and -beyond or beyond)
 end
 

@@ -67,7 +67,7 @@ pub fn fit_bollard_pull(points: &[(f64, f64)], neutral: f64) -> Result<BollardFi
         reverse: best.reverse.unwrap_or(0.0),
         deadband: best.deadband,
         neutral,
-        voltage: None,
+        ..QuadraticThrust::default()
     };
     let mean = points.iter().map(|p| p.1).sum::<f64>() / n;
     let variation: f64 = points.iter().map(|p| (p.1 - mean).powi(2)).sum();
@@ -141,7 +141,7 @@ impl Candidate {
             reverse: reverse.unwrap_or(0.0),
             deadband,
             neutral,
-            voltage: None,
+            ..QuadraticThrust::default()
         };
         let square_sum = points.iter().map(|(x, f)| (f - law.force(*x)).powi(2)).sum();
         Self { deadband, forward, reverse, square_sum }
@@ -264,6 +264,7 @@ mod tests {
     const JASON: QuadraticThrust = QuadraticThrust {
         forward: 0.0402,
         reverse: 0.0328,
+        exponent: 2.0,
         deadband: 0.0,
         neutral: 0.0,
         voltage: None,
@@ -295,7 +296,7 @@ mod tests {
             reverse: 2.4e-4,
             deadband: 27.0,
             neutral: 1500.0,
-            voltage: None,
+            ..QuadraticThrust::default()
         };
         let widths: Vec<f64> = (0..=100).map(|k| 1100.0 + 8.0 * f64::from(k)).collect();
         let fit = fit_bollard_pull(&noisy(law, &widths, 0.2, 1), 1500.0).expect("fits");

@@ -100,6 +100,9 @@ pub struct Actuation {
     /// First-order lag of propeller speed, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<Parameter>,
+    /// Lags of single thrusters that have another, s, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub lag_of: BTreeMap<String, Parameter>,
     /// First-order lag of the force itself, s: for a logged wrench instead of thrusters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_lag: Option<Parameter>,
@@ -152,7 +155,32 @@ pub struct Judgement {
     pub caveats: Vec<Caveat>,
 }
 
+impl Actuation {
+    /// Returns the first-order lag of a thruster's propeller speed, s: its own, otherwise that of all; 0 if none is
+    /// known.
+    pub fn lag_s(&self, thruster: &str) -> f64 {
+        let known = self.lag_of.get(thruster).or(self.lag.as_ref());
+        known.map_or(0.0, |lag| lag.value.max(0.0))
+    }
+}
+
 impl PlantModel {
+    /// Returns the mean first-order lag of the thrusters along an axis, each by its lever, s; that of the force where
+    /// it has one, and 0 if none is known.
+    pub fn lag_along(&self, dof: Dof) -> f64 {
+        let Some(actuation) = self.actuation.get(&dof) else { return 0.0 };
+        let lever = |own: &Thruster| own.unit_wrench()[dof.index()].abs();
+        let all = self.thrusters.iter().map(|own| (lever(own), actuation.lag_s(&own.name)));
+        let (levers, lags) =
+            all.fold((0.0, 0.0), |(l, s), (lever, lag)| (l + lever, s + lever * lag));
+        let of_all = actuation.lag.as_ref().or(actuation.force_lag.as_ref());
+        if levers > 0.0 && actuation.force_lag.is_none() {
+            lags / levers
+        } else {
+            of_all.map_or(0.0, |lag| lag.value.max(0.0))
+        }
+    }
+
     /// Returns the axes outside the plant.
     pub fn unknown_axes(&self) -> Vec<Dof> {
         Dof::ALL.into_iter().filter(|dof| !self.plant.axes().contains(dof)).collect()

@@ -183,7 +183,9 @@ pub use series::{Gap, Grid, Timed};
 pub use simulate::{Response, State, simulate};
 pub use statistics::robust_covariance;
 pub use terms::{Term, Terms};
-pub use thrust::{BetweenSamples, QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable};
+pub use thrust::{
+    BetweenSamples, EXPONENTS, QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable,
+};
 pub use trial::{
     AxisRecord, GAINED_S, PlacedThruster, Role, Supply, ThrusterFault, ThrusterTrack, Trial,
     TrialRecord, TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource,

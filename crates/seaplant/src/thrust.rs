@@ -4,12 +4,18 @@ mod model;
 
 pub use model::{BetweenSamples, ThrustModel};
 
+use std::ops::RangeInclusive;
+
 use crate::{Error, ThrusterInput};
 
-/// Thrust as a square law of an input, with a coefficient for each direction.
+/// Exponents of thrust that propellers may have, over their input.
+pub const EXPONENTS: RangeInclusive<f64> = 0.5..=4.0;
+
+/// Thrust as a square law of an input, or another power of it, with a coefficient for each direction.
 ///
-/// `F = forward · s|s|` for s > 0 and `F = reverse · s|s|` for s < 0, where s is the input less
-/// `deadband` towards zero: `s = sign(x − neutral) max(0, |x − neutral| − deadband)`.
+/// `F = forward · s^p` for s > 0 and `F = −reverse · |s|^p` for s < 0, with the exponent p, 2 by default,
+/// where s is the input less `deadband` towards zero:
+/// `s = sign(x − neutral) max(0, |x − neutral| − deadband)`.
 ///
 /// # Source
 /// [Jason2, fig. 2]: 0.0402 N/(rad/s)² forward, 0.0328 reverse, from bollard pull.
@@ -20,12 +26,14 @@ use crate::{Error, ThrusterInput};
 /// assert!((curve.force(100.0) - 402.0).abs() < 1e-9);
 /// assert!((curve.force(-100.0) + 328.0).abs() < 1e-9);
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuadraticThrust {
-    /// Coefficient for positive input, N per squared unit of input.
+    /// Coefficient for positive input, N per squared unit of input, or per its power p.
     pub forward: f64,
-    /// Coefficient for negative input, N per squared unit of input.
+    /// Coefficient for negative input, in the same unit.
     pub reverse: f64,
+    /// The exponent p.
+    pub exponent: f64,
     /// Half-width of the band around neutral without thrust, in units of input.
     pub deadband: f64,
     /// The input of zero thrust: 0 rad/s, or 1500 µs.
@@ -34,12 +42,51 @@ pub struct QuadraticThrust {
     pub voltage: Option<f64>,
 }
 
+impl Default for QuadraticThrust {
+    fn default() -> Self {
+        let (forward, reverse, exponent) = (0.0, 0.0, 2.0);
+        Self { forward, reverse, exponent, deadband: 0.0, neutral: 0.0, voltage: None }
+    }
+}
+
 impl QuadraticThrust {
     /// Returns the thrust at one input, N.
     pub fn force(&self, input: f64) -> f64 {
+        let n = self.propeller_speed(input);
+        let coefficient = if n < 0.0 { self.reverse } else { self.forward };
+        coefficient * n * n.abs()
+    }
+
+    /// Returns n of thrust k n|n| at an input: s itself of a square law.
+    pub fn propeller_speed(&self, input: f64) -> f64 {
         let effective = self.effective(input);
-        let coefficient = if effective < 0.0 { self.reverse } else { self.forward };
-        coefficient * effective * effective.abs()
+        if self.exponent == 2.0 {
+            return effective;
+        }
+        effective.abs().powf(0.5 * self.exponent).copysign(effective)
+    }
+
+    /// What of the law is no coefficient.
+    const fn shape(&self) -> [f64; 3] {
+        [self.exponent, self.deadband, self.neutral]
+    }
+
+    /// Returns the law that trials have shown thrust to follow.
+    fn found(&self, found: &FoundThrust) -> Self {
+        let FoundThrust { gains: [forward, reverse], beyond_square, dead_band, full_speed } =
+            *found;
+        let law =
+            Self { forward: forward * self.forward, reverse: reverse * self.reverse, ..*self };
+        if beyond_square == 0.0 && dead_band == 0.0 {
+            return law;
+        }
+        // Inputs, beyond neutral and deadband, of a propeller that begins to turn and of one at full speed.
+        let [still, full] =
+            [dead_band * full_speed, full_speed].map(|n| n.powf(2.0 / self.exponent));
+        let exponent = self.exponent * (1.0 + 0.5 * beyond_square);
+        let scale = full_speed.powi(2) / (full - still).powf(exponent);
+        let (forward, reverse) = (scale * law.forward, scale * law.reverse);
+        Self { forward, reverse, exponent, deadband: self.deadband + still, ..law }
     }
 
     /// Returns the input relative to neutral, less the deadband.
@@ -105,6 +152,18 @@ impl ThrustTable {
         f0 + (input - x0) / (x1 - x0) * (f1 - f0)
     }
 
+    /// Returns the table of thrust as trials have shown it to be, with `BETWEEN` points from one to the next if it is
+    /// not in proportion.
+    fn found(&self, found: &FoundThrust) -> Result<Self, Error> {
+        let is_scaled = found.beyond_square == 0.0 && found.dead_band == 0.0;
+        let between = if is_scaled { 1 } else { BETWEEN };
+        let pairs = self.inputs.windows(2).flat_map(|pair| {
+            (0..between).map(|k| pair[0] + (pair[1] - pair[0]) * f64::from(k) / f64::from(between))
+        });
+        let inputs = pairs.chain(self.inputs.last().copied());
+        Self::new(self.voltage, inputs.map(|x| (x, found.thrust(self.force(x)))).collect())
+    }
+
     fn neutral(&self) -> f64 {
         let least = self.forces.iter().fold(f64::INFINITY, |least, f| least.min(f.abs()));
         let still: Vec<f64> =
@@ -115,6 +174,59 @@ impl ThrustTable {
     /// Returns the measured points, `(input, force)`.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.inputs.iter().copied().zip(self.forces.iter().copied())
+    }
+}
+
+/// How many parts an interval of a table has where thrust as found is no straight line.
+const BETWEEN: i32 = 8;
+
+/// Checks the exponent of a law.
+///
+/// # Errors
+/// [`Error::ThrustTable`] unless it is among [`EXPONENTS`].
+pub(crate) fn check_exponent(exponent: f64) -> Result<(), Error> {
+    let (least, most) = (EXPONENTS.start(), EXPONENTS.end());
+    match EXPONENTS.contains(&exponent) {
+        true => Ok(()),
+        false => Err(Error::ThrustTable {
+            reason: format!(
+                "has the exponent {exponent}, which must be between {least} and {most}"
+            ),
+        }),
+    }
+}
+
+/// What trials have shown of a thruster beside its curve F = k n|n|, at propeller speeds up to N:
+///
+/// ```text
+/// F' = g k n'|n'| (|n'|/N)^x,   n' = sign(n) max(|n| − p N, 0)/(1 − p)
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FoundThrust {
+    /// The gain g ahead, and in reverse.
+    pub(crate) gains: [f64; 2],
+    /// x.
+    pub(crate) beyond_square: f64,
+    /// p.
+    pub(crate) dead_band: f64,
+    /// N, in the unit of the curve's n.
+    pub(crate) full_speed: f64,
+}
+
+impl FoundThrust {
+    /// What of it is no gain.
+    pub(crate) fn shape(&self) -> [f64; 3] {
+        let is_plain = self.beyond_square == 0.0 && self.dead_band == 0.0;
+        [self.beyond_square, self.dead_band, if is_plain { 1.0 } else { self.full_speed }]
+    }
+
+    /// Returns thrust where a curve says `thrust`, for n = √|F| sign(F).
+    fn thrust(&self, thrust: f64) -> f64 {
+        let gain = self.gains[usize::from(thrust < 0.0)];
+        let turning = thrust.abs().sqrt() - self.dead_band * self.full_speed;
+        let n = turning.max(0.0) / (1.0 - self.dead_band);
+        let grown = n.powf(2.0 + self.beyond_square) / self.full_speed.powf(self.beyond_square);
+        (gain * grown).copysign(gain * thrust)
     }
 }
 
@@ -170,33 +282,33 @@ pub enum ThrustCurve {
 }
 
 impl ThrustCurve {
-    /// Returns the curve with forward and reverse thrust multiplied by factors.
+    /// Returns the curve that trials have shown thrust to follow; a law that is a power already has the dead band
+    /// that begins and ends at the same inputs.
     ///
     /// # Errors
-    /// [`Error::ThrustTable`] if a table no longer rises with its input, as with a factor below zero.
-    pub(crate) fn scaled(&self, forward: f64, reverse: f64) -> Result<Self, Error> {
-        let times = |thrust: f64| thrust * if thrust < 0.0 { reverse } else { forward };
+    /// [`Error::ThrustTable`] if a table no longer rises with its input, as with a gain below zero, or the exponent of
+    /// a law is not among [`EXPONENTS`].
+    pub(crate) fn found(&self, found: &FoundThrust) -> Result<Self, Error> {
         match self {
             Self::Quadratic { input, law } => {
-                let law = QuadraticThrust {
-                    forward: forward * law.forward,
-                    reverse: reverse * law.reverse,
-                    ..*law
-                };
+                let law = law.found(found);
+                check_exponent(law.exponent)?;
                 Ok(Self::Quadratic { input: *input, law })
             }
             Self::Table { input, tables } => {
-                let scaled = |table: &ThrustTable| {
-                    let points = table.points().map(|(input, thrust)| (input, times(thrust)));
-                    ThrustTable::new(table.voltage, points.collect())
-                };
-                Self::tables(*input, tables.iter().map(scaled).collect::<Result<_, _>>()?)
+                let tables = tables.iter().map(|table| table.found(found));
+                Self::tables(*input, tables.collect::<Result<_, _>>()?)
             }
         }
     }
 
+    /// This curve and another in its place, if they differ and read the same input.
+    pub(crate) fn in_place_of<'a>(&'a self, other: &'a Self) -> Option<(&'a Self, &'a Self)> {
+        (self.input() == other.input() && self != other).then_some((self, other))
+    }
+
     /// The thrust of this curve over that of another, ahead and in reverse; none of curves that read
-    /// other inputs, or of a law beside a table.
+    /// other inputs, of laws that differ in more than that, or of a law beside a table.
     ///
     /// Of tables it is that at the ends of the other's, for the highest voltage.
     pub(crate) fn over(&self, other: &Self) -> Option<[f64; 2]> {
@@ -204,7 +316,7 @@ impl ThrustCurve {
         match (self, other) {
             (Self::Quadratic { input: a, law }, Self::Quadratic { input: b, law: other }) => {
                 let ways = [ratio(law.forward, other.forward), ratio(law.reverse, other.reverse)];
-                (a == b).then_some(ways)
+                (a == b && law.shape() == other.shape()).then_some(ways)
             }
             (Self::Table { input: a, tables }, Self::Table { input: b, tables: others }) => {
                 let (own, other) = tables.last().zip(others.last())?;
@@ -220,7 +332,7 @@ impl ThrustCurve {
     /// a table's thrust.
     pub(crate) fn propeller_speed(&self, input: f64) -> f64 {
         match self {
-            Self::Quadratic { law, .. } => law.effective(input),
+            Self::Quadratic { law, .. } => law.propeller_speed(input),
             Self::Table { .. } => {
                 let force = self.force(input, None);
                 force.abs().sqrt().copysign(force)
@@ -287,7 +399,7 @@ impl ThrustCurve {
         match self {
             Self::Quadratic { law, .. } => {
                 let coefficient = if thrust < 0.0 { law.reverse } else { law.forward };
-                let beyond = (thrust.abs() / coefficient).sqrt() + law.deadband;
+                let beyond = (thrust.abs() / coefficient).powf(1.0 / law.exponent) + law.deadband;
                 (coefficient > 0.0).then(|| still + beyond.copysign(thrust))
             }
             Self::Table { .. } => {
@@ -365,13 +477,9 @@ mod tests {
 
     #[test]
     fn gives_no_thrust_inside_the_deadband() {
-        let law = QuadraticThrust {
-            forward: 1.0,
-            reverse: 0.5,
-            deadband: 25.0,
-            neutral: 1500.0,
-            voltage: None,
-        };
+        let (deadband, neutral) = (25.0, 1500.0);
+        let law =
+            QuadraticThrust { forward: 1.0, reverse: 0.5, deadband, neutral, ..Default::default() };
         assert_eq!(law.force(1524.0), 0.0);
         assert_eq!(law.force(1535.0), 100.0);
         assert_eq!(law.force(1465.0), -50.0);
@@ -388,6 +496,36 @@ mod tests {
         assert_eq!(curve.force(1700.0, Some(12.0)), 10.0);
         assert_eq!(curve.force(1700.0, Some(14.0)), 15.0);
         assert_eq!(curve.force(1900.0, Some(20.0)), 40.0);
+    }
+
+    #[test]
+    fn a_law_and_a_table_of_it_follow_thrust_as_found() {
+        let law = QuadraticThrust { forward: 0.04, reverse: 0.03, ..Default::default() };
+        let table = |law: &QuadraticThrust| {
+            let points = (-50..=50).map(|k| 2.0 * f64::from(k)).map(|n| (n, law.force(n)));
+            let table = ThrustTable::new(None, points.collect()).expect("rises");
+            ThrustCurve::tables(ThrusterInput::Speed, vec![table]).expect("one")
+        };
+        let speed = ThrusterInput::Speed;
+        let (beyond_square, dead_band, full_speed) = (-0.25, 0.08, 90.0);
+        let of =
+            |full_speed| FoundThrust { gains: [0.9, 0.8], beyond_square, dead_band, full_speed };
+        let by_law =
+            ThrustCurve::Quadratic { input: speed, law }.found(&of(full_speed)).expect("law");
+        // A table has n = √|F|, at another full speed ahead than in reverse.
+        for (sign, k) in [(1.0, 0.04_f64), (-1.0, 0.03)] {
+            let by_table = table(&law).found(&of(full_speed * k.sqrt())).expect("rises");
+            for told in [3.0, 7.5, 20.0, 55.0, 90.0] {
+                let n = (told - 0.08 * 90.0_f64).max(0.0) / 0.92;
+                let gain = if sign > 0.0 { 0.9 } else { 0.8 };
+                let expected = sign * gain * k * n * n * (n / 90.0).powf(-0.25);
+                let [own, other] = [&by_law, &by_table].map(|curve| curve.force(sign * told, None));
+                assert!((own - expected).abs() < 1e-9, "{told}: {own}, {expected}");
+                assert!((other - expected).abs() < 0.02 + 2e-3 * expected.abs(), "{told}: {other}");
+            }
+        }
+        let input = by_law.input_for(100.0, None).expect("ahead");
+        assert!((by_law.force(input, None) - 100.0).abs() < 1e-9);
     }
 
     #[test]

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use seaplant::plant::WakeByDrift;
 use seaplant::results::InputFile;
-use seaplant::{PropellerCurve, QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput, exact};
+use seaplant::{
+    EXPONENTS, PropellerCurve, QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput, exact,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::{BenchColumns, read_bench};
@@ -16,7 +18,7 @@ use crate::{Error, toml_file};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum CurveEntry {
-    /// Force proportional to the squared input.
+    /// Force proportional to the squared input, or to another power of it.
     Quadratic(QuadraticEntry),
     /// Force interpolated between measured points.
     Table(TableEntry),
@@ -87,7 +89,7 @@ pub struct PresetCurveEntry {
     pub voltage_v: Option<f64>,
 }
 
-/// `F = forward s|s|` or `reverse s|s|`, s being the input beyond the deadband.
+/// `F = forward s^p` or `−reverse |s|^p`, s being the input beyond the deadband, and p the exponent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct QuadraticEntry {
@@ -95,6 +97,9 @@ pub struct QuadraticEntry {
     pub forward: f64,
     /// N per squared unit of input, for negative input.
     pub reverse: f64,
+    /// The exponent p: 2 by default. Both coefficients are then N per unit of input to the power p.
+    #[serde(default = "square", skip_serializing_if = "is_square")]
+    pub exponent: f64,
     /// The logged quantity: speed (rad/s), pwm (us) or command (−1 to 1).
     #[serde(default = "speed")]
     pub input: ThrusterInput,
@@ -107,6 +112,14 @@ pub struct QuadraticEntry {
     /// The supply voltage at which the curve was measured, V: thrust at a logged supply.voltage is another.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub voltage_v: Option<f64>,
+}
+
+const fn square() -> f64 {
+    2.0
+}
+
+fn is_square(exponent: &f64) -> bool {
+    *exponent == square()
 }
 
 const fn speed() -> ThrusterInput {
@@ -236,6 +249,15 @@ impl QuadraticEntry {
             let reason = format!("holds a number above {LARGEST:e}; check its unit");
             return Err(Error::value(path, key, reason));
         }
+        if !EXPONENTS.contains(&self.exponent) {
+            let reason = format!(
+                "exponent is {}, and must be between {} and {}: thrust grows with the square of propeller speed or about that",
+                self.exponent,
+                EXPONENTS.start(),
+                EXPONENTS.end()
+            );
+            return Err(Error::value(path, key, reason));
+        }
         let neutral = match self.input {
             ThrusterInput::Pwm => STOPPED_US,
             _ => 0.0,
@@ -243,6 +265,7 @@ impl QuadraticEntry {
         let law = QuadraticThrust {
             forward: self.forward,
             reverse: self.reverse,
+            exponent: self.exponent,
             deadband: self.deadband,
             neutral: self.neutral.unwrap_or(neutral),
             voltage: self.voltage_v,

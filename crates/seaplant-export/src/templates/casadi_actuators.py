@@ -12,16 +12,20 @@ ALLOCATION = np.array(
 NEUTRAL = [@NEUTRAL@]
 """Inputs with which propellers stand still."""
 
-LAG_S = np.array([@LAG@])
+LAG_S = np.array(
+    [
+@LAG@    ]
+)
 FORCE_LAG_S = np.array([@FORCE_LAG@])
 DELAY_S = np.array([@DELAY@])
 REVERSE_RATIO = np.array([@RATIO@])
-"""Between inputs and thrust, by axis, as fitted; 0, 0, 0 and 1 where nothing was found."""
+"""Between inputs and thrust, by axis, lags also by thruster, as fitted; 0, 0, 0 and 1 where nothing
+was found."""
 
 
-def quadratic(forward, reverse, deadband, neutral, x):
-    s = ca.fmax(0.0, ca.fabs(x - neutral) - deadband)
-    return ca.if_else(x < neutral, -reverse * s * s, forward * s * s)
+def power(forward, reverse, exponent, deadband, neutral, x):
+    s = ca.fmax(0.0, ca.fabs(x - neutral) - deadband) ** exponent
+    return ca.if_else(x < neutral, -reverse * s, forward * s)
 
 
 def interpolated(x, points, values):
@@ -60,11 +64,11 @@ def actuated():
     volts = ca.SX.sym("supply_v")
     turning, rising, tau = ca.SX.zeros(6 * n), ca.SX.zeros(6), ca.SX.zeros(6)
     for axis in range(6):
-        own = slice(axis * n, (axis + 1) * n)
-        reached = u[own]
-        if LAG_S[axis] > 0.0:
-            turning[own] = (u[own] - speed[own]) / LAG_S[axis]
-            reached = speed[own]
+        reached = u[axis * n : (axis + 1) * n]
+        for k, lag in enumerate(LAG_S[axis]):
+            if lag > 0.0:
+                turning[axis * n + k] = (u[axis * n + k] - speed[axis * n + k]) / lag
+                reached[k] = speed[axis * n + k]
         tau[axis] = pushed(reached, axis, volts)
         if FORCE_LAG_S[axis] > 0.0:
             rising[axis] = (tau[axis] - force[axis]) / FORCE_LAG_S[axis]

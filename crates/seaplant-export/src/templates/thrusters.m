@@ -21,8 +21,10 @@ function [state, tau] = seaplant_thrusters(state, inputs, h, supply_v)
 % The wrench of one newton of each thruster, a row each.
 allocation = [ ...
 @ALLOCATION@    ];
-% Between inputs and thrust, by axis, as fitted; 0, 0, 0 and 1 where nothing was found.
-lag_s = [@LAG@];
+% Between inputs and thrust, by axis, lags also by thruster, as fitted; 0, 0, 0 and 1 where nothing
+% was found.
+lag_s = [ ...
+@LAG@    ];
 force_lag_s = [@FORCE_LAG@];
 delay_s = [@DELAY@];
 reverse_ratio = [@RATIO@];
@@ -44,8 +46,9 @@ for axis = 1:6
     if isempty(at), at = 1; end
     goal = state.inputs(:, at);
     behind = state.speed(:, axis) - goal;
-    middle = goal + behind * left(0.5 * h, lag_s(axis));
-    state.speed(:, axis) = goal + behind * left(h, lag_s(axis));
+    fade = arrayfun(@(lag) left(0.5 * h, lag), lag_s(axis, :)');
+    middle = goal + behind .* fade;
+    state.speed(:, axis) = goal + behind .* fade .^ 2;
     pushed = 0;
     for k = 1:numel(inputs)
         f = thrust(k, middle(k), supply_v);
@@ -79,10 +82,10 @@ switch k
 @CASES@end
 end
 
-function f = quadratic(forward, reverse, deadband, neutral, x) %#ok<DEFNU>
-s = max(0, abs(x - neutral) - deadband);
-f = forward * s * s;
-if x < neutral, f = -reverse * s * s; end
+function f = power(forward, reverse, exponent, deadband, neutral, x) %#ok<DEFNU>
+s = max(0, abs(x - neutral) - deadband) ^ exponent;
+f = forward * s;
+if x < neutral, f = -reverse * s; end
 end
 
 function y = interpolated(x, points, values) %#ok<DEFNU>

@@ -62,7 +62,7 @@ fn curve(bollard_pull: &BollardPullResult) -> QuadraticThrust {
         reverse: value(&bollard_pull.reverse),
         deadband: value(&bollard_pull.deadband),
         neutral: bollard_pull.neutral,
-        voltage: None,
+        ..QuadraticThrust::default()
     }
 }
 

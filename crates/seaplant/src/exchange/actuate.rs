@@ -34,7 +34,8 @@ const GRID_S: f64 = 0.02;
 impl PlantModel {
     /// Returns the force on each axis, held between its times; `None` on axes without force.
     ///
-    /// Propeller speed `s` follows its input by `lag ṡ = input − s`, after the delay; reverse
+    /// Propeller speed `s` follows its input by `lag ṡ = input − s`, after the delay, with the lag of the
+    /// thruster if it has its own; reverse
     /// thrust is that of the curve times the reverse ratio; and the force of all thrusters on the
     /// axis has its own lag, each as fitted for the axis. Before its first input a propeller is at
     /// rest, unless [`Drive::already_turning`]. Forces in addition to the thrusters act
@@ -108,33 +109,24 @@ impl PlantModel {
         Ok(wanted.iter().map(series).collect())
     }
 
-    /// What each thruster's thrust is, ahead and in reverse, times that of the same thruster of a
-    /// vehicle; without those of which curves read other inputs. None of a published table, which is no
-    /// more of its curves than of a vehicle's.
-    pub fn thrust_over(&self, vehicle: &Vehicle) -> BTreeMap<String, [f64; 2]> {
-        // Only what was identified says how far its axes were driven.
-        if self.driven.is_empty() {
-            return BTreeMap::new();
-        }
-        let of = |own: &Thruster| {
-            let same = vehicle.thrusters.iter().find(|other| other.name == own.name)?;
-            Some((own.name.clone(), own.curve.over(&same.curve)?))
-        };
-        self.thrusters.iter().filter_map(of).collect()
-    }
-
-    /// The thrust along an axis over what a vehicle's curves say.
+    /// The thrust along an axis over what a vehicle's curves say; 1 of a published table, which is no more of its
+    /// curves than of a vehicle's.
     ///
     /// # Errors
-    /// [`Error::Plant`] if thrusters along the axis, or their ways, differ in that.
+    /// [`Error::Plant`] if it depends on the thruster along the axis, on its way or on its input.
     pub fn thrust_along_over(&self, vehicle: &Vehicle, dof: Dof) -> Result<f64, Error> {
-        let over = self.thrust_over(vehicle);
-        let acting = vehicle.thrusters.iter().filter(|own| Vehicle::acts_on(own, dof));
-        let ratios: Vec<f64> =
-            acting.filter_map(|own| over.get(&own.name)).flatten().copied().collect();
-        let Some(first) = ratios.first() else { return Ok(1.0) };
-        match ratios.iter().all(|ratio| (ratio / first - 1.0).abs() < ALIKE) {
-            true => Ok(*first),
+        // Only what was identified says how far its axes were driven.
+        let known = self.thrusters.iter().filter(|_| !self.driven.is_empty());
+        let over = known.filter(|own| Vehicle::acts_on(own, dof)).filter_map(|own| {
+            let same = vehicle.thrusters.iter().find(|other| other.name == own.name)?;
+            (own.curve.input() == same.curve.input()).then(|| own.curve.over(&same.curve))
+        });
+        let over: Vec<Option<[f64; 2]>> = over.collect();
+        let ratios: Vec<f64> = over.iter().flatten().flatten().copied().collect();
+        let first = ratios.first().copied().unwrap_or(1.0);
+        let is_alike = |ratio: &f64| (ratio / first - 1.0).abs() < ALIKE;
+        match over.iter().all(Option::is_some) && ratios.iter().all(is_alike) {
+            true => Ok(first),
             false => Err(Error::Plant {
                 axes: dof.to_string(),
                 reason: "its thrusters give other parts of their curves in the plant than in the vehicle file; state a [[plant]] of its axes in the campaign".to_owned(),
@@ -182,11 +174,13 @@ struct Run<'a> {
 impl Run<'_> {
     fn force(&self, until_s: f64) -> Result<Timed, Error> {
         let value = |x: &Option<crate::results::Parameter>| x.as_ref().map(|x| x.value);
-        let lag_s = value(&self.actuation.lag).unwrap_or(0.0).max(0.0);
+        let of = |(thruster, _): &(&Thruster, &Timed)| self.actuation.lag_s(&thruster.name);
+        let lags_s: Vec<f64> = self.acting.iter().map(of).collect();
         let force_lag_s = value(&self.actuation.force_lag).unwrap_or(0.0).max(0.0);
         let delay_s = value(&self.actuation.delay).unwrap_or(0.0);
         let ratio = value(&self.actuation.reverse_ratio).unwrap_or(1.0);
-        let times = self.times(lag_s.max(force_lag_s), delay_s, until_s);
+        let greatest_s = lags_s.iter().copied().fold(force_lag_s, f64::max);
+        let times = self.times(greatest_s, delay_s, until_s);
         let before = |(thruster, input): &(&Thruster, &Timed)| match self.already_turning {
             true => input.values()[0],
             false => thruster.curve.neutral(),
@@ -197,7 +191,8 @@ impl Run<'_> {
         for (k, &t) in times.iter().enumerate() {
             let h = times.get(k + 1).map_or(0.0, |next| next - t);
             let mut force = 0.0;
-            for ((thruster, input), speed) in self.acting.iter().zip(&mut speeds) {
+            let propellers = self.acting.iter().zip(&lags_s).zip(&mut speeds);
+            for (((thruster, input), &lag_s), speed) in propellers {
                 // In the middle of a step: at its ends a delay's rounding may select either side.
                 let goal = self.input_at(thruster, input, t + 0.5 * h - delay_s);
                 let thrust = self.thrust(thruster, after(*speed, goal, 0.5 * h, lag_s), t)?;
@@ -340,6 +335,24 @@ mod tests {
             let expected = 0.5 * 400.0 * (1.0 - (-since.max(0.0) / 0.5).exp()).powi(2);
             assert!((force - expected).abs() < 1e-6, "{since}: {force}, {expected}");
         }
+    }
+
+    #[test]
+    fn a_propeller_with_a_lag_of_its_own_follows_its_input_by_that() {
+        let mut model = boat();
+        let own = Parameter::new(Estimate::new(0.2, 0.0, 1.0), "s");
+        let yaw = model.actuation.get_mut(&Dof::Yaw).expect("stated");
+        yaw.lag_of.insert("port".to_owned(), own);
+        let forces = model.forces(&drive(100.0, -100.0), 3.0).expect("known");
+        let yaw = forces[5].as_ref().expect("turned");
+        for (times, force) in yaw.time_s().windows(2).zip(yaw.values()) {
+            let since = 0.5 * (times[0] + times[1]);
+            let [port, starboard] = [0.2, 0.5].map(|lag_s: f64| 1.0 - (-since / lag_s).exp());
+            let expected = 0.5 * (400.0 * port.powi(2) + 300.0 * starboard.powi(2));
+            assert!((force - expected).abs() < 1e-6, "{since}: {force}, {expected}");
+        }
+        assert_eq!(model.lag_along(Dof::Yaw), 0.35);
+        assert_eq!(model.lag_along(Dof::Surge), 0.0);
     }
 
     #[test]

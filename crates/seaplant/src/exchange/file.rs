@@ -208,7 +208,7 @@ impl PlantFile {
         let is_own = |effect: &&Effect| matches!(effect.force, EffectForce::Own { .. });
         if let Some(effect) = self.effects.iter().find(is_own) {
             let reason = format!(
-                "has `{}`, a lag or dead band of one thruster, which no prediction follows; leave it out",
+                "has `{}`, a lag or dead band of one thruster; state the lag under `actuation` as `lag_of`, the dead band in its curve, and leave it out",
                 effect.name
             );
             return Err(refuse("effects", reason));

@@ -6,11 +6,12 @@ use nalgebra::DMatrix;
 
 use super::driven::disturbances_of;
 use super::{Actuation, Judgement, Origin, PlantModel};
-use crate::plant::{Basis, Effect, EffectForce, Plant, Structure, Symmetry};
+use crate::plant::{Basis, Effect, Plant, Structure, Symmetry, ThrusterNumber};
 use crate::results::{
     CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_of_thruster, plant_of_result,
 };
-use crate::{Dof, Error, Method, ThrustCurve, Thruster, spoken};
+use crate::thrust::FoundThrust;
+use crate::{Dof, Error, Estimate, Method, ThrustCurve, Thruster, Vehicle, spoken};
 
 /// Terms with their coefficients and covariance.
 struct Part {
@@ -49,7 +50,7 @@ impl PlantModel {
             parts.push(part_of(plant)?);
             note_omissions(&plant.name(), plant, &mut notes);
             disturbances.extend(disturbances_of(plant));
-            let of_all = actuation_of(&plant.nuisances);
+            let of_all = actuation_of(plant);
             actuation.extend(plant.axes.iter().map(|dof| (*dof, of_all.clone())));
         }
         let (plant, covariance, intervals) = join(parts)?;
@@ -60,27 +61,18 @@ impl PlantModel {
         let mut thrusters = thrusters(results, &mut notes)?;
         let scale = chosen.iter().find_map(|plant| plant.nuisances.get("thrust_scale"));
         if let Some(scale) = scale {
-            for own in &mut thrusters {
-                own.curve = scaled(&own.name, &own.curve, [scale.value; 2])?;
-            }
             notes.push(format!(
                 "thrusters: their curves are those of the vehicle file times {:.4}, as known forces show; a wrench that is logged or commanded is to be scaled alike",
                 scale.value
             ));
         }
-        // Gains are fractions of the thrust of the vehicle file.
         let scale = scale.map_or(1.0, |scale| scale.value);
-        for plant in &chosen {
-            for (name, gain) in plant.thruster_gains() {
-                let both = [gain.forward, gain.reverse].map(|gain| 1.0 + (gain - 1.0) / scale);
-                for own in thrusters.iter_mut().filter(|own| own.name == name) {
-                    own.curve = scaled(&name, &own.curve, both)?;
-                }
-                notes.push(format!(
-                    "thruster {name}: its curve is that of the vehicle file times {:.4} ahead and {:.4} in reverse, as the trials show",
-                    gain.forward, gain.reverse
-                ));
-            }
+        for own in &mut thrusters {
+            let of =
+                |plant: &&&PlantResult| plant.axes.iter().any(|dof| Vehicle::acts_on(own, *dof));
+            let all: Vec<FoundThrust> =
+                chosen.iter().filter(of).map(|plant| found_of(plant, &own.name, scale)).collect();
+            own.curve = found(own, &all, scale, &mut notes)?;
         }
         Ok(Self {
             name: results.vehicle.clone(),
@@ -161,29 +153,78 @@ fn thrusters(results: &Results, notes: &mut Vec<String>) -> Result<Vec<Thruster>
     Ok(thrusters)
 }
 
-/// Scales a curve by gains from trials; a slightly negative gain counts as zero.
+/// What the trials of a plant have shown of a thruster beside its curve.
+fn found_of(plant: &PlantResult, thruster: &str, scale: f64) -> FoundThrust {
+    let number = |name: &str, otherwise: f64| {
+        plant.nuisances.get(name).map_or(otherwise, |found| found.value)
+    };
+    // Gains are fractions of the thrust of the vehicle file.
+    let gain = plant.thruster_gains().get(thruster).copied();
+    let gains = gain.map_or([1.0; 2], |gain| [gain.forward, gain.reverse]);
+    let beyond = plant.own_numbers(ThrusterNumber::DeadBand).get(thruster).map_or(0.0, |x| x.value);
+    FoundThrust {
+        gains: gains.map(|gain| scale + gain - 1.0),
+        beyond_square: number("thrust_exponent", 2.0) - 2.0,
+        dead_band: (number("dead_band", 0.0) + beyond).max(0.0),
+        full_speed: number("full_speed", 1.0),
+    }
+}
+
+/// Returns the curve that trials have shown a thruster to follow, by all plants of axes that it acts on. Where these
+/// differ in more than gains, only gains are applied. A slightly negative gain counts as zero.
 ///
 /// # Errors
 /// [`Error::Thruster`] for a thruster of reversed direction; [`Error::ThrustTable`] for an
 /// impossible table.
-fn scaled(name: &str, curve: &ThrustCurve, gains: [f64; 2]) -> Result<ThrustCurve, Error> {
+fn found(
+    own: &Thruster,
+    by_plant: &[FoundThrust],
+    scale: f64,
+    notes: &mut Vec<String>,
+) -> Result<ThrustCurve, Error> {
+    let name = &own.name;
+    let Some(first) = by_plant.first() else { return Ok(own.curve.clone()) };
+    let with_gains = by_plant.iter().find(|one| one.gains != [scale; 2]);
+    let gains = with_gains.map_or([scale; 2], |one| one.gains);
     let least = gains[0].min(gains[1]);
     if least < LEAST_GAIN {
         let reason = format!(
             "gives {least:.2} of the thrust of its curve, so that it pushes the other way; reverse its direction in the vehicle file, or negate its channel, and identify again"
         );
-        return Err(Error::Thruster { name: name.to_owned(), reason });
+        return Err(Error::Thruster { name: name.clone(), reason });
     }
-    let [forward, reverse] = gains.map(|gain| gain.max(0.0));
-    curve.scaled(forward, reverse)
+    let mut found = FoundThrust { gains: gains.map(|gain| gain.max(0.0)), ..*first };
+    if by_plant.iter().any(|one| one.shape() != first.shape()) {
+        notes.push(format!(
+            "thruster {name}: the plants of its axes found different exponents or dead bands of thrust, which its curve leaves out; identify its axes together"
+        ));
+        (found.beyond_square, found.dead_band) = (0.0, 0.0);
+    }
+    let mut said = Vec::new();
+    if with_gains.is_some() {
+        said.push(format!("times {:.4} ahead and {:.4} in reverse", gains[0], gains[1]));
+    }
+    if found.beyond_square != 0.0 {
+        said.push(format!("with exponent {:.3}", 2.0 + found.beyond_square));
+    }
+    if found.dead_band > 0.0 {
+        let (percent, full) = (100.0 * found.dead_band, spoken(found.full_speed));
+        said.push(format!("with a dead band of {percent:.2} % of {full}, its full speed"));
+    }
+    if !said.is_empty() {
+        notes.push(format!(
+            "thruster {name}: its curve is that of the vehicle file {}, as the trials show",
+            said.join(", ")
+        ));
+    }
+    own.curve.found(&found)
 }
 
 /// A gain below this means reversed thrust; between it and zero, a thruster without thrust.
 const LEAST_GAIN: f64 = -0.2;
 
-/// Returns the plant of results without gains of thrusters, which are part of the curves, and without numbers of
-/// single ones, which no format has.
-fn without_gains(result: &PlantResult) -> Result<Plant, Error> {
+/// Returns the plant of results without gains and other numbers of thrusters, which are part of their curves and lags.
+fn without_thrusters(result: &PlantResult) -> Result<Plant, Error> {
     let whole = plant_of_result(result)?;
     let structure = whole.structure().without(|term| is_of_thruster(whole.structure(), term));
     let terms = structure.terms().iter();
@@ -192,7 +233,7 @@ fn without_gains(result: &PlantResult) -> Result<Plant, Error> {
 }
 
 fn part_of(result: &PlantResult) -> Result<Part, Error> {
-    let plant = without_gains(result)?;
+    let plant = without_thrusters(result)?;
     let names = plant.structure().names();
     let index = |name: &String| result.correlation.names.iter().position(|known| known == name);
     let indices: Vec<Option<usize>> = names.iter().map(index).collect();
@@ -260,10 +301,18 @@ pub(super) fn plant_of_terms(terms: &[(Basis, f64)], effects: &[Effect]) -> Resu
     Plant::new(structure, terms.iter().map(|(_, value)| *value).collect())
 }
 
-fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
-    let fitted = |name: &str| nuisances.get(name).cloned();
+fn actuation_of(plant: &PlantResult) -> Actuation {
+    let fitted = |name: &str| plant.nuisances.get(name).cloned();
+    let lag = fitted("lag");
+    let (of_all, std) = lag.as_ref().map_or((0.0, 0.0), |lag| (lag.value, lag.std));
+    let own = plant.own_numbers(ThrusterNumber::Lag).into_iter().map(|(thruster, beyond)| {
+        let value = (of_all + beyond.value).max(0.0);
+        let own = Estimate::new(value, std.hypot(beyond.std), f64::INFINITY);
+        (thruster, Parameter::new(own, "s"))
+    });
     Actuation {
-        lag: fitted("lag"),
+        lag,
+        lag_of: own.collect(),
         force_lag: fitted("force_lag"),
         // A negative delay is an error of the log; an exported plant must be causal.
         delay: fitted("delay").filter(|delay| delay.value > 0.0),
@@ -275,27 +324,21 @@ fn actuation_of(nuisances: &BTreeMap<String, Parameter>) -> Actuation {
 }
 
 /// Nuisances of thrust that no export format supports.
-const LEFT_OUT: [&str; 11] = [
+const LEFT_OUT: [&str; 8] = [
     "inflow",
     "inflow_ahead",
     "lag_ratio",
     "slew",
-    "thrust_exponent",
-    "dead_band",
     "thrust_change_within",
     "thrust_change_between",
     "thrust_change_loaded",
     "turning",
-    "full_speed",
 ];
 
 fn note_omissions(of: &str, result: &PlantResult, notes: &mut Vec<String>) {
-    let PlantResult { nuisances, effects, .. } = result;
+    let PlantResult { nuisances, .. } = result;
     let fitted = LEFT_OUT.iter().filter(|name| nuisances.contains_key(**name));
-    let mut names: Vec<&str> = fitted.copied().filter(|name| *name != "full_speed").collect();
-    if effects.iter().any(|effect| matches!(effect.force, EffectForce::Own { .. })) {
-        names.push("numbers of single thrusters");
-    }
+    let names: Vec<&str> = fitted.copied().collect();
     if !names.is_empty() {
         notes.push(format!(
             "{of}: the fit also found {}, which the exported plant leaves out",
@@ -438,6 +481,57 @@ mod tests {
         assert!((force(-10.0) + 0.7 * 3.0).abs() < 1e-12, "{}", force(-10.0));
         assert!(model.notes.iter().any(|note| note.contains("times 0.9000 ahead")));
         assert_eq!(model.covariance.expect("known").nrows(), model.plant.coefficients().len());
+    }
+
+    /// The same with an exponent and a dead band of all thrusters, and a lag and a dead band of its own.
+    fn with_shape() -> Results {
+        let mut results = with_gains(0.9, 0.7);
+        let plant = results.plants.get_mut("sway-yaw").expect("the boat");
+        for (name, value) in
+            [("thrust_exponent", 1.8), ("full_speed", 50.0), ("dead_band", 0.06), ("lag", 0.2)]
+        {
+            let found = serde_json::from_value(x(value, 0.03)).expect("a number");
+            plant.nuisances.insert(name.to_owned(), found);
+        }
+        for (number, value) in [("lag", -0.05), ("dead-band", 0.02)] {
+            let pusher = json!({ "name": "port", "position_m": [0.0, -0.5, 0.0],
+                "direction": [0.0, 1.0, 0.0] });
+            let force = json!({ "kind": "own", "thruster": pusher, "number": number });
+            let name = format!("port.excess-{number}");
+            let effect = json!({ "name": name, "force": force });
+            plant.effects.push(serde_json::from_value(effect).expect("an effect"));
+            let found = serde_json::from_value(x(value, 0.04)).expect("a coefficient");
+            plant.parameters.insert(name, found);
+        }
+        results
+    }
+
+    #[test]
+    fn exported_thrusters_have_the_exponent_the_dead_band_and_the_lag_that_were_found() {
+        let model = PlantModel::of_results(&with_shape(), "results.json", None).expect("a plant");
+        assert!(model.plant.structure().effects().is_empty());
+        let n = (20.0 - 0.08 * 50.0) / 0.92;
+        for (way, gain, k) in [(1.0, 0.9, 0.04), (-1.0, 0.7, 0.03)] {
+            let expected = way * gain * k * n * n * (n / 50.0_f64).powf(-0.2);
+            let force = model.thrusters[0].curve.force(way * 20.0, None);
+            assert!((force - expected).abs() < 1e-9, "{force}, {expected}");
+            assert_eq!(model.thrusters[0].curve.force(way * 3.9, None).abs(), 0.0);
+        }
+        let sway = &model.actuation[&Dof::Sway];
+        assert!((sway.lag_s("port") - 0.15).abs() < 1e-12 && sway.lag_s("starboard") == 0.2);
+        assert!((sway.lag_of["port"].std - 0.05).abs() < 1e-12);
+        let note = "exponent 1.800, with a dead band of 8.00 % of 50";
+        assert!(model.notes.iter().any(|said| said.contains(note)), "{:?}", model.notes);
+    }
+
+    #[test]
+    fn a_curve_leaves_out_exponents_on_which_the_plants_of_its_axes_differ() {
+        let mut results = with_shape();
+        results.thrusters[0].direction = [0.0, 0.8, 0.6];
+        let model = PlantModel::of_results(&results, "results.json", None).expect("a plant");
+        let force = model.thrusters[0].curve.force(20.0, None);
+        assert!((force - 0.9 * 0.04 * 400.0).abs() < 1e-9, "{force}");
+        assert!(model.notes.iter().any(|said| said.contains("different exponents")));
     }
 
     #[test]

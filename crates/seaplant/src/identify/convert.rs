@@ -447,10 +447,11 @@ fn thruster_result(thruster: &Thruster) -> ThrusterResult {
     let input = thruster.curve.input();
     let curve = match &thruster.curve {
         ThrustCurve::Quadratic { law, .. } => format!(
-            "{} forward, {} reverse, N/({})², deadband {}{}",
+            "{} forward, {} reverse, N/({}){}, deadband {}{}",
             law.forward,
             law.reverse,
             input.unit(),
+            if law.exponent == 2.0 { "²".to_owned() } else { format!("^{}", law.exponent) },
             law.deadband,
             law.voltage.map_or_else(String::new, |volts| format!(", at {volts} V"))
         ),

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Parameter, PlantResult};
 use crate::estimate::Decision;
-use crate::plant::{Basis, EffectForce, Plant, Structure};
+use crate::plant::{Basis, Effect, EffectForce, Plant, Structure, ThrusterNumber};
 use crate::{Dof, Error};
 
 /// A coefficient with its uncertainty.
@@ -190,6 +190,17 @@ impl PlantResult {
             ThrusterGain { forward, reverse: forward + value[1], std }
         };
         found.into_iter().map(|(name, names)| (name, gain(names))).collect()
+    }
+
+    /// Returns what single thrusters have of a number beyond that of all, by name.
+    pub fn own_numbers(&self, number: ThrusterNumber) -> BTreeMap<String, &Coefficient> {
+        let of = |effect: &Effect| match &effect.force {
+            EffectForce::Own { thruster, number: own } if *own == number => {
+                Some((thruster.name.clone(), self.parameters.get(&effect.name)?))
+            }
+            _ => None,
+        };
+        self.effects.iter().filter_map(of).collect()
     }
 
     /// Returns the correlation of two coefficients; zero if one is absent.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::plant::{Buoyancy, RigidBody};
-use crate::thrust::check_supply;
+use crate::thrust::{check_exponent, check_supply};
 use crate::{Error, QuadraticThrust, ThrustCurve, ThrustTable, ThrusterInput};
 
 /// The rigid body of a vehicle.
@@ -68,14 +68,17 @@ impl BuoyancyResult {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "kind", deny_unknown_fields)]
 pub enum CurveResult {
-    /// `F = c s|s|`, with c by the sign of s = sign(x − neutral) max(0, |x − neutral| − deadband).
+    /// `F = ± c |s|^p`, with c and the sign by that of s = sign(x − neutral) max(0, |x − neutral| − deadband).
     Quadratic {
         /// The input.
         input: ThrusterInput,
-        /// c for s > 0, N per squared unit of input.
+        /// c for s > 0, N per unit of input to the power p.
         forward: f64,
-        /// c for s < 0, N per squared unit of input.
+        /// c for s < 0, N per unit of input to the power p.
         reverse: f64,
+        /// The exponent p.
+        #[serde(default = "square", skip_serializing_if = "is_square")]
+        exponent: f64,
         /// Half-width of the band around neutral without thrust.
         #[serde(default)]
         deadband: f64,
@@ -106,6 +109,14 @@ pub struct CurveTable {
     pub points: Vec<(f64, f64)>,
 }
 
+const fn square() -> f64 {
+    2.0
+}
+
+fn is_square(exponent: &f64) -> bool {
+    *exponent == square()
+}
+
 impl CurveResult {
     /// Returns the data of a curve.
     pub fn of(curve: &ThrustCurve) -> Self {
@@ -114,6 +125,7 @@ impl CurveResult {
                 input: *input,
                 forward: law.forward,
                 reverse: law.reverse,
+                exponent: law.exponent,
                 deadband: law.deadband,
                 neutral: law.neutral,
                 voltage: law.voltage,
@@ -135,16 +147,18 @@ impl CurveResult {
     /// not above zero.
     pub fn curve(&self) -> Result<ThrustCurve, Error> {
         match self {
-            Self::Quadratic { input, forward, reverse, deadband, neutral, voltage } => {
-                let numbers = [*forward, *reverse, *deadband, *neutral];
+            Self::Quadratic { input, forward, reverse, exponent, deadband, neutral, voltage } => {
+                let numbers = [*forward, *reverse, *exponent, *deadband, *neutral];
                 if !numbers.iter().all(|x| x.is_finite()) {
                     let reason = "holds a number that is not finite".to_owned();
                     return Err(Error::ThrustTable { reason });
                 }
-                let [forward, reverse, deadband, neutral] = numbers;
+                let [forward, reverse, exponent, deadband, neutral] = numbers;
                 let voltage = *voltage;
                 check_supply(voltage)?;
-                let law = QuadraticThrust { forward, reverse, deadband, neutral, voltage };
+                check_exponent(exponent)?;
+                let law =
+                    QuadraticThrust { forward, reverse, exponent, deadband, neutral, voltage };
                 Ok(ThrustCurve::Quadratic { input: *input, law })
             }
             Self::Table { input, tables } => {
@@ -168,6 +182,7 @@ mod tests {
         let law = QuadraticThrust {
             forward: 0.04,
             reverse: 0.03,
+            exponent: 1.8,
             deadband: 5.0,
             neutral: 1.0,
             voltage: Some(16.0),
@@ -187,6 +202,7 @@ mod tests {
             input: ThrusterInput::Speed,
             forward,
             reverse: 0.0,
+            exponent: 2.0,
             deadband: 0.0,
             neutral: 0.0,
             voltage,

@@ -347,7 +347,7 @@ fn track(
     };
     Ok(ThrusterTrack {
         lever: 1.0,
-        speed: input.map(|input| law.effective(input)),
+        speed: input.map(|input| law.propeller_speed(input)),
         forward: law.forward,
         reverse: law.reverse,
         uncertainty: ThrustUncertainty::default(),

@@ -398,27 +398,30 @@ impl TrialRecord {
     /// # Errors
     /// As [`Timed::new`], if a force is not finite.
     pub(crate) fn with_gain(&self, thruster: &str, gain: f64) -> Result<Self, Error> {
-        self.with_gains(thruster, [gain; 2])
+        self.with_track(thruster, |track| {
+            let (forward, reverse) = (gain * track.forward, gain * track.reverse);
+            Ok(ThrusterTrack { forward, reverse, ..track.clone() })
+        })
     }
 
-    /// The same with one gain ahead and another in reverse.
-    pub(crate) fn with_gains(
+    /// The same with another track of a thruster.
+    pub(crate) fn with_track(
         &self,
         thruster: &str,
-        [ahead, astern]: [f64; 2],
+        changed: impl Fn(&ThrusterTrack) -> Result<ThrusterTrack, Error>,
     ) -> Result<Self, Error> {
         let mut record = self.clone();
         for own in record.thrusters.iter_mut().filter(|own| own.name == thruster) {
-            let [_, (_, logged), ..] = own.signals();
-            let beyond = logged.map(|x| x * (if x < 0.0 { astern } else { ahead } - 1.0));
+            let [_, (_, before), ..] = own.signals();
+            own.track = changed(&own.track)?;
+            let [_, (_, after), ..] = own.signals();
             for (force, way) in record.force.iter_mut().zip(own.wrench.iter()) {
                 let Some(series) = force.as_mut().filter(|_| *way != 0.0) else { continue };
-                let more = |(t, x): (&f64, &f64)| x + way * beyond.held_at(*t);
+                let more =
+                    |(t, x): (&f64, &f64)| x + way * (after.held_at(*t) - before.held_at(*t));
                 let values = series.time_s().iter().zip(series.values()).map(more).collect();
                 *series = series.with_values("force", values)?;
             }
-            own.track.forward *= ahead;
-            own.track.reverse *= astern;
             record.signals.extend(own.signals());
         }
         Ok(record)

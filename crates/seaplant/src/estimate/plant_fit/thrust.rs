@@ -141,7 +141,35 @@ pub(crate) fn restless_thrust(dof: Dof, beyond: f64) -> Option<Caveat> {
 /// A change of thrust from the mean to the greatest supply voltage above this part is a warning.
 const VOLTAGE_PART: f64 = 0.05;
 
+/// What another power of speed makes of thrust at half of full speed is told if it is more than this.
+const ANOTHER_POWER_PERCENT: f64 = 1.0;
+
 impl PlantFit {
+    /// Returns a caveat if thrust is no square law, so that its scale depends on the speed at which its curve is right.
+    pub(crate) fn thrust_by_another_power(&self) -> Option<Caveat> {
+        let [_, _, _, _, exponent_std, _, _, dead_band_std, ..] = self.actuator_std;
+        let (beyond_square, dead_band) = (self.actuator.beyond_square, self.actuator.dead_band);
+        let at_half = 100.0 * self.actuator.at_half_speed().exp_m1();
+        let exponent = exponent_std.map(|_| {
+            let power = 2.0 + beyond_square;
+            format!(
+                "thrust grows with the power {power:.2} of propeller speed, while its curve says 2"
+            )
+        });
+        let still = dead_band_std.map(|std| {
+            let [part, half] = [dead_band, 1.96 * std].map(|x| spoken(100.0 * x));
+            format!(
+                "thrusters do not turn below {part} ± {half} % of their greatest speed or command, which their curve does not say"
+            )
+        });
+        exponent.or(still).filter(|_| at_half > ANOTHER_POWER_PERCENT).map(|law| {
+            let message = format!(
+                "{law}: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table"
+            );
+            Caveat::warning(CaveatCode::ThrustScale, message)
+        })
+    }
+
     /// Returns a caveat if thrust changes with supply voltage, so that its scale depends on the voltage at which
     /// curves are right.
     pub(crate) fn thrust_by_voltage(&self) -> Option<Caveat> {

@@ -50,7 +50,7 @@ pub(super) fn doubts(
     all.extend(not_white(fit));
     all.extend(unsure_thrust(fit));
     all.extend(scale::doubts(fit, records));
-    all.extend(another_power(fit));
+    all.extend(fit.thrust_by_another_power());
     all.extend(loaded_thrust(fit));
     all.extend(fit.thrust_by_voltage());
     all.extend(early_thrust(fit));
@@ -149,29 +149,6 @@ fn unsure_thrust(fit: &PlantFit) -> Option<Caveat> {
 /// Where thrust makes more than this of a mass's variance, it is told.
 const MOST_OF_VARIANCE: f64 = 0.5;
 
-/// That thrust is no square law, so that its scale depends on where its curve is right.
-fn another_power(fit: &PlantFit) -> Option<Caveat> {
-    let [_, _, _, _, exponent_std, _, _, dead_band_std, ..] = fit.actuator_std;
-    let (beyond_square, dead_band) = (fit.actuator.beyond_square, fit.actuator.dead_band);
-    let at_half = 100.0 * fit.actuator.at_half_speed().exp_m1();
-    let exponent = exponent_std.map(|_| {
-        let power = 2.0 + beyond_square;
-        format!("thrust grows with the power {power:.2} of propeller speed, while its curve says 2")
-    });
-    let still = dead_band_std.map(|std| {
-        let [part, half] = [dead_band, 1.96 * std].map(|x| spoken(100.0 * x));
-        format!(
-            "thrusters do not turn below {part} ± {half} % of their greatest speed or command, which their curve does not say"
-        )
-    });
-    exponent.or(still).filter(|_| at_half > ANOTHER_POWER_PERCENT).map(|law| {
-        let message = format!(
-            "{law}: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table"
-        );
-        Caveat::warning(CaveatCode::ThrustScale, message)
-    })
-}
-
 /// Says that thrust falls while other thrusters push, so that its scale depends on the load at which curves
 /// are right.
 fn loaded_thrust(fit: &PlantFit) -> Option<Caveat> {
@@ -187,9 +164,6 @@ fn loaded_thrust(fit: &PlantFit) -> Option<Caveat> {
 
 /// A loss of thrust under full load above this is a warning.
 const LOADED_PERCENT: f64 = 5.0;
-
-/// What another power of speed makes of thrust at half of full speed is told if it is more than this.
-const ANOTHER_POWER_PERCENT: f64 = 1.0;
 
 /// That thrust acts before its log says.
 fn early_thrust(fit: &PlantFit) -> Option<Caveat> {

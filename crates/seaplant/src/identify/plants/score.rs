@@ -21,7 +21,8 @@ use crate::signal::sample_noise;
 use crate::statistics::root;
 use crate::{
     Agreement, Comparison, Dof, Error, LumpedParameters, Method, Model, PhysicalParameters,
-    ScoredMotion, Timed, Trial, TrialRecord, Vehicle, VelocityReport, parallel,
+    ScoredMotion, ThrustCurve, ThrusterTrack, Timed, Trial, TrialRecord, Vehicle, VelocityReport,
+    parallel,
 };
 
 /// The error of a plant of several axes on trials, each simulated freely from its start.
@@ -63,8 +64,9 @@ pub fn score_table(
     score(&model.plant, &Standing::of_table(model), (&[], &records), |_| [0.0; 2])
 }
 
-/// A record with the thrust that the curves of a plant give; a wrench that was logged is scaled as where
-/// the plant was fitted.
+/// A record with the thrust that the curves of a plant give, those of a published table aside, which are no more of it
+/// than of a vehicle; with what lags of single thrusters leave of it; and with a logged wrench scaled as where the
+/// plant was fitted.
 fn with_curves_of(
     model: &PlantModel,
     vehicle: &Vehicle,
@@ -72,10 +74,56 @@ fn with_curves_of(
 ) -> Result<TrialRecord, Error> {
     let of_axis = |dof: &Dof| model.actuation.get(dof)?.thrust_scale.as_ref();
     let scale = model.plant.axes().iter().find_map(of_axis).map_or(1.0, |scale| scale.value);
-    let scaled = record.with_wrench_scaled(scale)?;
-    let over = model.thrust_over(vehicle);
-    over.iter().try_fold(scaled, |record, (name, ways)| record.with_gains(name, *ways))
+    let mut record = record.with_wrench_scaled(scale)?;
+    let first = model.plant.axes().first().and_then(|dof| model.actuation.get(dof));
+    let late = first.filter(|actuation| !actuation.lag_of.is_empty());
+    for own in &model.thrusters {
+        if let Some(actuation) = late {
+            let lag_s = actuation.lag_s(&own.name);
+            record = record.with_track(&own.name, |track| behind(track, lag_s))?;
+        }
+        let same = vehicle.thrusters.iter().find(|other| other.name == own.name);
+        let same = same.filter(|_| !model.driven.is_empty());
+        if let Some((now, before)) = same.and_then(|same| own.curve.in_place_of(&same.curve)) {
+            record = record.with_track(&own.name, |track| Ok(by_curve(track, now, before)))?;
+        }
+    }
+    Ok(record)
 }
+
+/// A track with the thrust of one curve where it has that of another.
+fn by_curve(track: &ThrusterTrack, now: &ThrustCurve, before: &ThrustCurve) -> ThrusterTrack {
+    let speed = track.speed.map(|n| {
+        let input = before.input_for(track.thrust(n), None).unwrap_or_else(|| before.neutral());
+        let thrust = now.force(input, None);
+        let strength = if thrust < 0.0 { track.reverse } else { track.forward };
+        (thrust.abs() / strength.max(f64::MIN_POSITIVE)).sqrt().copysign(thrust)
+    });
+    ThrusterTrack { speed, ..track.clone() }
+}
+
+/// A track whose propeller follows its log by a lag: in the middle of each step what it is told is what it follows.
+fn behind(track: &ThrusterTrack, lag_s: f64) -> Result<ThrusterTrack, Error> {
+    let told = &track.speed;
+    let count = ((told.last_s() - told.first_s()) / FINELY_S).ceil() as usize;
+    let grid: Vec<f64> = (0..=count).map(|k| told.first_s() + FINELY_S * k as f64).collect();
+    let times = union([told.time_s(), grid.as_slice()].into_iter());
+    let mut speed = told.values()[0];
+    let lengths = times.windows(2).map(|step| step[1] - step[0]).chain([FINELY_S]);
+    let middle = times.iter().zip(lengths).map(|(t, length_s)| {
+        let fade = if lag_s > 0.0 { (-0.5 * length_s / lag_s).exp() } else { 0.0 };
+        let goal = told.held_at(t + 0.5 * length_s);
+        let off = (speed - goal) * fade;
+        speed = goal + off * fade;
+        goal + off
+    });
+    let values: Vec<f64> = middle.collect();
+    let speed = Timed::new("propeller speed", times, values)?;
+    Ok(ThrusterTrack { speed, ..track.clone() })
+}
+
+/// How finely a lag is followed, s.
+const FINELY_S: f64 = 0.02;
 
 /// Measured and simulated velocity of each axis over a trial, simulated freely from its start with
 /// the current of that trial, or of a trial that was not fitted with the mean of the others.
@@ -435,7 +483,11 @@ impl<'a> Standing<'a> {
             found.map_or(otherwise, |parameter| parameter.value)
         };
         let actuator = Actuator {
-            lag_s: value(|x| &x.lag, 0.0).max(value(|x| &x.force_lag, 0.0)),
+            // Records are behind lags of single thrusters.
+            lag_s: match first {
+                Some(actuation) if !actuation.lag_of.is_empty() => 0.0,
+                _ => value(|x| &x.lag, 0.0).max(value(|x| &x.force_lag, 0.0)),
+            },
             delay_s: value(|x| &x.delay, 0.0),
             log_reverse_ratio: value(|x| &x.reverse_ratio, 1.0).ln(),
             voltage_exponent: value(|x| &x.voltage_exponent, 0.0),

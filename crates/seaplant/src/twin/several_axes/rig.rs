@@ -241,7 +241,13 @@ fn law_of(thrusters: &[Thruster]) -> Result<(ThrusterInput, QuadraticThrust), Er
         ThrustCurve::Quadratic {
             input: input @ (ThrusterInput::Speed | ThrusterInput::Command),
             law,
-        } if law.neutral == 0.0 && law.forward > 0.0 && law.reverse > 0.0 => Ok((input, law)),
+        } if law.exponent == 2.0
+            && law.neutral == 0.0
+            && law.forward > 0.0
+            && law.reverse > 0.0 =>
+        {
+            Ok((input, law))
+        }
         _ => Err(refused(
             "vehicle",
             "a plant whose thrust curve is not quadratic about zero",

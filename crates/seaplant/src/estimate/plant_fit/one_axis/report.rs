@@ -133,6 +133,7 @@ impl OneAxis<'_> {
         fit.caveats = caveats(&fit, &innovations);
         let beyond = found.beyond_neighbours.values().copied().fold(0.0, f64::max);
         fit.caveats.extend(restless_thrust(self.dof, beyond));
+        fit.caveats.extend(found.thrust_by_another_power());
         fit.caveats.extend(found.thrust_by_voltage());
         Ok(fit)
     }
