@@ -41,8 +41,8 @@ pub use output_error::{Loss, OutputError, OutputErrorBootstrap, OutputErrorInter
 pub use paper::Paper;
 pub use plant_fit::{
     Actuator, AxisNoise, CurrentDrift, ExpectedActuator, ExpectedNoise, ExpectedNoises, GainBeside,
-    Information, PlantFit, PlantPlan, ScaleClaim, SwellForce, Tried, fit_plant, fit_plant_freely,
-    information, information_before,
+    Information, PlantFit, PlantPlan, ScaleClaim, SwellForce, Tried, UnseenExponent, fit_plant,
+    fit_plant_freely, information, information_before,
 };
 pub(crate) use plant_fit::{
     INSTRUMENTS, LikelihoodStep, NEGLIGIBLE_POWER, Swing, damping_power, fit_alone, is_pushed,

@@ -518,7 +518,7 @@ mod tests {
             for told in [3.0, 7.5, 20.0, 55.0, 90.0] {
                 let n = (told - 0.08 * 90.0_f64).max(0.0) / 0.92;
                 let gain = if sign > 0.0 { 0.9 } else { 0.8 };
-                let expected = sign * gain * k * n * n * (n / 90.0).powf(-0.25);
+                let expected = sign * gain * k * n.powf(1.75) * 90.0_f64.powf(0.25);
                 let [own, other] = [&by_law, &by_table].map(|curve| curve.force(sign * told, None));
                 assert!((own - expected).abs() < 1e-9, "{told}: {own}, {expected}");
                 assert!((other - expected).abs() < 0.02 + 2e-3 * expected.abs(), "{told}: {other}");

@@ -54,6 +54,7 @@ use sensor_place::Placed;
 use start::begun;
 pub(crate) use step::LikelihoodStep;
 pub(crate) use swing::{Swing, is_pushed};
+pub use thrust::UnseenExponent;
 pub(crate) use thrust::restless_thrust;
 
 /// Fits a structure to trials by the filter error method.

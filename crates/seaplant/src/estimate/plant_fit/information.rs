@@ -162,10 +162,12 @@ pub fn information(
         noise: expected(plant, noise, &problem),
         jitter_of: thrust.actuator,
     };
-    let all = problem.information_of_all(&point).ok_or_else(|| Error::Plant {
-        axes: plant.structure().name(),
-        reason: "its motion diverges from that of the record; use that of the same plant"
-            .to_owned(),
+    let all = problem.slope_of_all(&point).map(|slope| slope.information).ok_or_else(|| {
+        Error::Plant {
+            axes: plant.structure().name(),
+            reason: "its motion diverges from that of the record; use that of the same plant"
+                .to_owned(),
+        }
     })?;
     let places = places(plant, thrust);
     let first = plant.structure().terms().len() + Actuator::COUNT;

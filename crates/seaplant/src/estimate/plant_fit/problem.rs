@@ -49,6 +49,8 @@ pub(super) struct Problem {
     rigid_body: Option<Matrix6<f64>>,
     /// True for the numbers of the actuator that are fitted.
     pub(super) fits: [bool; Actuator::COUNT],
+    /// True for those that the trials can show, whether anything of them shows or not.
+    pub(super) can_show: [bool; Actuator::COUNT],
     /// True for those that stay fitted whatever the trials show.
     pub(super) requires: [bool; Actuator::COUNT],
     /// Prior standard deviation of the lag of propellers, s.
@@ -249,6 +251,7 @@ impl Problem {
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
         let known: Arc<[Vec<KnownForce>]> = known_together(records).into();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
+        let can_show = Actuator::fitted(records, axes);
         Self {
             structure: structure.clone(),
             physical: Physical::new(structure, rigid_body),
@@ -259,7 +262,8 @@ impl Problem {
             forces: Arc::default(),
             noise_information: Arc::default(),
             rigid_body,
-            fits: Actuator::fitted(records, axes),
+            fits: can_show,
+            can_show,
             requires: [false; Actuator::COUNT],
             lag_std_s: Actuator::PRIOR_STD[Actuator::LAG],
             first_actuator: Actuator::first(records),
@@ -432,12 +436,12 @@ impl Problem {
         Some(slope.gradient[place].powi(2) / left)
     }
 
-    /// Computes the information of all coefficients, numbers of the actuator and currents,
+    /// Computes gradient and information of all coefficients, numbers of the actuator and currents,
     /// including those that are not fitted, without priors.
-    pub(super) fn information_of_all(&self, point: &Point) -> Option<DMatrix<f64>> {
+    pub(super) fn slope_of_all(&self, point: &Point) -> Option<Slope> {
         let all = Self { fits: [true; Actuator::COUNT], ..self.clone() };
         let slopes = all.each(point, |_, pass| pass.by_plant().0).ok()?;
-        Some(all.gathered(&slopes)?.information)
+        all.gathered(&slopes)
     }
 
     /// Computes gradient and information including changes of the velocity sensor's delay, lag, lever

@@ -9,6 +9,7 @@ use super::equation_error::Solved;
 use super::filter::{InstrumentNoise, Swell};
 use super::gains::{self, OfScale, Scaled};
 use super::problem::CURRENT_STD;
+use super::thrust::UnseenExponent;
 use super::uncertainty::{
     attitude_noise, current_drift, disturbances, inflation, instruments, inverse, of_coefficients,
     swell_force, thrust_jitter,
@@ -37,6 +38,8 @@ pub struct PlantFit {
     pub actuator: Actuator,
     /// Standard deviations of its numbers; none of one that is not fitted.
     pub actuator_std: [Option<f64>; Actuator::COUNT],
+    /// The exponent of thrust where the trials can show one and it is not fitted: the intervals include what it moves.
+    pub unseen_exponent: Option<UnseenExponent>,
     /// True if propellers lag, false if a logged wrench does.
     pub has_thrusters: bool,
     /// Disturbance and noise of each axis.
@@ -140,18 +143,23 @@ impl Fitted {
     ) -> Result<PlantFit, Error> {
         let thrust_covariance = self.thrust_covariance()?;
         let alike = self.gains_to_first_order()?;
-        let lost = self.lost_between_samples()?;
+        let mut beside = self.lost_between_samples()?;
         let whiteness = self.whiteness_by_axis()?;
+        let colour = whiteness.values().copied().fold(1.0, f64::max);
+        let unseen = self.unseen_exponent(colour);
+        if let Some(unseen) = &unseen {
+            beside += unseen.covariance();
+        }
         let is_coloured = self.is_coloured(&whiteness);
         let covariance = self.covariance_by_colour(&whiteness);
         let Self { problem, optimum, mut tried, reported, faults, wiring, smooth } = self;
         tried.extend(smooth);
         let plant = problem.plant(&optimum.point.free)?;
+        let unseen_exponent = unseen.map(|unseen| unseen.of(&plant));
         let p = problem.structure.terms().len();
         let is_tested = is_coloured && !problem.is_free;
         let independence = is_tested.then(|| problem.independence(&optimum.point));
         let covariance = problem.with_known_uncertainty(&optimum, covariance);
-        let colour = whiteness.values().copied().fold(1.0, f64::max);
         let claims = problem.contradictory_claims(&optimum, colour);
         let noise_covariance = inverse(&optimum.noise_information);
         let std_of_actuator = |k: usize| problem.fits[k].then(|| covariance[(p + k, p + k)].sqrt());
@@ -166,7 +174,7 @@ impl Fitted {
             (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
         };
         let currents = problem.trials.iter().enumerate().map(current);
-        let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance + lost;
+        let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance + beside;
         let mut inflation = inflation(&optimum.information, p);
         // Known forces tell the scale of thrust, whatever the mean of the gains.
         let scaled = match problem.fits[Actuator::SCALE] {
@@ -211,6 +219,7 @@ impl Fitted {
             thrust_covariance,
             actuator: optimum.point.actuator,
             actuator_std: std::array::from_fn(std_of_actuator),
+            unseen_exponent,
             has_thrusters: problem.has_thrusters,
             currents: if problem.has_current { currents.collect() } else { BTreeMap::new() },
             disturbances: disturbances(&problem.structure, &noise, &noise_covariance, |i| {

@@ -2,11 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::filter::Slope;
+use super::problem::Problem;
 use super::uncertainty::inverse;
 use super::{Actuator, Fitted, PlantFit};
 use crate::caveat::spoken;
 use crate::estimate::propellers::LOST_BETWEEN_SAMPLES;
-use crate::plant::Basis;
+use crate::plant::{Basis, Plant};
 use crate::{Caveat, CaveatCode, Dof, Error, ThrustUncertainty};
 
 /// A way in which thrust may be off, by a standard deviation: parts of it, forward and in reverse.
@@ -14,6 +16,67 @@ use crate::{Caveat, CaveatCode, Dof, Error, ThrustUncertainty};
 struct Off {
     forward: f64,
     reverse: f64,
+}
+
+/// A number of the actuator that is not fitted.
+#[derive(Clone, Debug)]
+pub(super) struct Unseen {
+    /// What it is likeliest to be beyond what it is taken for, and the variance of that.
+    pub(super) x: f64,
+    pub(super) variance: f64,
+    /// What coefficients move by for each unit of it, with the opposite sign.
+    pub(super) by: DVector<f64>,
+}
+
+impl Unseen {
+    /// The root of the second moment of what it may be.
+    fn size(&self) -> f64 {
+        (self.x * self.x + self.variance).sqrt()
+    }
+
+    /// The covariance of the coefficients that comes of it: the second moment of what they may be off by.
+    pub(super) fn covariance(&self) -> DMatrix<f64> {
+        let by = self.size() * &self.by;
+        &by * by.transpose()
+    }
+
+    /// As results have it, of a plant with these coefficients.
+    pub(super) fn of(&self, plant: &Plant) -> UnseenExponent {
+        let terms = plant.structure().terms().iter().zip(plant.coefficients()).zip(self.by.iter());
+        let masses = terms.filter(|((term, _), _)| matches!(term, Basis::Mass(i, j) if i == j));
+        let parts = masses.map(|((_, mass), by)| (self.size() * by / mass).abs());
+        let part = parts.fold(0.0, f64::max);
+        UnseenExponent { exponent: 2.0 + self.x, std: self.variance.sqrt(), part }
+    }
+}
+
+/// An exponent of thrust over propeller speed of which too little shows for it to be fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnseenExponent {
+    /// What is likeliest.
+    pub exponent: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// The greatest part of a mass that it moves, by the root of its second moment about 2.
+    pub part: f64,
+}
+
+impl Problem {
+    /// What is left of the information on a number of the actuator beside all that is fitted, which moves by the second
+    /// for each unit of it, with the opposite sign.
+    fn left_of(
+        &self,
+        all: &DMatrix<f64>,
+        covariance: &DMatrix<f64>,
+        number: usize,
+    ) -> (f64, DVector<f64>) {
+        let p = self.structure.terms().len();
+        let mut cross = all.column(p + number).into_owned();
+        let kept = self.fits.iter().enumerate().filter(|(_, fits)| !**fits);
+        kept.for_each(|(k, _)| cross[p + k] = 0.0);
+        let moves = covariance * &cross;
+        (all[(p + number, p + number)] - cross.dot(&moves), moves)
+    }
 }
 
 impl Fitted {
@@ -40,17 +103,15 @@ impl Fitted {
         if of_curves == ThrustUncertainty::default() && off_by == [0.0; 4] {
             return Ok(sum);
         }
-        let Some(all) = problem.information_of_all(point) else { return Ok(sum) };
+        let Some(Slope { information: all, .. }) = problem.slope_of_all(point) else {
+            return Ok(sum);
+        };
         let covariance = inverse(&self.optimum.information);
         let ratio = p + Actuator::REVERSE;
         let ratio_variance = match problem.fits[Actuator::REVERSE] {
             true => f64::INFINITY,
             false => {
-                // What is left of the information on it beside all that is fitted.
-                let mut cross = all.column(ratio).into_owned();
-                let kept = problem.fits.iter().enumerate().filter(|(_, fits)| !**fits);
-                kept.for_each(|(k, _)| cross[p + k] = 0.0);
-                let left = all[(ratio, ratio)] - cross.dot(&(&covariance * &cross));
+                let (left, _) = problem.left_of(&all, &covariance, Actuator::REVERSE);
                 1.0 / left.max(f64::MIN_POSITIVE)
             }
         };
@@ -82,6 +143,34 @@ impl Fitted {
 }
 
 impl Fitted {
+    /// An exponent of thrust that the trials can show, and of which too little shows for it to be fitted; `colour` is how
+    /// many times larger coloured innovations make its variance.
+    ///
+    /// Beside all that is fitted the exponent is 2 + x with a variance v:
+    ///
+    /// ```text
+    /// v = 1/(J_xx − J_xθ C J_θx + σ₀⁻²),   x = −v (g_x − J_xθ C g_θ),   δθ = −C J_θx x
+    /// ```
+    pub(super) fn unseen_exponent(&self, colour: f64) -> Option<Unseen> {
+        const K: usize = Actuator::EXPONENT;
+        let (problem, optimum) = (&self.problem, &self.optimum);
+        if !problem.can_show[K] || problem.fits[K] || problem.fits[Actuator::DEAD_BAND] {
+            return None;
+        }
+        let p = problem.structure.terms().len();
+        let Slope { information, gradient, .. } = problem.slope_of_all(&optimum.point)?;
+        let covariance = inverse(&optimum.information);
+        let (left, moves) = problem.left_of(&information, &covariance, K);
+        let variance = 1.0 / (left.max(0.0) / colour + Actuator::PRIOR_STD[K].powi(-2));
+        let (least, most) = Actuator::LIMITS[K];
+        let x = -(gradient[p + K] - moves.dot(&gradient)) * variance / colour;
+        let mut by = moves.rows(0, p).into_owned();
+        for (by, term) in by.iter_mut().zip(problem.structure.terms()) {
+            *by = if problem.structure.held(term).is_some() { 0.0 } else { *by };
+        }
+        Some(Unseen { x: x.clamp(least, most), variance, by })
+    }
+
     /// The covariance of the coefficients that comes of what cubics lose of thrust between its samples: mass and drag of
     /// an axis are too small by the same part, and a short lag may stand for it.
     pub(super) fn lost_between_samples(&self) -> Result<DMatrix<f64>, Error> {
@@ -144,6 +233,9 @@ const VOLTAGE_PART: f64 = 0.05;
 /// What another power of speed makes of thrust at half of full speed is told if it is more than this.
 const ANOTHER_POWER_PERCENT: f64 = 1.0;
 
+/// An exponent that does not show is told if it moves a mass by more than this part.
+const UNSEEN_PART: f64 = 0.01;
+
 impl PlantFit {
     /// Returns a caveat if thrust is no square law, so that its scale depends on the speed at which its curve is right.
     pub(crate) fn thrust_by_another_power(&self) -> Option<Caveat> {
@@ -162,6 +254,15 @@ impl PlantFit {
                 "thrusters do not turn below {part} ± {half} % of their greatest speed or command, which their curve does not say"
             )
         });
+        if let Some(unseen) = self.unseen_exponent.filter(|unseen| unseen.part > UNSEEN_PART) {
+            let message = format!(
+                "the trials leave open whether thrust grows with the square of propeller speed, as its curve says, or with the power {:.2} ± {:.2}: that moves masses by up to {:.1} %, which the intervals include; measure thrust at several speeds and give it as a table, or drive at several speeds",
+                unseen.exponent,
+                1.96 * unseen.std,
+                100.0 * unseen.part
+            );
+            return Some(Caveat::note(CaveatCode::ThrustScale, message));
+        }
         exponent.or(still).filter(|_| at_half > ANOTHER_POWER_PERCENT).map(|law| {
             let message = format!(
                 "{law}: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table"

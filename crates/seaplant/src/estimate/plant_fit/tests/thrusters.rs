@@ -279,6 +279,46 @@ fn thrusters_that_do_as_they_say_have_no_gains() {
     }
 }
 
+#[test]
+fn an_exponent_that_is_not_fitted_moves_coefficients_as_one_that_is() {
+    // The power 2.03 of speed in place of 2, for speeds below √12.
+    let acts = |_: usize, logged: &Timed| logged.map(|x| x * (x.abs() / 12.0).powf(0.015));
+    let records = [trial_as("a", 27, acts), trial_as("b", 28, acts)];
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    let problem = Problem::new(&structure(), &records, None, false, Attitude::Known);
+    assert!(problem.can_show[Actuator::EXPONENT]);
+    let fitted = |fits: bool| {
+        let mut problem = problem.clone();
+        problem.fits[Actuator::EXPONENT] = fits;
+        begun(problem, &records).expect("an optimum").2
+    };
+    let (without, with) = (fitted(false), fitted(true));
+    assert!(with.unseen_exponent(1.0).is_none());
+    let unseen = without.unseen_exponent(1.0).expect("open");
+    let found = with.optimum.point.actuator.beyond_square;
+    let std = unseen.variance.sqrt();
+    assert!((unseen.x - found).abs() < 0.3 * std && (found - 0.03).abs() < 4.0 * std, "{unseen:?}");
+    let plants =
+        [&without, &with].map(|one| one.problem.plant(&one.optimum.point.free).expect("a plant"));
+    let [before, after] = plants.each_ref().map(Plant::coefficients);
+    let (lean, full) = (without.covariance(), with.covariance());
+    let second = |k: usize| lean[(k, k)] + unseen.variance * unseen.by[k].powi(2);
+    for (k, (before, after)) in before.iter().zip(after).enumerate() {
+        let moved = before - unseen.by[k] * unseen.x;
+        assert!((moved - after).abs() < 0.3 * full[(k, k)].sqrt(), "{k}: {moved}, {after}");
+        assert!(
+            (second(k) / full[(k, k)] - 1.0).abs() < 0.1,
+            "{k}: {} {}",
+            second(k),
+            full[(k, k)]
+        );
+    }
+    // Coloured innovations make it less certain, and what it may move larger.
+    let coloured = without.unseen_exponent(4.0).expect("open");
+    assert!((coloured.variance / unseen.variance - 4.0).abs() < 0.1, "{coloured:?}");
+    assert!(coloured.covariance()[(0, 0)] > unseen.covariance()[(0, 0)]);
+}
+
 /// The optimum of two trials with a gain of each thruster but the first.
 fn with_gains_of_others(gains: [f64; 4]) -> Fitted {
     let records =
