@@ -38,7 +38,8 @@ pub struct PlantFit {
     pub actuator: Actuator,
     /// Standard deviations of its numbers; none of one that is not fitted.
     pub actuator_std: [Option<f64>; Actuator::COUNT],
-    /// The exponent of thrust where the trials can show one and it is not fitted: the intervals include what it moves.
+    /// The exponent of thrust where the trials speak for another, but too little for it to be fitted: the intervals
+    /// include what it moves.
     pub unseen_exponent: Option<UnseenExponent>,
     /// True if propellers lag, false if a logged wrench does.
     pub has_thrusters: bool,

@@ -50,7 +50,7 @@ impl Unseen {
     }
 }
 
-/// An exponent of thrust over propeller speed of which too little shows for it to be fitted.
+/// An exponent of thrust over propeller speed for which the trials speak, but too little for it to be fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnseenExponent {
     /// What is likeliest.
@@ -143,8 +143,8 @@ impl Fitted {
 }
 
 impl Fitted {
-    /// An exponent of thrust that the trials can show, and of which too little shows for it to be fitted; `colour` is how
-    /// many times larger coloured innovations make its variance.
+    /// An exponent of thrust for which the trials speak, but too little for it to be fitted; `colour` is how many times
+    /// larger coloured innovations make its variance.
     ///
     /// Beside all that is fitted the exponent is 2 + x with a variance v:
     ///
@@ -154,7 +154,7 @@ impl Fitted {
     pub(super) fn unseen_exponent(&self, colour: f64) -> Option<Unseen> {
         const K: usize = Actuator::EXPONENT;
         let (problem, optimum) = (&self.problem, &self.optimum);
-        if !problem.can_show[K] || problem.fits[K] || problem.fits[Actuator::DEAD_BAND] {
+        if !problem.can_show[K] || problem.fits[K] {
             return None;
         }
         let p = problem.structure.terms().len();
@@ -164,6 +164,9 @@ impl Fitted {
         let variance = 1.0 / (left.max(0.0) / colour + Actuator::PRIOR_STD[K].powi(-2));
         let (least, most) = Actuator::LIMITS[K];
         let x = -(gradient[p + K] - moves.dot(&gradient)) * variance / colour;
+        if x * x < SPEAKS * variance {
+            return None;
+        }
         let mut by = moves.rows(0, p).into_owned();
         for (by, term) in by.iter_mut().zip(problem.structure.terms()) {
             *by = if problem.structure.held(term).is_some() { 0.0 } else { *by };
@@ -233,7 +236,10 @@ const VOLTAGE_PART: f64 = 0.05;
 /// What another power of speed makes of thrust at half of full speed is told if it is more than this.
 const ANOTHER_POWER_PERCENT: f64 = 1.0;
 
-/// An exponent that does not show is told if it moves a mass by more than this part.
+/// The trials speak for a number if its square is so many times its variance: chance makes as much once in twenty.
+const SPEAKS: f64 = 4.0;
+
+/// An exponent that is not fitted is told if it moves a mass by more than this part.
 const UNSEEN_PART: f64 = 0.01;
 
 impl PlantFit {
@@ -256,7 +262,7 @@ impl PlantFit {
         });
         if let Some(unseen) = self.unseen_exponent.filter(|unseen| unseen.part > UNSEEN_PART) {
             let message = format!(
-                "the trials leave open whether thrust grows with the square of propeller speed, as its curve says, or with the power {:.2} ± {:.2}: that moves masses by up to {:.1} %, which the intervals include; measure thrust at several speeds and give it as a table, or drive at several speeds",
+                "the trials speak for thrust that grows with the power {:.2} ± {:.2} of propeller speed, where its curve says 2, but not clearly: that moves masses by up to {:.1} %, which the intervals include; measure thrust at several speeds and give it as a table, or drive longer at several speeds",
                 unseen.exponent,
                 1.96 * unseen.std,
                 100.0 * unseen.part
