@@ -780,14 +780,17 @@ class CurveResult(Record):
     deadband: float | None = None
     """Half-width of the band around neutral without thrust."""
 
+    exponent: float | None = None
+    """The exponent p."""
+
     forward: float | None = None
-    """c for s > 0, N per squared unit of input."""
+    """c for s > 0, N per unit of input to the power p."""
 
     neutral: float | None = None
     """The input of zero thrust."""
 
     reverse: float | None = None
-    """c for s < 0, N per squared unit of input."""
+    """c for s < 0, N per unit of input to the power p."""
 
     voltage: float | None = None
     """Supply voltage of the measurement, V."""

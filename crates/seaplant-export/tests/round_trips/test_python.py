@@ -54,9 +54,9 @@ def test_the_lag_is_that_of_its_differential_equation(case):
     actuators = plant.Actuators(start)
     for _ in range(50):
         actuators.wrench(goal, 0.02, 15.0)
-    # A second after the step, delayed by 0.12 s, with a lag of 0.3 s.
-    expected = 1900.0 - 400.0 * np.exp(-(1.0 - 0.12) / 0.3)
-    assert np.allclose(actuators.speed[0], expected, rtol=1e-12)
+    # A second after the step, delayed by 0.12 s, with a lag of 0.3 s, of 0.6 s for starboard, and of none for stern.
+    left = [np.exp(-(1.0 - 0.12) / lag) if lag else 0.0 for lag in (0.3, 0.6, 0.0, 0.3)]
+    assert np.allclose(actuators.speed[0], 1900.0 - 400.0 * np.array(left), rtol=1e-12)
 
 
 def test_a_minute_of_numpy(case):
