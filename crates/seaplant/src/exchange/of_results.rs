@@ -183,7 +183,9 @@ fn found(
     notes: &mut Vec<String>,
 ) -> Result<ThrustCurve, Error> {
     let name = &own.name;
-    let Some(first) = by_plant.first() else { return Ok(own.curve.clone()) };
+    let as_stated =
+        FoundThrust { gains: [scale; 2], beyond_square: 0.0, dead_band: 0.0, full_speed: 1.0 };
+    let first = by_plant.first().unwrap_or(&as_stated);
     let with_gains = by_plant.iter().find(|one| one.gains != [scale; 2]);
     let gains = with_gains.map_or([scale; 2], |one| one.gains);
     let least = gains[0].min(gains[1]);
@@ -367,6 +369,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::results::ThrusterResult;
 
     fn x(value: f64, std: f64) -> serde_json::Value {
         let (low95, high95) = (value - 2.0 * std, value + 2.0 * std);
@@ -481,6 +484,26 @@ mod tests {
         assert!((force(-10.0) + 0.7 * 3.0).abs() < 1e-12, "{}", force(-10.0));
         assert!(model.notes.iter().any(|note| note.contains("times 0.9000 ahead")));
         assert_eq!(model.covariance.expect("known").nrows(), model.plant.coefficients().len());
+    }
+
+    #[test]
+    fn a_scale_that_known_forces_show_is_that_of_every_thruster() {
+        let mut results = with_gains(0.9, 0.7);
+        // One that acts on no axis of the plant.
+        let idle = ThrusterResult {
+            name: "idle".to_owned(),
+            position_m: [0.0; 3],
+            direction: [1.0, 0.0, 0.0],
+            ..results.thrusters[0].clone()
+        };
+        results.thrusters.push(idle);
+        let scale = serde_json::from_value(x(1.2, 0.01)).expect("a number");
+        let boat = results.plants.get_mut("sway-yaw").expect("the boat");
+        boat.nuisances.insert("thrust_scale".to_owned(), scale);
+        let model = PlantModel::of_results(&results, "results.json", None).expect("a plant");
+        let force = |k: usize| model.thrusters[k].curve.force(10.0, None);
+        assert!((force(0) - (1.2 + 0.9 - 1.0) * 4.0).abs() < 1e-12, "{}", force(0));
+        assert!((force(1) - 1.2 * 4.0).abs() < 1e-12, "{}", force(1));
     }
 
     /// The same with an exponent and a dead band of all thrusters, and a lag and a dead band of its own.

@@ -29,7 +29,9 @@ use crate::estimate::{
     Actuator, INSTRUMENTS, PlantFit, Tried, fit_alone, fit_plant, fit_plant_freely, restless_thrust,
 };
 use crate::judge::{OffBecause, STILL, may_be_off};
-use crate::plant::{Basis, Plant, Product, RigidBody, Signal, Structure};
+use crate::plant::{
+    Basis, EffectForce, Plant, Product, RigidBody, Signal, Structure, ThrusterNumber,
+};
 use crate::results::{
     Coefficient, Correlation, Driven, Failure, Identifiability, MatrixResult, Parameter,
     Parameters, PlantResult, PlantScore, Results, Score, TermDecision, ToldBy,
@@ -598,7 +600,10 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
         }
     }
     let needs_full_speed = ["thrust_exponent", "slew", "dead_band", "thrust_change_loaded"];
-    if needs_full_speed.iter().any(|name| all.contains_key(*name)) {
+    let has_own_dead_band = fit.plant.structure().effects().iter().any(|effect| {
+        matches!(effect.force, EffectForce::Own { number: ThrusterNumber::DeadBand, .. })
+    });
+    if has_own_dead_band || needs_full_speed.iter().any(|name| all.contains_key(*name)) {
         all.insert("full_speed".to_owned(), parameter((actuator.full_speed, 0.0), "rad/s"));
     }
     if all.contains_key("voltage_exponent") {

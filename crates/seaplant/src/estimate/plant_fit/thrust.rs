@@ -243,8 +243,9 @@ const SPEAKS: f64 = 4.0;
 const UNSEEN_PART: f64 = 0.01;
 
 impl PlantFit {
-    /// Returns a caveat if thrust is no square law, so that its scale depends on the speed at which its curve is right.
-    pub(crate) fn thrust_by_another_power(&self) -> Option<Caveat> {
+    /// Returns caveats on thrust that is no square law, so that its scale depends on the speed at which its curve is right,
+    /// or that may be none.
+    pub(crate) fn thrust_by_another_power(&self) -> Vec<Caveat> {
         let [_, _, _, _, exponent_std, _, _, dead_band_std, ..] = self.actuator_std;
         let (beyond_square, dead_band) = (self.actuator.beyond_square, self.actuator.dead_band);
         let at_half = 100.0 * self.actuator.at_half_speed().exp_m1();
@@ -260,21 +261,24 @@ impl PlantFit {
                 "thrusters do not turn below {part} ± {half} % of their greatest speed or command, which their curve does not say"
             )
         });
-        if let Some(unseen) = self.unseen_exponent.filter(|unseen| unseen.part > UNSEEN_PART) {
+        let unseen = self.unseen_exponent.filter(|unseen| unseen.part > UNSEEN_PART);
+        let unseen = unseen.map(|unseen| {
             let message = format!(
                 "the trials speak for thrust that grows with the power {:.2} ± {:.2} of propeller speed, where its curve says 2, but not clearly: that moves masses by up to {:.1} %, which the intervals include; measure thrust at several speeds and give it as a table, or drive longer at several speeds",
                 unseen.exponent,
                 1.96 * unseen.std,
                 100.0 * unseen.part
             );
-            return Some(Caveat::note(CaveatCode::ThrustScale, message));
-        }
-        exponent.or(still).filter(|_| at_half > ANOTHER_POWER_PERCENT).map(|law| {
+            Caveat::note(CaveatCode::ThrustScale, message)
+        });
+        let law = exponent.or(still).filter(|_| at_half > ANOTHER_POWER_PERCENT);
+        let seen = law.map(|law| {
             let message = format!(
                 "{law}: the curve is taken to be right at the greatest speed of the trials; if it is right at half of that, every mass, drag and lever is {at_half:.0} % off, which the intervals include; measure thrust at several speeds and give it as a table"
             );
             Caveat::warning(CaveatCode::ThrustScale, message)
-        })
+        });
+        seen.into_iter().chain(unseen).collect()
     }
 
     /// Returns a caveat if thrust changes with supply voltage, so that its scale depends on the voltage at which
