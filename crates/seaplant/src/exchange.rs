@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::results::{Consequence, Driven};
 pub use actuate::Drive;
+pub(crate) use actuate::{GRID_S, after};
 pub use check::check_results;
 pub use draws::Draws;
 pub use driven::Disturbance;

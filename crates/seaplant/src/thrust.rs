@@ -66,7 +66,7 @@ impl QuadraticThrust {
         effective.abs().powf(0.5 * self.exponent).copysign(effective)
     }
 
-    /// What of the law is no coefficient.
+    /// Returns exponent, deadband and neutral input.
     const fn shape(&self) -> [f64; 3] {
         [self.exponent, self.deadband, self.neutral]
     }
@@ -177,7 +177,7 @@ impl ThrustTable {
     }
 }
 
-/// How many parts an interval of a table has where thrust as found is no straight line.
+/// Parts of an interval of a table where thrust as found is no straight line.
 const BETWEEN: i32 = 8;
 
 /// Checks the exponent of a law.
@@ -214,7 +214,7 @@ pub(crate) struct FoundThrust {
 }
 
 impl FoundThrust {
-    /// What of it is no gain.
+    /// Returns exponent, dead band and full speed, which matters where one of the two is not zero.
     pub(crate) fn shape(&self) -> [f64; 3] {
         let is_plain = self.beyond_square == 0.0 && self.dead_band == 0.0;
         [self.beyond_square, self.dead_band, if is_plain { 1.0 } else { self.full_speed }]
@@ -286,9 +286,16 @@ impl ThrustCurve {
     /// that begins and ends at the same inputs.
     ///
     /// # Errors
-    /// [`Error::ThrustTable`] if a table no longer rises with its input, as with a gain below zero, or the exponent of
-    /// a law is not among [`EXPONENTS`].
+    /// [`Error::ThrustTable`] if a table no longer rises with its input, as with a gain below zero, the exponent of
+    /// a law is not among [`EXPONENTS`], or the dead band is no part of a full speed.
     pub(crate) fn found(&self, found: &FoundThrust) -> Result<Self, Error> {
+        let FoundThrust { dead_band, full_speed, .. } = *found;
+        if !((0.0..1.0).contains(&dead_band) && full_speed > 0.0 && full_speed.is_finite()) {
+            let reason = format!(
+                "is to have a dead band of {dead_band} of a full speed of {full_speed}, which must be a part below 1 of one above 0; identify again"
+            );
+            return Err(Error::ThrustTable { reason });
+        }
         match self {
             Self::Quadratic { input, law } => {
                 let law = law.found(found);
@@ -302,9 +309,9 @@ impl ThrustCurve {
         }
     }
 
-    /// This curve and another in its place, if they differ and read the same input.
-    pub(crate) fn in_place_of<'a>(&'a self, other: &'a Self) -> Option<(&'a Self, &'a Self)> {
-        (self.input() == other.input() && self != other).then_some((self, other))
+    /// Returns whether it gives another thrust for the same input.
+    pub(crate) fn replaces(&self, other: &Self) -> bool {
+        self.input() == other.input() && self != other
     }
 
     /// The thrust of this curve over that of another, ahead and in reverse; none of curves that read

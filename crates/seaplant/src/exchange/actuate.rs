@@ -29,7 +29,7 @@ pub struct Drive {
 const ALIKE: f64 = 1e-6;
 
 /// Time step for lagging propellers, s: that of the simulation.
-const GRID_S: f64 = 0.02;
+pub(crate) const GRID_S: f64 = 0.02;
 
 impl PlantModel {
     /// Returns the force on each axis, held between its times; `None` on axes without force.
@@ -157,7 +157,7 @@ impl PlantModel {
 }
 
 /// Returns the first-order response to a constant goal after a time `h`.
-fn after(x: f64, goal: f64, h: f64, lag_s: f64) -> f64 {
+pub(crate) fn after(x: f64, goal: f64, h: f64, lag_s: f64) -> f64 {
     if lag_s > 0.0 { goal + (x - goal) * (-h / lag_s).exp() } else { goal }
 }
 

@@ -548,6 +548,17 @@ mod tests {
     }
 
     #[test]
+    fn a_dead_band_that_is_no_part_of_full_speed_is_refused() {
+        for (name, value) in [("dead_band", 1.0), ("full_speed", 0.0), ("thrust_exponent", 9.0)] {
+            let mut results = with_shape();
+            let boat = results.plants.get_mut("sway-yaw").expect("the boat");
+            boat.nuisances.get_mut(name).expect("there").value = value;
+            let refused = PlantModel::of_results(&results, "results.json", None);
+            assert!(refused.is_err(), "{name}");
+        }
+    }
+
+    #[test]
     fn a_curve_leaves_out_exponents_on_which_the_plants_of_its_axes_differ() {
         let mut results = with_shape();
         results.thrusters[0].direction = [0.0, 0.8, 0.6];

@@ -142,14 +142,14 @@ impl Fitted {
         least_squares: &Solved,
         method: Method,
     ) -> Result<PlantFit, Error> {
-        let thrust_covariance = self.thrust_covariance()?;
+        let mut thrust_covariance = self.thrust_covariance()?;
         let alike = self.gains_to_first_order()?;
-        let mut beside = self.lost_between_samples()?;
+        let lost = self.lost_between_samples()?;
         let whiteness = self.whiteness_by_axis()?;
         let colour = whiteness.values().copied().fold(1.0, f64::max);
         let unseen = self.unseen_exponent(colour);
         if let Some(unseen) = &unseen {
-            beside += unseen.covariance();
+            thrust_covariance += unseen.covariance();
         }
         let is_coloured = self.is_coloured(&whiteness);
         let covariance = self.covariance_by_colour(&whiteness);
@@ -175,7 +175,7 @@ impl Fitted {
             (name.clone(), [(north, std(2 * trial)), (east, std(2 * trial + 1))])
         };
         let currents = problem.trials.iter().enumerate().map(current);
-        let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance + beside;
+        let of_plant = of_coefficients(&plant, &covariance) + &thrust_covariance + lost;
         let mut inflation = inflation(&optimum.information, p);
         // Known forces tell the scale of thrust, whatever the mean of the gains.
         let scaled = match problem.fits[Actuator::SCALE] {

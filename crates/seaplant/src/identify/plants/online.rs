@@ -52,7 +52,6 @@ fn plant(
     let online = PlantFit {
         plant: fit.estimate.plant.clone(),
         covariance: &fit.estimate.covariance + &found.thrust_covariance,
-        unseen_exponent: None,
         method,
         samples: fit.samples,
         ..found.clone()

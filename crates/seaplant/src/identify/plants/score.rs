@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{LEVERS, MISALIGNMENTS};
 use crate::estimate::{Actuator, PlantFit};
-use crate::exchange::{Actuation, PlantModel};
+use crate::exchange::{Actuation, GRID_S, PlantModel, after};
 use crate::judge::{Expected, Nulls, Outcome, scores};
 use crate::motion::{Inputs, Simulated, body_from_world, interpolated_attitude, simulate};
 use crate::plant::{Plant, own_terms};
@@ -83,9 +83,10 @@ fn with_curves_of(
             record = record.with_track(&own.name, |track| behind(track, lag_s))?;
         }
         let same = vehicle.thrusters.iter().find(|other| other.name == own.name);
-        let same = same.filter(|_| !model.driven.is_empty());
-        if let Some((now, before)) = same.and_then(|same| own.curve.in_place_of(&same.curve)) {
-            record = record.with_track(&own.name, |track| Ok(by_curve(track, now, before)))?;
+        let same = same.filter(|same| !model.driven.is_empty() && own.curve.replaces(&same.curve));
+        if let Some(same) = same {
+            let by_own = |track: &ThrusterTrack| Ok(by_curve(track, &own.curve, &same.curve));
+            record = record.with_track(&own.name, by_own)?;
         }
     }
     Ok(record)
@@ -102,28 +103,24 @@ fn by_curve(track: &ThrusterTrack, now: &ThrustCurve, before: &ThrustCurve) -> T
     ThrusterTrack { speed, ..track.clone() }
 }
 
-/// A track whose propeller follows its log by a lag: in the middle of each step what it is told is what it follows.
+/// A track whose propeller follows its log by a lag, with its speed in the middle of each step.
 fn behind(track: &ThrusterTrack, lag_s: f64) -> Result<ThrusterTrack, Error> {
     let told = &track.speed;
-    let count = ((told.last_s() - told.first_s()) / FINELY_S).ceil() as usize;
-    let grid: Vec<f64> = (0..=count).map(|k| told.first_s() + FINELY_S * k as f64).collect();
+    let count = ((told.last_s() - told.first_s()) / GRID_S).ceil() as usize;
+    let grid: Vec<f64> = (0..=count).map(|k| told.first_s() + GRID_S * k as f64).collect();
     let times = union([told.time_s(), grid.as_slice()].into_iter());
     let mut speed = told.values()[0];
-    let lengths = times.windows(2).map(|step| step[1] - step[0]).chain([FINELY_S]);
+    let lengths = times.windows(2).map(|step| step[1] - step[0]).chain([GRID_S]);
     let middle = times.iter().zip(lengths).map(|(t, length_s)| {
-        let fade = if lag_s > 0.0 { (-0.5 * length_s / lag_s).exp() } else { 0.0 };
         let goal = told.held_at(t + 0.5 * length_s);
-        let off = (speed - goal) * fade;
-        speed = goal + off * fade;
-        goal + off
+        let middle = after(speed, goal, 0.5 * length_s, lag_s);
+        speed = after(speed, goal, length_s, lag_s);
+        middle
     });
     let values: Vec<f64> = middle.collect();
     let speed = Timed::new("propeller speed", times, values)?;
     Ok(ThrusterTrack { speed, ..track.clone() })
 }
-
-/// How finely a lag is followed, s.
-const FINELY_S: f64 = 0.02;
 
 /// Measured and simulated velocity of each axis over a trial, simulated freely from its start with
 /// the current of that trial, or of a trial that was not fitted with the mean of the others.
