@@ -129,7 +129,7 @@ impl PlantModel {
             true => Ok(first),
             false => Err(Error::Plant {
                 axes: dof.to_string(),
-                reason: "its thrusters give other parts of their curves in the plant than in the vehicle file; state a [[plant]] of its axes in the campaign".to_owned(),
+                reason: "its thrusters follow other curves in the plant than in the vehicle file, by more than one factor; state those of the plant in the vehicle file, or a [[plant]] of its axes in the campaign".to_owned(),
             }),
         }
     }
