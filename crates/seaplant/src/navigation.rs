@@ -70,6 +70,8 @@ pub struct Navigated {
     /// Lever arms from the vehicle's origin to the instruments that measure translations, m; of
     /// those away from the origin.
     pub levers: BTreeMap<Dof, Vector3<f64>>,
+    /// True if surge and sway were measured along the world's axes, and turned by the attitude of their times.
+    pub is_turned: bool,
     /// Acceleration `−(ω × v)` of a rigid body along each translation, m/s²; of those whose log has
     /// rates and another velocity.
     pub turning: BTreeMap<Dof, Timed>,

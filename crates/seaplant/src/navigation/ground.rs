@@ -77,6 +77,7 @@ pub(super) fn velocities(
     for (dof, values) in TRANSLATIONS.into_iter().zip(parts).take(known) {
         if let Entry::Vacant(place) = nav.measured.entry(dof) {
             place.insert(north.with_values("velocity over ground", values)?);
+            nav.is_turned = true;
             if lever.norm() > 0.0 {
                 nav.levers.insert(dof, lever);
             }

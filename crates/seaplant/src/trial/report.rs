@@ -1,8 +1,9 @@
 //! Delay, lag, place and misalignment of the velocity sensor.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::TrialRecord;
+use crate::motion::{body_from_world, interpolated_attitude};
 use crate::navigation::turning;
 use crate::{Dof, Timed};
 
@@ -12,6 +13,9 @@ use crate::{Dof, Timed};
 /// ```text
 /// T ẏ = Rᵀ (ν + ω × r)(t − d) − y,   R = exp(θ ×)
 /// ```
+///
+/// What is measured along the world's axes and turned into the body's by the attitude at t, not at t − d, is turned
+/// back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VelocityReport {
     /// d, s.
@@ -119,20 +123,26 @@ impl TrialRecord {
         changed
     }
 
-    /// Returns the readings of the translations along body axes.
+    /// Returns the readings of the translations, at their own times, along the body axes of the time of measurement.
     fn aligned(&self, report: &VelocityReport) -> [Option<Timed>; 3] {
         let read = |axis: usize| {
             let read = self.readings[axis].as_ref().or(self.velocity[axis].as_ref());
             read.filter(|_| self.may_be_late(axis)).cloned()
         };
         let read = [0, 1, 2].map(read);
-        if report.misalignment_rad == [0.0; 3] {
+        let turns_late = self.is_turned && report.delay_s != 0.0;
+        if report.misalignment_rad == [0.0; 3] && !turns_late {
             return read;
         }
-        let rotation = Rotation3::from_scaled_axis(Vector3::from(report.misalignment_rad));
+        let of_mounting = Rotation3::from_scaled_axis(Vector3::from(report.misalignment_rad));
+        let rotation_at = |t: f64| match turns_late {
+            true => self.to_body(t - report.delay_s) * self.to_body(t).transpose() * of_mounting,
+            false => *of_mounting.matrix(),
+        };
         let along = |axis: usize| {
             let own = read[axis].as_ref()?;
             let sum = |(t, y): (&f64, &f64)| {
+                let rotation = rotation_at(*t);
                 let part = |other: usize| match &read[other] {
                     _ if other == axis => rotation[(axis, axis)] * y,
                     Some(read) => rotation[(axis, other)] * read.at(*t),
@@ -144,6 +154,11 @@ impl TrialRecord {
             own.with_values("velocity", values).ok()
         };
         [0, 1, 2].map(along)
+    }
+
+    /// Returns the matrix that turns a vector from the world's axes into the body's at a time.
+    fn to_body(&self, t: f64) -> Matrix3<f64> {
+        body_from_world(self.attitude.each_ref().map(|own| interpolated_attitude(own.as_ref(), t)))
     }
 
     /// Returns ω × r along a translation; `None` if r is zero, or if ω was not measured.

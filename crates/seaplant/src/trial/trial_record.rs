@@ -101,6 +101,9 @@ pub struct TrialRecord {
     pub readings: [Option<Timed>; 3],
     /// r of each, from the origin in body axes, m.
     pub levers_m: [Vector3<f64>; 3],
+    /// True if translations were measured along the world's axes, as by a satellite receiver, and turned into body
+    /// axes by the attitude at their times: with a delay, that is not the attitude at which they were measured.
+    pub is_turned: bool,
     /// Logged angular velocity `[p, q, r]`, rad/s, if rates or attitude were logged.
     pub rates: Option<[Timed; 3]>,
     /// Roll, pitch and heading, unwrapped, rad; smoothed with the rates if these were measured.
@@ -137,6 +140,7 @@ impl TrialRecord {
             acceleration: [const { None }; 3],
             readings: [const { None }; 3],
             levers_m: [Vector3::zeros(); 3],
+            is_turned: false,
             rates: None,
             attitude: [const { None }; 3],
             inclination: [const { None }; 2],
@@ -299,6 +303,7 @@ impl TrialRecord {
             acceleration,
             readings,
             levers_m: [0, 1, 2].map(|axis| navigated.lever(Dof::ALL[axis]).unwrap_or_default()),
+            is_turned: navigated.is_turned,
             rates: navigated.rates.clone(),
             attitude,
             inclination,

@@ -411,8 +411,9 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
         for instant in &self.schedule.instants[1..] {
             let before = mean.motion;
             let transition = self.predict(instant, &mut mean, &mut flow);
-            let acceleration = (mean.motion - before) / instant.length_s;
+            let mut acceleration = (mean.motion - before) / instant.length_s;
             if let Some(lag_s) = lag_s {
+                acceleration += self.of_turned_axes(instant, &mean.motion);
                 behind = acceleration + (behind - acceleration) * (-instant.length_s / lag_s).exp();
             }
             let own = flow.by_plant().iter().chain(std::iter::repeat(&still));
@@ -696,6 +697,25 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     /// Returns true if a sensor measures the velocity at an index.
     fn is_measured(&self, place: usize) -> bool {
         self.plant.axes()[place].is_none_or(|axis| self.schedule.is_measured[axis])
+    }
+
+    /// Returns ω × v along the translations, by which velocities along the world's axes change beside ν̇; zero where
+    /// these are measured along the body's.
+    fn of_turned_axes(&self, instant: &FilterInstant, motion: &SVector<f64, M>) -> SVector<f64, M> {
+        let mut change = SVector::zeros();
+        if !self.schedule.is_turned {
+            return change;
+        }
+        let of = |axis: usize| self.place_of(axis).map_or(0.0, |place| motion[place]);
+        let rate = Vector3::from_fn(|k, _| of(3 + k));
+        let velocity = Vector3::from_fn(|k, _| instant.measured[k].unwrap_or_else(|| of(k)));
+        let turning = rate.cross(&velocity);
+        for axis in 0..3 {
+            if let Some(place) = self.place_of(axis) {
+                change[place] = turning[axis];
+            }
+        }
+        change
     }
 
     /// Returns the index of an axis, given in SNAME order, among the plant's axes.

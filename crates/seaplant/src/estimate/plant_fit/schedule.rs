@@ -103,6 +103,8 @@ pub(super) struct Schedule {
     pub(super) start_std: [f64; 6],
     /// True for axes with a measured velocity, in SNAME order; others have navigation states.
     pub(super) is_measured: [bool; 6],
+    /// True if translations were measured along the world's axes.
+    pub(super) is_turned: bool,
     /// Indices of the navigation states.
     pub(super) layout: Layout,
     /// Their values at the first instant.
@@ -245,6 +247,7 @@ impl Schedule {
             start: record.velocity_at(before),
             start_std: std::array::from_fn(|axis| start_std(record, axis)),
             is_measured,
+            is_turned: record.is_turned,
             layout: navigation.layout,
             first_navigation: navigation.first(before),
             start_down: start_down(record, before),
