@@ -6,7 +6,7 @@ of the sets of `INSTRUMENTS`, and one to three faults out of `FAULTS`.
 
     boats.py PROGRAM OUT NUMBER SEED [FAULT ...]   # draws OUT/SEED ... where they are absent, and judges them
 
-With faults named, each boat has these; `healthy` has none. Wrong: a mass or the inertia that is off by more
+With faults named, each boat has these; `healthy` has none; names of `INSTRUMENTS` and `ALSO` choose these. Wrong: a mass or the inertia that is off by more
 than 10 % and outside its interval.
 """
 
@@ -39,6 +39,8 @@ INSTRUMENTS = {
     "doppler": {"kind": "north", "hz": 5.0, "std": 0.03, "slow": 0.0},
     "both": {"kind": "both", "hz": 5.0, "std": 0.03, "slow": 0.7},
 }
+# What else can be asked for.
+ALSO = ("healthy", "rudder", "propellers", "gyroscope", "no_gyroscope")
 FAULTS = {}
 
 
@@ -262,6 +264,7 @@ def draw(seed, wanted=()):
     for name in wanted:
         instrument = name if name in INSTRUMENTS else instrument
         s["steers"] = {"rudder": True, "propellers": False}.get(name, s["steers"])
+        s["has_gyro"] = {"gyroscope": True, "no_gyroscope": False}.get(name, s["has_gyro"])
     named = [name for name in wanted if name in FAULTS]
     chosen = [] if "healthy" in wanted else named or chosen
     s["instrument"] = instrument
@@ -320,13 +323,15 @@ def propelled(s, speed, nu, angle, done):
     force[:, 0] = thrust.sum(1)
     force[:, 2] = -(thrust * y).sum(1)
     if s["steers"]:
-        ahead = np.maximum(nu[:, 0], 0.0)
         disc = np.pi * (0.8 * s["size"][2]) ** 2 / 4
-        race = np.sqrt(ahead**2 + s["race"] * 2 * np.maximum(thrust[:, 0], 0) / (RHO * disc))
+        # By momentum theory the race of a propeller that pushes ahead has 2 T/(ρ A) more of speed squared.
+        behind = nu[:, 0] * np.abs(nu[:, 0])
+        behind += s["race"] * 2 * np.maximum(thrust[:, 0], 0) / (RHO * disc)
+        race = np.sqrt(np.abs(behind)) * np.sign(behind)
         aside = nu[:, 1] + s["aft"] * nu[:, 2]
-        flow = np.hypot(race, aside)
-        attack = angle - np.arctan2(-aside, np.maximum(race, 1e-6))
-        normal = 0.5 * RHO * s["rudder_area"] * s["rudder_slope"] * flow**2 * np.sin(attack)
+        attack = angle + np.arctan2(aside, race)
+        normal = 0.5 * RHO * s["rudder_area"] * s["rudder_slope"] * np.sin(attack)
+        normal *= race**2 + aside**2
         # A positive angle turns the bow to starboard: its force pushes the stern to port.
         force[:, 0] -= normal * np.sin(angle)
         force[:, 1] -= normal * np.cos(angle)
@@ -693,7 +698,7 @@ def main():
         int(sys.argv[4]),
     )
     wanted = sys.argv[5:]
-    known = {*FAULTS, *INSTRUMENTS, "healthy", "rudder", "propellers"}
+    known = {*FAULTS, *INSTRUMENTS, *ALSO}
     if unknown := [name for name in wanted if name not in known]:
         sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(known)}")
     jobs = [(out / str(k), k, wanted) for k in range(seed, seed + number)]

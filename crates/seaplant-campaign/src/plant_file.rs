@@ -30,7 +30,7 @@ pub struct PlantEntry {
     pub model: Option<HullModel>,
     /// Terms in addition to the usual ones, such as \"yaw: |v|r\" or \"sway: vvr/U\"; u v w p q r,
     /// U, positive on the side of damping. Also effects of the vehicle by name, such as
-    /// \"wind.sway\" or \"rudder.race\".
+    /// \"wind.sway\" or \"propeller.advance\".
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<String>,
     /// Known coefficients by name, which are not fitted: `{ "mass.surge" = 260 }`.

@@ -12,6 +12,7 @@
 mod basis;
 mod coefficients;
 mod effect;
+mod foil;
 mod hull;
 pub(crate) mod lumped;
 mod notation;
@@ -25,7 +26,8 @@ pub use basis::{Basis, Factor, Instant, NO_WAY, Product};
 pub(crate) use basis::{kirchhoff, kirchhoff_slope, sign};
 pub use coefficients::Plant;
 pub(crate) use effect::MOST_READ;
-pub use effect::{Effect, EffectForce, Foil, Pusher, Signal, ThrusterNumber};
+pub use effect::{Effect, EffectForce, Pusher, Signal, ThrusterNumber};
+pub use foil::{Ahead, Foil};
 pub use hull::HullModel;
 pub use open_water::{OpenWater, RudderFlow, WakeByDrift};
 pub use parameterisation::{Parameterisation, Physical, Plain};

@@ -19,13 +19,21 @@ struct Forces<const N: usize> {
     weight_excess: f64,
     lever: Vector3<f64>,
     constant: SVector<f64, N>,
-    /// Indices of effects, and their coefficients.
-    effects: Vec<(usize, f64)>,
+    effects: Vec<Acting>,
     structure: Structure,
     /// True if there is momentum along several axes: that along one axis does not act on it.
     turns_momentum: bool,
     /// True if weight or a righting lever acts.
     restores: bool,
+}
+
+/// An effect of a plant.
+struct Acting {
+    /// Its index in the structure.
+    effect: usize,
+    coefficient: f64,
+    /// Of a fin in a race, the coefficient of its slipstream over that of its lift.
+    race: f64,
 }
 
 impl<const N: usize> Forces<N> {
@@ -83,8 +91,17 @@ impl<const N: usize> Forces<N> {
                         self.constant[place] = value;
                     }
                 }
-                Basis::Effect(k) => self.effects.push((k, value)),
+                Basis::Effect(effect) => {
+                    self.effects.push(Acting { effect, coefficient: value, race: 0.0 });
+                }
             }
+        }
+        for at in 0..self.effects.len() {
+            let of = |k: usize| {
+                let own = self.effects.iter().find(|own| own.effect == k);
+                own.map_or(0.0, |own| own.coefficient)
+            };
+            self.effects[at].race = self.structure.race(self.effects[at].effect, of);
         }
     }
 
@@ -109,14 +126,12 @@ impl<const N: usize> Forces<N> {
         if self.restores {
             n -= self.on_axes(&self.change_by_down(down_body));
         }
-        for &(k, value) in &self.effects {
-            let read = &mut [0.0; MOST_READ];
-            let signals = self.structure.read(k, signals, read);
+        for own in &self.effects {
             let mut wrench = SVector::zeros();
-            self.structure.effects()[k].each_push(velocity, signals, |way, force, _| {
+            self.each_push(own, velocity, signals, |way, force, _| {
                 wrench += self.on_axes(way) * force;
             });
-            n -= wrench * value;
+            n -= wrench * own.coefficient;
         }
         n
     }
@@ -154,19 +169,36 @@ impl<const N: usize> Forces<N> {
                 *entry += axis.map_or(0.0, |axis| row[axis]);
             }
         }
-        for &(k, value) in &self.effects {
-            let read = &mut [0.0; MOST_READ];
-            let signals = self.structure.read(k, signals, read);
-            let mut own = SMatrix::<f64, N, N>::zeros();
-            self.structure.effects()[k].each_push(velocity, signals, |way, _, by| {
+        for own in &self.effects {
+            let mut by_velocity = SMatrix::<f64, N, N>::zeros();
+            self.each_push(own, velocity, signals, |way, _, by| {
                 let (way, by) = (self.on_axes(way), self.on_axes(&by));
-                for (column, by) in own.column_iter_mut().zip(&by) {
+                for (column, by) in by_velocity.column_iter_mut().zip(&by) {
                     column.into_iter().zip(&way).for_each(|(entry, way)| *entry += way * by);
                 }
             });
-            slope -= own * value;
+            slope -= by_velocity * own.coefficient;
         }
         slope
+    }
+
+    /// Passes on each force of an effect per unit of its coefficient, as [`Effect::each_push`](crate::plant::Effect).
+    fn each_push(
+        &self,
+        own: &Acting,
+        velocity: &Vector6<f64>,
+        signals: &[f64],
+        along: impl FnMut(&Vector6<f64>, f64, Vector6<f64>),
+    ) {
+        let read = &mut [0.0; MOST_READ];
+        let signals = self.structure.read(own.effect, signals, read);
+        self.structure.effects()[own.effect].each_push(velocity, signals, own.race, along);
+    }
+
+    /// Returns the coefficient of the slipstream at a fin over that of its lift; 0 for other terms.
+    fn race(&self, term: &Basis) -> f64 {
+        let Basis::Effect(k) = term else { return 0.0 };
+        self.effects.iter().find(|own| own.effect == *k).map_or(0.0, |own| own.race)
     }
 
     /// Returns the axes of a vector of six.
@@ -365,7 +397,8 @@ impl<const N: usize> Prepared<N> {
                     apply(&self.inverse, &-self.on_axes(&term.inertial(&at.acceleration)))
                 }
                 _ => {
-                    let y = forces.structure.regressor(term, &at, signals);
+                    let race = forces.race(term);
+                    let y = forces.structure.regressor_in_race(term, &at, signals, race);
                     apply(&self.inverse, &-self.on_axes(&y))
                 }
             };
@@ -417,7 +450,10 @@ pub(crate) mod tests {
             axis: [0.0, 0.0, 1.0],
             stall_rad: None,
         };
-        let lift = Effect { name: "rudder.lift".to_owned(), force: EffectForce::Lift { foil } };
+        let lift = Effect {
+            name: "rudder.lift".to_owned(),
+            force: EffectForce::Lift { foil, ahead: None },
+        };
         let structure = plant.structure().clone().with_effect(lift, true).expect("fits");
         let coefficients = plant.coefficients().iter().copied().chain([3.0]).collect();
         Plant::new(structure, coefficients).expect("possible")

@@ -137,9 +137,20 @@ impl Plant {
     ) -> Vector6<f64> {
         let acceleration = Vector6::zeros();
         let at = super::Instant { acceleration, velocity: *velocity, down_body: *down_body };
-        let force =
-            |(term, value): (&Basis, f64)| value * self.structure.regressor(term, &at, signals);
+        let force = |(term, value): (&Basis, f64)| {
+            let race = match term {
+                Basis::Effect(k) => self.race(*k),
+                _ => 0.0,
+            };
+            value * self.structure.regressor_in_race(term, &at, signals, race)
+        };
         self.with_terms().map(force).sum()
+    }
+
+    /// Returns the coefficient of the slipstream at a fin over that of its lift; 0 for other effects.
+    fn race(&self, effect: usize) -> f64 {
+        let coefficient = |k| self.coefficient(&Basis::Effect(k)).unwrap_or(0.0);
+        self.structure.race(effect, coefficient)
     }
 
     /// Returns the power that damping dissipates relative to the water, W: `Σ ν_r · products`.

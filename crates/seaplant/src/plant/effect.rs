@@ -6,10 +6,9 @@ use nalgebra::{Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::foil::{Ahead, Foil};
 use super::{OpenWater, RudderFlow};
-
-use crate::Surface;
-use crate::{Dof, Timed};
+use crate::{Dof, Surface, Timed};
 
 /// An input signal of an effect.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -147,49 +146,30 @@ pub struct Effect {
     pub force: EffectForce,
 }
 
-/// A control surface, for the computation of its force.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Foil {
-    /// The type of surface.
-    pub kind: Surface,
-    /// Name in channels.
-    pub name: String,
-    /// Point of application of its force, m, body frame.
-    pub position_m: [f64; 3],
-    /// The axis of rotation, a unit vector.
-    pub axis: [f64; 3],
-    /// Its stall angle, rad, beyond which lift is constant.
-    pub stall_rad: Option<f64>,
-}
-
 /// A force per unit of its coefficient.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum EffectForce {
     /// A fin in the flow along the hull: `F = −|V| (V·n)` along its normal n, V being its velocity
     /// through the water perpendicular to its axis; N/(m/s)², equal to ½ρA ∂C_L/∂α.
+    ///
+    /// Behind a propeller of thrust T it is in its race, whose square along the chord is greater than that of V by
+    /// (s/k) T, with k this coefficient and s that of the slipstream; the force is then k of this and s of that.
     Lift {
         /// The fin.
         foil: Foil,
+        /// The propeller ahead of it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        ahead: Option<Ahead>,
     },
-    /// A fin in a propeller's slipstream: `F = T sin δ` along its normal, for positive thrust T.
+    /// A fin in a propeller's slipstream: what the race of positive thrust T adds to the fin's force along its normal
+    /// per unit of s, `F = T sin δ` where there is no other flow.
     Slipstream {
         /// The fin.
         foil: Foil,
         /// The propeller ahead of it.
-        propeller: String,
-        /// True if the input is a speed or command n, so that T is n².
-        squared: bool,
-    },
-    /// The interaction of flow and slipstream: `F = −|n| (V·n)` along its normal, n being √T.
-    Race {
-        /// The fin.
-        foil: Foil,
-        /// The propeller ahead of it.
-        propeller: String,
-        /// True if the input is a speed or command n, so that T is n².
-        squared: bool,
+        #[serde(flatten)]
+        ahead: Ahead,
     },
     /// A rudder in the slipstream of a propeller with a known open-water curve: its normal force
     /// per `½ρA ∂C_L/∂α`, N/(m/s)², with the hull's influence on flow and force.
@@ -295,64 +275,8 @@ impl Pusher {
 /// Largest number of signals of an effect.
 pub(crate) const MOST_READ: usize = 16;
 
-/// The flow at a foil at an instant.
-struct Flow {
-    /// `[n; r × n]` of its normal n.
-    normal: Vector6<f64>,
-    /// `[V; r × V]` of its velocity V perpendicular to its axis.
-    across: Vector6<f64>,
-    /// |V|.
-    speed: f64,
-    /// V·n.
-    along_normal: f64,
-    /// sin δ.
-    sin: f64,
-}
-
-impl Foil {
-    /// Returns its chord and its normal at zero angle, unit vectors.
-    pub(super) fn directions(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let axis = Vector3::from(self.axis);
-        let chord = Vector3::x() - axis * axis.x;
-        let chord = chord.try_normalize(1e-6).unwrap_or_else(Vector3::x);
-        (chord, axis.cross(&chord))
-    }
-
-    fn at(&self, velocity: &Vector6<f64>, angle: f64) -> Flow {
-        let (r, axis) = (Vector3::from(self.position_m), Vector3::from(self.axis));
-        let (chord, side) = self.directions();
-        let (sin, cos) = angle.sin_cos();
-        let normal = side * cos - chord * sin;
-        let own = velocity.fixed_rows::<3>(0) + velocity.fixed_rows::<3>(3).cross(&r);
-        let own = Vector3::new(own.x, own.y, own.z);
-        let across = own - axis * own.dot(&axis);
-        Flow {
-            normal: wrench_at(&r, &normal),
-            across: wrench_at(&r, &across),
-            speed: across.norm(),
-            along_normal: own.dot(&normal),
-            sin,
-        }
-    }
-}
-
-impl Flow {
-    /// Returns `−|V| (V·n)`, with the normal component limited to that at the stall angle, and its
-    /// derivative by ν.
-    fn lift(&self, stall_rad: Option<f64>) -> (f64, Vector6<f64>) {
-        let most = stall_rad.map_or(f64::INFINITY, |stall| stall.sin() * self.speed);
-        if self.along_normal.abs() > most {
-            let part = most.copysign(self.along_normal) / self.speed.max(f64::MIN_POSITIVE);
-            return (-part * self.speed * self.speed, self.across * (-2.0 * part));
-        }
-        let by_speed = self.along_normal / self.speed.max(SLOW);
-        let slope = -(self.across * by_speed + self.normal * self.speed);
-        (-self.speed * self.along_normal, slope)
-    }
-}
-
 /// Below this speed the direction of flow at a foil is undefined, m/s.
-const SLOW: f64 = 1e-9;
+pub(super) const SLOW: f64 = 1e-9;
 
 /// Returns the wrench `[f; r × f]`.
 pub(super) fn wrench_at(r: &Vector3<f64>, force: &Vector3<f64>) -> Vector6<f64> {
@@ -365,10 +289,10 @@ impl Effect {
     pub fn signals(&self) -> Vec<Signal> {
         let angle = |foil: &Foil| Signal::Angle { kind: foil.kind, name: foil.name.clone() };
         match &self.force {
-            EffectForce::Lift { foil } => vec![angle(foil)],
-            EffectForce::Slipstream { foil, propeller, .. }
-            | EffectForce::Race { foil, propeller, .. } => {
-                vec![angle(foil), Signal::Drive(propeller.clone())]
+            EffectForce::Lift { foil, ahead: None } => vec![angle(foil)],
+            EffectForce::Lift { foil, ahead: Some(ahead) }
+            | EffectForce::Slipstream { foil, ahead } => {
+                vec![angle(foil), Signal::Drive(ahead.propeller.clone())]
             }
             EffectForce::Steering { foil, behind, .. } => {
                 vec![angle(foil), Signal::Drive(behind.propeller.clone())]
@@ -392,12 +316,22 @@ impl Effect {
         }
     }
 
+    /// Returns the fin and the propeller of a force in a race.
+    pub(crate) fn in_race(&self) -> Option<(&Foil, &Ahead)> {
+        match &self.force {
+            EffectForce::Lift { foil, ahead: Some(ahead) }
+            | EffectForce::Slipstream { foil, ahead } => Some((foil, ahead)),
+            _ => None,
+        }
+    }
+
     /// Returns the wrench for a unit coefficient, N and N m per unit, shape (6,).
     ///
-    /// `velocity` is ν_r, shape (6,); `signals` are the values of [`Self::signals`], and a missing one is zero.
-    pub fn wrench(&self, velocity: &Vector6<f64>, signals: &[f64]) -> Vector6<f64> {
+    /// `velocity` is ν_r, shape (6,); `signals` are the values of [`Self::signals`], and a missing one is zero. Of a fin
+    /// in a race, `race` is the coefficient of its slipstream over that of its lift; each is by itself where that is 0.
+    pub fn wrench(&self, velocity: &Vector6<f64>, signals: &[f64], race: f64) -> Vector6<f64> {
         let mut wrench = Vector6::zeros();
-        self.each_push(velocity, signals, |way, force, _| wrench += way * force);
+        self.each_push(velocity, signals, race, |way, force, _| wrench += way * force);
         wrench
     }
 
@@ -406,26 +340,26 @@ impl Effect {
         &self,
         velocity: &Vector6<f64>,
         signals: &[f64],
+        race: f64,
         mut along: impl FnMut(&Vector6<f64>, f64, Vector6<f64>),
     ) {
         let [first, second] = [0, 1].map(|k| signals.get(k).copied().unwrap_or(0.0));
         match &self.force {
-            EffectForce::Lift { foil } => {
+            EffectForce::Lift { foil, ahead } => {
                 let flow = foil.at(velocity, first);
-                let (force, slope) = flow.lift(foil.stall_rad);
+                let (force, slope) = match ahead.as_ref().filter(|_| race > 0.0) {
+                    Some(ahead) => foil.in_race(velocity, first, (ahead.thrust(second), race))[0],
+                    None => flow.lift(foil.stall_rad),
+                };
                 along(&flow.normal, force, slope)
             }
-            EffectForce::Slipstream { foil, squared, .. } => {
-                let flow = foil.at(velocity, first);
-                let drive = second.max(0.0);
-                let thrust = if *squared { drive * drive } else { drive };
-                along(&flow.normal, thrust * flow.sin, Vector6::zeros())
-            }
-            EffectForce::Race { foil, squared, .. } => {
-                let flow = foil.at(velocity, first);
-                let drive = second.max(0.0);
-                let speed = if *squared { drive } else { drive.sqrt() };
-                along(&flow.normal, -speed * flow.along_normal, flow.normal * -speed)
+            EffectForce::Slipstream { foil, ahead } => {
+                let (flow, thrust) = (foil.at(velocity, first), ahead.thrust(second));
+                let (force, slope) = match race > 0.0 {
+                    true => foil.in_race(velocity, first, (thrust, race))[1],
+                    false => (thrust * flow.sin, Vector6::zeros()),
+                };
+                along(&flow.normal, force, slope)
             }
             EffectForce::Steering { foil, behind, flow } => {
                 let (way, force, slope) = flow.force(foil, behind, velocity, [first, second]);
@@ -485,10 +419,8 @@ impl Effect {
             EffectForce::Lift { .. } | EffectForce::Steering { .. } => "N/(m/s)²",
             EffectForce::OpenWater { .. } | EffectForce::Gain { .. } => "1",
             EffectForce::Own { number, .. } => number.unit(),
-            EffectForce::Slipstream { squared: false, .. } => "1",
+            EffectForce::Slipstream { ahead, .. } if !ahead.squared => "1",
             EffectForce::Slipstream { .. } => "N/(rad/s)²",
-            EffectForce::Race { squared: false, .. } => "√N/(m/s)",
-            EffectForce::Race { .. } => "N/((m/s)(rad/s))",
             EffectForce::Thrust { .. } | EffectForce::Astern { .. } => "N/(rad/s)²",
             EffectForce::Advance { .. } => "N/((m/s)(rad/s))",
             // n has the unit of the thruster's curve.
@@ -506,10 +438,9 @@ impl Effect {
             Dof::ALL.into_iter().filter(|dof| way[dof.index()].abs() > NO_LEVER).collect()
         };
         match &self.force {
-            EffectForce::Lift { foil }
+            EffectForce::Lift { foil, .. }
             | EffectForce::Steering { foil, .. }
-            | EffectForce::Slipstream { foil, .. }
-            | EffectForce::Race { foil, .. } => {
+            | EffectForce::Slipstream { foil, .. } => {
                 let straight = foil.at(&Vector6::zeros(), 0.0).normal;
                 let turned = foil.at(&Vector6::zeros(), 0.1).normal;
                 acts(&(straight.abs() + turned.abs()))
@@ -619,7 +550,7 @@ mod tests {
     /// Returns `∂/∂ν` of the wrench.
     fn slope(effect: &Effect, velocity: &Vector6<f64>, signals: &[f64]) -> Matrix6<f64> {
         let mut slope = Matrix6::zeros();
-        effect.each_push(velocity, signals, |way, _, by| slope += way * by.transpose());
+        effect.each_push(velocity, signals, 0.0, |way, _, by| slope += way * by.transpose());
         slope
     }
 
@@ -630,9 +561,9 @@ mod tests {
     #[test]
     fn fin_derivatives_agree_with_prestero() {
         // Y_uuδ = 9.64: N_uuδ = −6.15, Y_uv = −9.64, Y_ur = 6.15, N_uv = 6.15, N_ur = −3.92.
-        let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], None) });
+        let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], None), ahead: None });
         let at = |v: f64, r: f64, angle: f64| {
-            9.64 * lift.wrench(&Vector6::new(1.0, v, 0.0, 0.0, 0.0, r), &[angle, 0.0])
+            9.64 * lift.wrench(&Vector6::new(1.0, v, 0.0, 0.0, 0.0, r), &[angle, 0.0], 0.0)
         };
         let small = 1e-4;
         let found = [at(0.0, 0.0, small), at(small, 0.0, 0.0), at(0.0, small, 0.0)];
@@ -646,19 +577,20 @@ mod tests {
     #[test]
     fn a_stern_plane_acts_along_the_vertical_axis() {
         // A rotation about +y lowers the trailing edge: the force on the stern is upward.
-        let lift = effect(EffectForce::Lift { foil: foil([0.0, 1.0, 0.0], None) });
-        let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), &[0.1, 0.0]);
+        let lift = effect(EffectForce::Lift { foil: foil([0.0, 1.0, 0.0], None), ahead: None });
+        let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), &[0.1, 0.0], 0.0);
         assert!(wrench[2] < 0.0 && wrench[4] < 0.0 && wrench[1].abs() < 1e-12, "{wrench}");
         assert_eq!(lift.axes(), [Dof::Surge, Dof::Heave, Dof::Pitch]);
     }
 
     #[test]
     fn a_fin_dissipates_power_in_every_motion() {
-        let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.3)) });
+        let lift =
+            effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.3)), ahead: None });
         for k in 0..50 {
             let x = |j: f64| (1.7 * f64::from(k) + j).sin();
             let velocity = Vector6::new(x(0.0), x(1.0), x(2.0), x(3.0), x(4.0), x(5.0));
-            assert!(lift.wrench(&velocity, &[x(6.0), 0.0]).dot(&velocity) <= 1e-15);
+            assert!(lift.wrench(&velocity, &[x(6.0), 0.0], 0.0).dot(&velocity) <= 1e-15);
         }
     }
 
@@ -674,17 +606,20 @@ mod tests {
         let inflow = inflow_effect(false);
         // 0.3 m to starboard, 1 rad/s reduces the advance of 0.5 m/s by 0.3 m/s.
         let velocity = Vector6::new(0.5, 0.0, 0.0, 0.0, 0.0, 1.0);
-        let wrench = inflow.wrench(&velocity, &[-20.0]);
+        let wrench = inflow.wrench(&velocity, &[-20.0], 0.0);
         let expected = Vector6::new(-20.0 * 0.2, 0.0, 0.0, 0.0, 0.0, 0.3 * 20.0 * 0.2);
         assert!((wrench - expected).amax() < 1e-12, "{wrench}");
         assert!(wrench.dot(&velocity) < 0.0);
         assert_eq!(inflow.axes(), [Dof::Surge, Dof::Yaw]);
         // A thruster that brakes gains no thrust.
         let ahead = inflow_effect(true);
-        assert_eq!(ahead.wrench(&velocity, &[-20.0]), Vector6::zeros());
-        assert_eq!(ahead.wrench(&velocity, &[20.0]), inflow.wrench(&velocity, &[20.0]));
+        assert_eq!(ahead.wrench(&velocity, &[-20.0], 0.0), Vector6::zeros());
+        assert_eq!(ahead.wrench(&velocity, &[20.0], 0.0), inflow.wrench(&velocity, &[20.0], 0.0));
         assert_eq!(slope(&ahead, &velocity, &[20.0]), slope(&inflow, &velocity, &[20.0]));
-        assert_eq!(ahead.wrench(&-velocity, &[-20.0]), inflow.wrench(&-velocity, &[-20.0]));
+        assert_eq!(
+            ahead.wrench(&-velocity, &[-20.0], 0.0),
+            inflow.wrench(&-velocity, &[-20.0], 0.0)
+        );
     }
 
     #[test]
@@ -696,7 +631,7 @@ mod tests {
         };
         let excess = |reverse, thrust: f64| {
             let gain = effect(EffectForce::Gain { thruster: starboard(), reverse });
-            gain.wrench(&Vector6::repeat(1.0), &[thrust])
+            gain.wrench(&Vector6::repeat(1.0), &[thrust], 0.0)
         };
         let expected = Vector6::new(-20.0, 0.0, 0.0, 0.0, 0.0, 6.0);
         assert!((excess(false, -20.0) - expected).amax() < 1e-12);
@@ -713,9 +648,12 @@ mod tests {
         let pusher = |name: &str| Pusher { name: name.into(), position_m, direction };
         let foils = || foil([0.0, 0.6, 0.8], None);
         let forces = [
-            EffectForce::Lift { foil: foils() },
-            EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.05)) },
-            EffectForce::Slipstream { foil: foils(), propeller: propeller(), squared: true },
+            EffectForce::Lift { foil: foils(), ahead: None },
+            EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.05)), ahead: None },
+            EffectForce::Slipstream {
+                foil: foils(),
+                ahead: Ahead { propeller: propeller(), squared: true },
+            },
             EffectForce::Steering { foil: foils(), behind: open_water(), flow: flow() },
             EffectForce::Steering {
                 foil: foil([0.0, 0.0, 1.0], Some(0.05)),
@@ -723,7 +661,6 @@ mod tests {
                 flow: flow(),
             },
             EffectForce::OpenWater { curve: open_water() },
-            EffectForce::Race { foil: foils(), propeller: propeller(), squared: false },
             EffectForce::Thrust { propeller: propeller(), position_m, direction },
             EffectForce::Advance { propeller: propeller(), position_m, direction },
             EffectForce::Inflow { thrusters: vec![pusher("a"), pusher("b")], ahead: false },
@@ -743,7 +680,7 @@ mod tests {
                 let at = |step: f64| {
                     let mut moved = velocity;
                     moved[j] += step;
-                    effect.wrench(&moved, &signals)
+                    effect.wrench(&moved, &signals, 0.0)
                 };
                 let found = (at(1e-6) - at(-1e-6)) / 2e-6;
                 assert!((found - slope.column(j)).amax() < DIFFERENCE, "{effect:?} by {j}");

@@ -4,7 +4,8 @@ use nalgebra::{Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::effect::{Foil, wrench_at};
+use super::effect::wrench_at;
+use super::foil::Foil;
 
 /// A propeller with a known open-water curve.
 ///

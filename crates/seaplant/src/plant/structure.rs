@@ -314,13 +314,41 @@ impl Structure {
     }
 
     /// Returns the regressor of a term: [`Basis::regressor`], or `−` the wrench of its effect for a
-    /// unit coefficient; shape (6,).
+    /// unit coefficient; shape (6,). Of a fin in a race, lift and slipstream are each by itself.
     ///
     /// `signals` are the values of [`Self::signals`], and a missing one is zero.
     pub fn regressor(&self, term: &Basis, at: &Instant, signals: &[f64]) -> Vector6<f64> {
+        self.regressor_in_race(term, at, signals, 0.0)
+    }
+
+    /// The same, with the coefficient of a fin's slipstream over that of its lift.
+    pub(crate) fn regressor_in_race(
+        &self,
+        term: &Basis,
+        at: &Instant,
+        signals: &[f64],
+        race: f64,
+    ) -> Vector6<f64> {
         let Basis::Effect(k) = *term else { return term.regressor(at) };
         let Some(effect) = self.effects.get(k) else { return Vector6::zeros() };
-        -effect.wrench(&at.velocity, self.read(k, signals, &mut [0.0; MOST_READ]))
+        -effect.wrench(&at.velocity, self.read(k, signals, &mut [0.0; MOST_READ]), race)
+    }
+
+    /// Returns the coefficient of the slipstream at a fin over that of its lift, for an effect of a fin in a race, by
+    /// the coefficients of effects; 0 unless both are above zero.
+    pub(crate) fn race(&self, effect: usize, coefficient: impl Fn(usize) -> f64) -> f64 {
+        let Some((foil, _)) = self.effects.get(effect).and_then(Effect::in_race) else {
+            return 0.0;
+        };
+        let of_foil = |is_lift: bool| -> f64 {
+            let is_own = |other: &Effect| {
+                is_lift == matches!(other.force, super::EffectForce::Lift { .. })
+                    && other.in_race().is_some_and(|(of, _)| of == foil)
+            };
+            self.effects.iter().position(is_own).map_or(0.0, &coefficient)
+        };
+        let (lift, slipstream) = (of_foil(true), of_foil(false));
+        if lift > 0.0 && slipstream > 0.0 { slipstream / lift } else { 0.0 }
     }
 
     /// Returns the name of a term in results: that of an effect, or the field's notation.

@@ -14,7 +14,7 @@ use crate::{Dof, Timed};
 /// T ẏ = Rᵀ (ν + ω × r)(t − d) − y,   R = exp(θ ×)
 /// ```
 ///
-/// What is measured along the world's axes and turned into the body's by the attitude at t, not at t − d, is turned
+/// Fixes of position have the delay, and a heading that is turned by θ about the vertical axis. What is measured along the world's axes and turned into the body's by the attitude at t, not at t − d, is turned
 /// back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VelocityReport {
@@ -119,8 +119,55 @@ impl TrialRecord {
             changed.readings[axis] = of_origin.as_ref().map(|_| read.clone());
             changed.velocity[axis] = Some(of_origin.unwrap_or(read));
         }
+        for fixes in changed.fixes.iter().flatten().flatten() {
+            let [first_s, last_s] = [fixes.first_s(), fixes.last_s()].map(|t| t - report.delay_s);
+            (from, to) = (from.max(first_s), to.min(last_s));
+        }
+        changed.correct_fixes(report);
         changed.window_s = (from, to);
         changed
+    }
+
+    /// Corrects fixes, and velocities that are the slopes of these, for delay and for a heading that is turned: the origin
+    /// is where it was by the heading of the time of measurement, north and east are those of the heading.
+    ///
+    /// ```text
+    /// p(t − d) = R_z(θ) (p_read(t) + R(t) r) − R(t − d) r
+    /// ```
+    fn correct_fixes(&mut self, report: &VelocityReport) {
+        let (delay_s, turned_rad) = (report.delay_s, report.misalignment_rad[2]);
+        let Some(both) = self.fixes.as_ref().filter(|_| delay_s != 0.0 || turned_rad != 0.0) else {
+            return;
+        };
+        let turn = *Rotation3::from_axis_angle(&Vector3::z_axis(), turned_rad).matrix();
+        let at = |series: Option<&Timed>, t: f64| series.map_or(0.0, |series| series.at(t));
+        let corrected = |series: &Timed, value: &dyn Fn(f64) -> f64| {
+            let values = series.time_s().iter().map(|t| value(*t)).collect();
+            let values = series.with_values("position", values);
+            values.map_or_else(|_| series.clone(), |values| values.shifted(-delay_s))
+        };
+        let fixes = [0, 1].map(|k| {
+            let place = |t: f64| {
+                let [north, east] = both.each_ref().map(|own| at(own.as_ref(), t));
+                let antenna = self.to_body(t).transpose() * self.fixes_lever_m;
+                let before = self.to_body(t - delay_s).transpose() * self.fixes_lever_m;
+                (turn * (Vector3::new(north, east, 0.0) + antenna) - before)[k]
+            };
+            both[k].as_ref().map(|own| corrected(own, &place))
+        });
+        let by_slope = [0, 1].map(|k| self.velocity[k].as_ref().filter(|_| self.by_slope[k]));
+        let slopes = [0, 1].map(|k| {
+            let velocity = |t: f64| {
+                let [surge, sway] = by_slope.map(|own| at(own, t));
+                let world = self.to_body(t).transpose() * Vector3::new(surge, sway, 0.0);
+                (self.to_body(t - delay_s) * turn * world)[k]
+            };
+            by_slope[k].map(|own| corrected(own, &velocity))
+        });
+        self.fixes = Some(fixes);
+        for (own, slope) in self.velocity.iter_mut().zip(slopes) {
+            *own = slope.or_else(|| own.take());
+        }
     }
 
     /// Returns the readings of the translations, at their own times, along the body axes of the time of measurement.
@@ -203,6 +250,69 @@ mod tests {
         let there = late.behind_lag(&time_s, moved);
         for (a, b) in there.iter().zip(&values).skip(20) {
             assert!((a - b).abs() < 2e-3, "{a} {b}");
+        }
+    }
+
+    /// A satellite receiver that is late, and a heading that points too far to starboard.
+    #[test]
+    fn late_velocities_and_fixes_are_turned_back_by_the_heading_of_their_time() {
+        const LATE_S: f64 = 0.3;
+        const TURNED_RAD: f64 = 0.1;
+        let antenna = Vector3::new(0.8, -0.3, 0.0);
+        let to_world = |angle: f64| *Rotation3::from_axis_angle(&Vector3::z_axis(), angle).matrix();
+        let heading = |t: f64| 0.4 * t + 0.5 * (0.8 * t).sin();
+        let read_heading = |t: f64| heading(t) + TURNED_RAD;
+        let velocity = |t: f64| Vector3::new(1.0 + 0.3 * (0.7 * t).sin(), 0.2 * t.cos(), 0.0);
+        let place = |t: f64| Vector3::new(3.0 * (0.3 * t).sin(), 0.4 * t, 0.0);
+        let time_s: Vec<f64> = (0..400).map(|k| 0.05 * f64::from(k)).collect();
+        let series = |of: &dyn Fn(f64) -> f64| {
+            let values = time_s.iter().copied().map(of).collect::<Vec<f64>>();
+            Some(Timed::new("motion", time_s.clone(), values).expect("a series"))
+        };
+        let read = |t: f64| {
+            let before = t - LATE_S;
+            to_world(read_heading(t)).transpose() * to_world(heading(before)) * velocity(before)
+        };
+        let fix = |t: f64| {
+            let before = t - LATE_S;
+            place(before) + to_world(heading(before)) * antenna
+                - to_world(read_heading(t)) * antenna
+        };
+        let empty = || TrialRecord {
+            attitude: [None, None, series(&read_heading)],
+            ..TrialRecord::until("a", 19.9)
+        };
+        let of_velocity = TrialRecord {
+            velocity: [series(&|t| read(t).x), series(&|t| read(t).y), None, None, None, None],
+            is_turned: true,
+            ..empty()
+        };
+        let of_fixes = TrialRecord {
+            velocity: [series(&|t| read(t).x), series(&|t| read(t).y), None, None, None, None],
+            by_slope: [true, true, false, false, false, false],
+            fixes: Some([series(&|t| fix(t).x), series(&|t| fix(t).y)]),
+            fixes_lever_m: antenna,
+            ..empty()
+        };
+        let misalignment_rad = [0.0, 0.0, TURNED_RAD];
+        let report =
+            VelocityReport { delay_s: LATE_S, misalignment_rad, ..VelocityReport::default() };
+        for record in [&of_velocity, &of_fixes] {
+            let found = record.with_translations_before(&report);
+            assert!((found.window_s.1 - (19.9 - LATE_S)).abs() < 0.1, "{:?}", found.window_s);
+            let both = [0, 1].map(|k| found.velocity[k].as_ref().expect("measured"));
+            // Heading is known from the start of the log on, and linear between samples.
+            for t in [1.0, 7.3, 15.5] {
+                let off = Vector3::new(both[0].at(t), both[1].at(t), 0.0) - velocity(t);
+                assert!(off.norm() < 2e-3, "{t} s: {off}");
+            }
+        }
+        let fixes = of_fixes.with_translations_before(&report).fixes.expect("there");
+        let [north, east] = fixes.map(|own| own.expect("there"));
+        for t in [1.0, 7.3, 15.5] {
+            let expected = to_world(TURNED_RAD) * place(t);
+            let off = Vector3::new(north.at(t), east.at(t), 0.0) - expected;
+            assert!(off.norm() < 2e-3, "{t} s: {off}");
         }
     }
 

@@ -104,6 +104,8 @@ pub struct TrialRecord {
     /// True if translations were measured along the world's axes, as by a satellite receiver, and turned into body
     /// axes by the attitude at their times: with a delay, that is not the attitude at which they were measured.
     pub is_turned: bool,
+    /// From the origin to what measures fixes, in body axes, m.
+    pub fixes_lever_m: Vector3<f64>,
     /// Logged angular velocity `[p, q, r]`, rad/s, if rates or attitude were logged.
     pub rates: Option<[Timed; 3]>,
     /// Roll, pitch and heading, unwrapped, rad; smoothed with the rates if these were measured.
@@ -141,6 +143,7 @@ impl TrialRecord {
             readings: [const { None }; 3],
             levers_m: [Vector3::zeros(); 3],
             is_turned: false,
+            fixes_lever_m: Vector3::zeros(),
             rates: None,
             attitude: [const { None }; 3],
             inclination: [const { None }; 2],
@@ -304,6 +307,7 @@ impl TrialRecord {
             readings,
             levers_m: [0, 1, 2].map(|axis| navigated.lever(Dof::ALL[axis]).unwrap_or_default()),
             is_turned: navigated.is_turned,
+            fixes_lever_m: vehicle.sensors.position.position_body,
             rates: navigated.rates.clone(),
             attitude,
             inclination,

@@ -6,7 +6,7 @@ use nalgebra::{Vector3, Vector6};
 use super::{Thruster, Vehicle};
 use crate::Surface;
 use crate::plant::{
-    Effect, EffectForce, Foil, MOST_READ, OpenWater, Pusher, RudderFlow, ThrusterNumber,
+    Ahead, Effect, EffectForce, Foil, MOST_READ, OpenWater, Pusher, RudderFlow, ThrusterNumber,
     WakeByDrift,
 };
 use crate::{Dof, Error};
@@ -319,18 +319,16 @@ impl Vehicle {
                 );
                 continue;
             }
-            push(format!("{name}.lift"), EffectForce::Lift { foil: foil.clone() }, true, known);
-            let Some(propeller) = &fin.slipstream else { continue };
-            let squared = self.propellers.iter().any(|known| known.name == *propeller);
-            let (propeller, other) = (propeller.clone(), propeller.clone());
-            let force = EffectForce::Slipstream { foil: foil.clone(), propeller: other, squared };
-            push(format!("{name}.slipstream"), force, true, None);
-            push(
-                format!("{name}.race"),
-                EffectForce::Race { foil, propeller, squared },
-                false,
-                None,
-            );
+            let ahead = fin.slipstream.as_ref().map(|propeller| Ahead {
+                propeller: propeller.clone(),
+                squared: self.propellers.iter().any(|known| known.name == *propeller),
+            });
+            let lift = EffectForce::Lift { foil: foil.clone(), ahead: ahead.clone() };
+            push(format!("{name}.lift"), lift, true, known);
+            if let Some(ahead) = ahead {
+                let force = EffectForce::Slipstream { foil, ahead };
+                push(format!("{name}.slipstream"), force, true, None);
+            }
         }
         let pushers = self.thrusters.iter().filter(|own| own.azimuth_axis.is_none());
         let thrusters: Vec<Pusher> = pushers.map(Thruster::pusher).collect();

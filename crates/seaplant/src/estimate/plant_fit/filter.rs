@@ -379,7 +379,8 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             let after = first + if lag_s > 0.0 { 2 } else { 1 };
             after..after + PLACE
         });
-        let count = place.end;
+        // That about the vertical axis is the last.
+        let (count, turned) = (place.end, place.end - 1);
         // Among derivatives by all actuator parameters, those by the others are zero.
         let all = count + PUSHED_BY - parameters.len();
         let fitted = parameters.iter().map(|k| coefficients + k);
@@ -408,8 +409,12 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             let first = &self.schedule.instants[0];
             own.motion = SVector::from_fn(|at, _| self.by_place(first, &mean.motion, at)[k]);
         }
+        if let Some(north) = self.schedule.layout.position.filter(|_| !place.is_empty()) {
+            let [x, y] = self.place_of_fixes(&mean);
+            (by[turned].navigation[north], by[turned].navigation[north + 1]) = (-y, x);
+        }
         for instant in &self.schedule.instants[1..] {
-            let before = mean.motion;
+            let (before, fixed_before) = (mean.motion, self.place_of_fixes(&mean));
             let transition = self.predict(instant, &mut mean, &mut flow);
             let mut acceleration = (mean.motion - before) / instant.length_s;
             if let Some(lag_s) = lag_s {
@@ -424,6 +429,7 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
             let crossed = covariance.crossed_if_needed(&transition);
             let process = steps.get(instant.length_s, |h| self.process(h));
             covariance.predict(&transition, process, crossed.as_ref());
+            let fixed = self.place_of_fixes(&mean);
             for (observation, y) in self.measurements(instant) {
                 let late = self.may_be_late(&observation).filter(|_| !place.is_empty());
                 let by_place =
@@ -434,6 +440,10 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
                 }
                 row[p] -= observation.water[0];
                 row[p + 1] -= observation.water[1];
+                if let Some(k) = self.component_of_fix(&observation).filter(|_| lag_s.is_some()) {
+                    row[first] += (fixed[k] - fixed_before[k]) / instant.length_s;
+                    row[turned] += if k == 0 { -fixed[1] } else { fixed[0] };
+                }
                 if let Some(at) = late {
                     let late = [&acceleration, &behind].map(|of| observation.along(at, of));
                     row[first..place.start].iter_mut().zip(late).for_each(|(x, by)| *x += by);
@@ -721,6 +731,22 @@ impl<const N: usize, const M: usize, const K: usize> Sweep<'_, N, M, K> {
     /// Returns the index of an axis, given in SNAME order, among the plant's axes.
     fn place_of(&self, axis: usize) -> Option<usize> {
         self.plant.axes().iter().position(|own| *own == Some(axis))
+    }
+
+    /// Returns 0 of a measurement of the position north, and 1 of that east.
+    fn component_of_fix(&self, observation: &Observation) -> Option<usize> {
+        match observation.of {
+            Observed::Navigation { state, number: InstrumentNoise::POSITION, .. } => {
+                self.schedule.layout.position.map(|north| state - north)
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the position north and east, m; zero where it is no state.
+    fn place_of_fixes(&self, mean: &State<N, M, K>) -> [f64; 2] {
+        let north = self.schedule.layout.position;
+        north.map_or([0.0; 2], |north| [mean.navigation[north], mean.navigation[north + 1]])
     }
 
     /// Returns the index of a measured velocity that may be delayed.

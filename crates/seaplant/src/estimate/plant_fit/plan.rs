@@ -18,7 +18,7 @@ pub struct PlantPlan {
     pub model: Option<HullModel>,
     /// Terms in addition to the usual ones of [`Structure::of`] or those of the model.
     pub terms: Vec<Basis>,
-    /// Effects of the vehicle in addition to its usual ones, by name: `wind.sway`, `rudder.race`.
+    /// Effects of the vehicle in addition to its usual ones, by name: `wind.sway`, `propeller.advance`.
     pub effects: Vec<String>,
     /// Known coefficients, by name, which are held at these values.
     pub hold: BTreeMap<String, f64>,

@@ -79,6 +79,12 @@ pub(super) struct Problem {
     pub(super) by_slope: [bool; 6],
     /// True for translations with a velocity sensor in all trials, in SNAME order.
     may_be_late: [bool; 6],
+    /// True if fixes of position measure translations in all trials.
+    pub(super) has_fixes: bool,
+    /// True if translations are measured along the world's axes in all trials, by velocity or position.
+    pub(super) is_along_world: bool,
+    /// True if heading tells of turns in all trials, where their rate is not measured.
+    pub(super) has_heading: bool,
     /// True if a current is fitted: at least one translation is measured over ground.
     pub(super) has_current: bool,
     /// Attitude as known input or as state.
@@ -279,6 +285,9 @@ impl Problem {
             may_be_late: std::array::from_fn(|k| {
                 records.iter().all(|record| record.may_be_late(k))
             }),
+            has_fixes: records.iter().all(|record| record.fixes.is_some()),
+            is_along_world: records.iter().all(|record| record.is_turned || record.fixes.is_some()),
+            has_heading: records.iter().all(|record| record.heading.is_some()),
             has_current: axes.iter().any(|dof| is_measured_over_ground(*dof, records)),
             attitude,
             attitude_noise: sample_noise(inclinations).unwrap_or(0.0).max(LEAST_NOISE),
@@ -349,6 +358,11 @@ impl Problem {
     /// delay of that sensor can be estimated.
     pub(super) fn may_be_late(&self, dof: Dof) -> bool {
         self.may_be_late[dof.index()]
+    }
+
+    /// Returns true if a sensor measures the velocity of any translation in all trials.
+    pub(super) fn measures_velocity(&self) -> bool {
+        self.may_be_late.contains(&true)
     }
 
     /// Returns the mass matrix of the rigid body if it is stated.

@@ -35,9 +35,10 @@ const LEAST_MISALIGNMENT_RAD: f64 = 0.009;
 /// Maximum misalignment, rad, in any component: more indicates another fault, such as exchanged axes.
 const MOST_MISALIGNMENT_RAD: f64 = 1.0;
 
-/// Components of the lever arm, and of the misalignment.
+/// Components of the lever arm, and of the misalignment; of these that of heading, which fixes of position show.
 const LEVER: Range<usize> = 0..3;
 const MISALIGNMENT: Range<usize> = 3..PLACE;
+const OF_HEADING: Range<usize> = 5..PLACE;
 
 /// Minimum lag relative to thrust, s: only the autocorrelation of the misfit separates it from a
 /// lag of the thrusters.
@@ -70,7 +71,8 @@ struct Corrected {
 }
 
 impl Fitted {
-    /// Estimates delay, lag, lever arm and misalignment of the velocity sensor, if they are significant.
+    /// Estimates delay, lag, lever arm and misalignment of the velocity sensor, if they are significant; of fixes of
+    /// position the delay, and how the heading is turned against them.
     /// Returns the fit and the corrected records; no records if nothing is significant.
     ///
     /// A DVL outputs the mean of its pings once it is computed, a tenth to half a second after
@@ -84,9 +86,9 @@ impl Fitted {
     ) -> Result<(Self, Vec<TrialRecord>), Error> {
         let Problem { structure, by_slope, is_free, .. } = &self.problem;
         let is_rate = |dof: &Dof| dof.is_rotation() && !by_slope[dof.index()];
-        let has_rates = structure.axes().iter().any(is_rate);
-        let may_be_late = structure.axes().iter().any(|dof| self.problem.may_be_late(*dof));
-        if *is_free || !may_be_late {
+        let has_rates = self.problem.has_heading || structure.axes().iter().any(is_rate);
+        let has_sensor = self.problem.measures_velocity();
+        if *is_free || !(has_sensor || self.problem.has_fixes && has_rates) {
             return Ok((self, Vec::new()));
         }
         let colour = self.colour_of_translations()?;
@@ -97,7 +99,7 @@ impl Fitted {
         };
         let found = match has_rates {
             true => self.with_delay(records, bar, distant).map(|delayed| {
-                let is_late = delayed.reported.std[0].is_some();
+                let is_late = has_sensor && delayed.reported.std[0].is_some();
                 let with_lag = is_late.then(|| self.with_lag(records, &delayed, bar)).flatten();
                 with_lag.unwrap_or(delayed)
             }),
@@ -157,10 +159,12 @@ impl Fitted {
                 None => (&self.problem, &self.optimum.point, Reported::default()),
             };
             let Some(by) = problem.slope_by_report(point, 0.0) else { break };
-            let place_changed = now.update_place(&by, bar, 0..PLACE);
+            let place_changed = now.update_place(&by, bar, problem.places());
             let (step, covariance) = by.delay_and_lag_step(now.has_place());
             let (step, variance) = (step[0], covariance[(0, 0)]);
-            let is_late = step.abs() >= LEAST_S && step.powi(2) >= bar * variance;
+            // What was admitted is followed to where it settles.
+            let least = if now.std[0].is_some() { SETTLED * SETTLED } else { bar };
+            let is_late = step.abs() >= LEAST_S && step.powi(2) >= least * variance;
             if !is_late && !place_changed {
                 break;
             }
@@ -314,6 +318,14 @@ impl Fitted {
         let optimum = problem.descent(from, Tolerance::COARSE).ok()?;
         let keep = left_of_report(how, &records);
         Some(Corrected { problem, optimum, records, reported: Reported { keep, ..reported } })
+    }
+}
+
+impl Problem {
+    /// The components of lever arm and misalignment that the trials may show: of fixes, which hardly show where an
+    /// antenna sits, that of heading.
+    fn places(&self) -> Range<usize> {
+        if self.measures_velocity() { 0..PLACE } else { OF_HEADING }
     }
 }
 

@@ -67,6 +67,9 @@ pub struct PlantFit {
     pub lever_std: [Option<f64>; 3],
     /// Those of its misalignment, rad.
     pub misalignment_std: [Option<f64>; 3],
+    /// True if translations are measured along the world's axes, as by a satellite receiver: a misalignment about the
+    /// vertical axis is then that of heading.
+    pub is_along_world: bool,
     /// The fit with the velocity sensor where it is stated to be, if that explains the trials as well by couplings in
     /// damping.
     pub as_stated: Option<Box<PlantFit>>,
@@ -232,6 +235,7 @@ impl Fitted {
             report_std: reported.std,
             lever_std: reported.lever_std,
             misalignment_std: reported.misalignment_std,
+            is_along_world: problem.is_along_world,
             as_stated: None,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             swell: swell_force(&problem.structure, &noise, &noise_covariance),

@@ -58,6 +58,7 @@ pub(super) fn doubts(
     let [.., within_std, between_std, _, _] = fit.actuator_std;
     all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
     all.extend(late(fit));
+    all.extend(turned_heading(fit));
     all.extend(measured_elsewhere(fit));
     all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
     all
@@ -70,7 +71,7 @@ fn late(fit: &PlantFit) -> Option<Caveat> {
     let way = if fit.report.delay_s > 0.0 { "later" } else { "earlier" };
     let [delay_std, lag_std] = fit.report_std;
     let delay = of(fit.report.delay_s, delay_std)
-        .map(|delay| format!("{delay} {way} than thrust and rates of turn"));
+        .map(|delay| format!("{delay} {way} than thrust and turns"));
     let lag = of(fit.report.lag_s, lag_std).map(|lag| format!("behind a lag of {lag}"));
     let advice = match &delay {
         Some(_) => "; `offset_s` of the trial corrects the clock of a file",
@@ -79,7 +80,7 @@ fn late(fit: &PlantFit) -> Option<Caveat> {
     let both: Vec<String> = delay.into_iter().chain(lag).collect();
     (!both.is_empty()).then(|| {
         let message = format!(
-            "velocities are measured {}, as a DVL's that are averaged or smoothed; this was allowed for{advice}",
+            "translations are measured {}, as by a DVL that averages or smooths, or by a satellite receiver; this was allowed for{advice}",
             both.join(" and ")
         );
         Caveat::note(CaveatCode::ClockOffset, message)
@@ -89,6 +90,18 @@ fn late(fit: &PlantFit) -> Option<Caveat> {
 /// The directions of body axes, and the opposite ones.
 pub(super) const DIRECTIONS: [(&str, &str); 3] =
     [("forward", "aft"), ("to starboard", "to port"), ("down", "up")];
+
+/// That heading is turned against velocities or fixes along the world's axes.
+fn turned_heading(fit: &PlantFit) -> Option<Caveat> {
+    let std = fit.misalignment_std[2].filter(|_| fit.is_along_world)?;
+    let turned_rad = fit.report.misalignment_rad[2];
+    let degrees = estimated(turned_rad.abs().to_degrees(), std.to_degrees());
+    let way = if turned_rad > 0.0 { "starboard" } else { "port" };
+    let message = format!(
+        "heading points {degrees}° too far to {way} of what velocity over ground or fixes say, as of a compass that deviates, or of magnetic north for true; this was allowed for; correct the heading of the log"
+    );
+    Some(Caveat::note(CaveatCode::InstrumentElsewhere, message))
+}
 
 /// That translations are measured elsewhere than is stated, or by an instrument that is turned.
 fn measured_elsewhere(fit: &PlantFit) -> Option<Caveat> {
@@ -104,6 +117,7 @@ fn measured_elsewhere(fit: &PlantFit) -> Option<Caveat> {
     let turned = ["x", "y", "z"].into_iter().zip(fit.report.misalignment_rad);
     let degrees: Vec<String> = turned
         .zip(fit.misalignment_std)
+        .filter(|((axis, _), _)| *axis != "z" || !fit.is_along_world)
         .filter_map(|((axis, rad), std)| {
             Some(format!("{}° about {axis}", estimated(rad.to_degrees(), std?.to_degrees())))
         })

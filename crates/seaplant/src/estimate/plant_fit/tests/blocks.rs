@@ -101,6 +101,56 @@ fn a_velocity_that_is_late_beside_rates_is_found() {
     check_within(&fit, &truth);
 }
 
+/// Fixes of a satellite receiver that are late, and a heading that is turned against them.
+#[test]
+fn late_fixes_and_a_turned_heading_are_found() {
+    const LATE_S: f64 = 0.3;
+    const TURNED_RAD: f64 = 0.08;
+    let truth = planar();
+    let records = [("a", 5), ("b", 6)].map(|(name, seed)| {
+        let mut random = random(seed + 200);
+        let moved = record(&truth, name, seed, 150, 0.0);
+        let [surge, sway] = [0, 1].map(|k| moved.velocity[k].clone().expect("is logged"));
+        let heading = moved.attitude[2].clone().expect("is logged");
+        let over_ground = |t: f64| {
+            let (sin, cos) = heading.at(t).sin_cos();
+            [cos * surge.at(t) - sin * sway.at(t), sin * surge.at(t) + cos * sway.at(t)]
+        };
+        let (mut place, mut places) = ([0.0; 2], [vec![0.0], vec![0.0]]);
+        for pair in surge.time_s().windows(2) {
+            let ends = [over_ground(pair[0]), over_ground(pair[1])];
+            for k in 0..2 {
+                place[k] += 0.5 * (pair[1] - pair[0]) * (ends[0][k] + ends[1][k]);
+                places[k].push(place[k]);
+            }
+        }
+        let fixes = places.map(|way| {
+            let read = way.into_iter().map(|x| x + 0.01 * random()).collect();
+            Some(surge.with_values("position", read).expect("valid").shifted(LATE_S))
+        });
+        let mut late = TrialRecord {
+            by_slope: [true, true, false, false, false, false],
+            attitude: [None, None, Some(heading.map(|x| x + TURNED_RAD))],
+            fixes: Some(fixes),
+            ..moved
+        };
+        let rate = late.velocity[5].take().expect("is logged");
+        let read = rate.values().iter().map(|r| r + 0.002 * random()).collect();
+        late.velocity[5] = rate.with_values("velocity", read).ok();
+        late.window_s.0 += LATE_S;
+        late
+    });
+    let records: Vec<&TrialRecord> = records.iter().collect();
+    let fit = fit_plant(truth.structure(), &records, None, false).expect("an optimum");
+    let std = fit.report_std[0].expect("is shown");
+    assert!((fit.report.delay_s - LATE_S).abs() < 4.0 * std.max(0.003), "{:?} ± {std}", fit.report);
+    let [.., turned_rad] = fit.report.misalignment_rad;
+    let std = fit.misalignment_std[2].expect("is shown");
+    assert!((turned_rad - TURNED_RAD).abs() < 4.0 * std.max(0.002), "{turned_rad} ± {std}");
+    assert!(fit.is_along_world);
+    check_within(&fit, &truth);
+}
+
 /// Standard deviation of the waves' force on surge and sway, N, and their mean period, s.
 const WAVES: (f64, f64) = (4.0, 6.0);
 
