@@ -9,7 +9,7 @@ use rand_distr::{Distribution, Normal};
 use seaplant::estimate::online::{OnlineFit, OnlineOptions, Scheme, fit_online_plant};
 use seaplant::motion::{Inputs, simulate};
 use seaplant::plant::{Plant, Signal, Symmetry};
-use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart};
+use seaplant::quantity::{Attitude, Axis, WindFrame, WindPart, World};
 use seaplant::results::{PlantResult, Results, ToldBy};
 use seaplant::{
     CaveatCode, Dof, Fin, IdentifyOptions, PlantPlan, QuadraticThrust, Quantity, Recording, Role,
@@ -153,6 +153,20 @@ fn inputs(seed: u64, times: &[f64]) -> BTreeMap<Signal, Timed> {
 }
 
 fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Trial {
+    trial_of(name, role, case, &recording(seed, case, with_wind))
+}
+
+fn trial_of(name: &str, role: Role, case: &Case, recording: &Recording) -> Trial {
+    let setup = TrialSetup {
+        name: name.to_owned(),
+        role,
+        together: vec![AXES.to_vec(), SIDEWAYS.to_vec()],
+        ..TrialSetup::default()
+    };
+    Trial::new(setup, recording, &case.vehicle).expect("complete")
+}
+
+fn recording(seed: u64, case: &Case, with_wind: bool) -> Recording {
     let times: Vec<f64> = (0..3000).map(|k| 0.1 * f64::from(k)).collect();
     let truth = truth(case);
     let mut signals = inputs(seed, &times);
@@ -202,21 +216,25 @@ fn trial(name: &str, role: Role, seed: u64, case: &Case, with_wind: bool) -> Tri
         recording.insert(wind(WindPart::Speed), speed);
         recording.insert(wind(WindPart::Direction), from);
     }
-    let setup = TrialSetup {
-        name: name.to_owned(),
-        role,
-        together: vec![AXES.to_vec(), SIDEWAYS.to_vec()],
-        ..TrialSetup::default()
-    };
-    Trial::new(setup, &recording, &case.vehicle).expect("complete")
+    for (way, k) in [(World::North, 0), (World::East, 1)] {
+        let fixes = measured(&|at| motion.position[at][k], 0.01);
+        recording.insert(Quantity::Position(way), fixes);
+    }
+    recording
 }
 
+const TRIALS: [(&str, Role, u64); 3] =
+    [("a", Role::Fit, 1), ("b", Role::Fit, 2), ("c", Role::HoldOut, 3)];
+
 fn identified(case: &Case, with_wind: bool) -> Results {
-    let trials = [("a", Role::Fit, 1), ("b", Role::Fit, 2), ("c", Role::HoldOut, 3)];
-    let trials = trials.map(|(name, role, seed)| trial(name, role, seed, case, with_wind));
+    let trials = TRIALS.map(|(name, role, seed)| trial(name, role, seed, case, with_wind));
+    identified_from(case, &trials)
+}
+
+fn identified_from(case: &Case, trials: &[Trial]) -> Results {
     let together = vec![case.plan.clone()];
     let options = IdentifyOptions { together, ..IdentifyOptions::default() };
-    identify(&case.vehicle, &trials, &options).results
+    identify(&case.vehicle, trials, &options).results
 }
 
 /// Every coefficient is within this part of the truth or so many standard deviations.
@@ -252,6 +270,24 @@ fn a_ship_comes_back_from_its_rudder_its_propeller_speed_and_the_wind() {
     // What results hold makes the same plant.
     let again = seaplant::plant_of_result(plant).expect("a plant");
     assert_eq!(again.structure().effects().len(), plant.effects.len());
+}
+
+/// Where velocities are not measured, no number of their noise is without a standard deviation.
+#[test]
+fn results_from_fixes_and_a_rudder_are_read_again() {
+    let case = case(true, &[], &[]);
+    let trials = TRIALS.map(|(name, role, seed)| {
+        let mut recording = recording(seed, &case, true);
+        recording.retain(|quantity, _| !matches!(quantity, Quantity::Velocity(_)));
+        trial_of(name, role, &case, &recording)
+    });
+    let results = identified_from(&case, &trials);
+    let plant = &results.plants["surge-sway-yaw"];
+    let mass = &plant.parameters["mass.sway"];
+    assert!((mass.low95..=mass.high95).contains(&420.0), "{mass:?}");
+    let text = serde_json::to_string(&results).expect("text");
+    let again: Results = serde_json::from_str(&text).expect("every number is finite");
+    assert_eq!(again.plants["surge-sway-yaw"].nuisances, plant.nuisances);
 }
 
 #[test]

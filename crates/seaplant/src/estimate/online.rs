@@ -243,6 +243,9 @@ impl Online {
             self.recent[0] = Some(*sample);
             return Ok(None);
         }
+        if self.elapsed_s >= self.options.start_s {
+            self.step.set_races(self.recursive.theta());
+        }
         self.step.take(last.as_ref(), &from, sample);
         self.elapsed_s += self.step.length_s;
         self.update_mean_squares(&[Some(*sample), before, last]);

@@ -655,14 +655,16 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
     }
     for (dof, noise) in &fit.disturbances {
         let units = dof.units();
-        if fit.method == Method::OutputError {
-            all.insert(format!("misfit: {dof}"), parameter(noise.velocity, units.velocity));
-            continue;
+        let is_free = fit.method == Method::OutputError;
+        if !is_free {
+            all.insert(format!("disturbance: {dof}"), parameter(noise.disturbance, units.force));
+            let correlation = parameter(noise.correlation_s, "s");
+            all.insert(format!("disturbance correlation: {dof}"), correlation);
         }
-        all.insert(format!("disturbance: {dof}"), parameter(noise.disturbance, units.force));
-        all.insert(format!("disturbance correlation: {dof}"), parameter(noise.correlation_s, "s"));
+        // None of an axis whose velocity is not measured.
         if noise.velocity.1.is_finite() {
-            all.insert(format!("velocity noise: {dof}"), parameter(noise.velocity, units.velocity));
+            let name = if is_free { "misfit" } else { "velocity noise" };
+            all.insert(format!("{name}: {dof}"), parameter(noise.velocity, units.velocity));
         }
     }
     all

@@ -42,7 +42,8 @@ fn without_frozen(quantity: &Quantity, series: &mut Timed) -> Option<Caveat> {
 
 /// Removes implausible samples of a measured motion; `None` for other quantities.
 fn masked(quantity: &Quantity, series: &Timed) -> Option<Masked> {
-    let angle = matches!(quantity, Quantity::Attitude(_));
+    let is_geographic = matches!(quantity, Quantity::Latitude | Quantity::Longitude);
+    let angle = is_geographic || matches!(quantity, Quantity::Attitude(_));
     let of_spikes = |series: &Timed| Masked::without(series, &spikes(series, angle));
     match quantity {
         Quantity::DvlVelocity(_) | Quantity::Velocity(_) => {
@@ -55,6 +56,7 @@ fn masked(quantity: &Quantity, series: &Timed) -> Option<Masked> {
         Quantity::Attitude(_) | Quantity::Rate(_) | Quantity::Depth | Quantity::Position(_) => {
             Some(of_spikes(series))
         }
+        _ if is_geographic => Some(of_spikes(series)),
         Quantity::WorldVelocity(_) | Quantity::GroundSpeed => {
             Some(Hampel { floor: VELOCITY_NOISE_FLOOR, ..VELOCITY_OUTLIERS }.mask(series))
         }
@@ -187,5 +189,24 @@ mod tests {
         assert_eq!(highest[2..], [HIGHEST_RATE_RAD_S; 2]);
         // Degrees for radians are far above the limit.
         assert!(highest[1] < 57.3);
+    }
+
+    /// A receiver loses its corrections for one fix, three metres off, near the meridian of 180°.
+    #[test]
+    fn fixes_that_jump_are_left_out() {
+        let time_s: Vec<f64> = (0..200).map(|k| 0.2 * f64::from(k)).collect();
+        let angle = |t: &f64| {
+            let noise = 2e-9 * (7.0 * t * t).sin();
+            let jump = if (*t - 20.0).abs() < 0.01 { 3.0 / 6.37e6 } else { 0.0 };
+            let angle = std::f64::consts::PI - 1e-6 + 1.5e-7 * t + noise + jump;
+            if angle > std::f64::consts::PI { angle - std::f64::consts::TAU } else { angle }
+        };
+        let values = time_s.iter().map(angle).collect::<Vec<f64>>();
+        let longitude = Timed::new("longitude", time_s, values).expect("a series");
+        let mut recording = Recording::from([(Quantity::Longitude, longitude)]);
+        let mut caveats = Vec::new();
+        mask(&mut recording, &mut caveats);
+        assert_eq!(recording[&Quantity::Longitude].len(), 199);
+        assert!(caveats[0].message.contains("the first at 20.0 s"), "{}", caveats[0].message);
     }
 }

@@ -19,6 +19,8 @@ pub(super) struct Step {
     /// True for signals that are held from one sample to the next.
     holds: [bool; MOST_SIGNALS],
     own: [bool; 6],
+    /// Of each term of a fin in a race, the coefficient of its slipstream over that of its lift.
+    races: Vec<f64>,
     /// Regressors without acceleration, on the plant's axes.
     still: Vec<Vector6<f64>>,
     /// δν/h, m/s² and rad/s².
@@ -42,6 +44,7 @@ impl Step {
         let mut own = [false; 6];
         structure.axes().iter().for_each(|dof| own[dof.index()] = true);
         Self {
+            races: vec![0.0; structure.terms().len()],
             still: vec![Vector6::zeros(); structure.terms().len()],
             structure: structure.clone(),
             holds,
@@ -52,6 +55,20 @@ impl Step {
             velocity: [Vector6::zeros(); 3],
             down_body: [Vector3::z(); 3],
             signals: [[0.0; MOST_SIGNALS]; 3],
+        }
+    }
+
+    /// Takes the races of fins from the present coefficients.
+    pub(super) fn set_races(&mut self, theta: &[f64]) {
+        let terms = self.structure.terms();
+        let coefficient = |effect: usize| {
+            let at = terms.iter().position(|term| *term == Basis::Effect(effect));
+            at.map_or(0.0, |at| theta[at])
+        };
+        for (race, term) in self.races.iter_mut().zip(terms) {
+            if let Basis::Effect(effect) = term {
+                *race = self.structure.race(*effect, coefficient);
+            }
         }
     }
 
@@ -86,7 +103,8 @@ impl Step {
                     down_body: self.down_body[instant],
                 };
                 let term = &self.structure.terms()[k];
-                sum += self.structure.regressor(term, &at, &self.signals[instant]) * weight;
+                let (signals, race) = (&self.signals[instant], self.races[k]);
+                sum += self.structure.regressor_in_race(term, &at, signals, race) * weight;
             }
             self.still[k] = self.masked(sum);
         }

@@ -12,7 +12,7 @@ pub(crate) fn is_pushed(structure: &Structure, records: &[&TrialRecord], dof: Do
         || records.iter().any(|record| record.is_driven(dof))
 }
 
-/// A translation that a sensor measures and nothing pushes, and a rate of turn that moves a point along it.
+/// A translation that a sensor measures and no known force pushes, and a rate of turn that moves a point along it.
 ///
 /// The velocity of a point at r is `(ω × r)_i = ± ω_j r_k`, where i, j and k are three directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,9 @@ impl Swing {
         let axes = structure.axes();
         let is_measured = |dof: Dof| records.iter().all(|record| record.is_measured(dof));
         let is_free = |dof: &&Dof| {
-            !dof.is_rotation() && is_measured(**dof) && !is_pushed(structure, records, **dof)
+            // A rudder of unknown strength is as strong as the plant wants it.
+            let is_driven = records.iter().any(|record| record.is_driven(**dof));
+            !dof.is_rotation() && is_measured(**dof) && !is_driven
         };
         let all = axes.iter().filter(is_free).flat_map(|&of| {
             let turns =

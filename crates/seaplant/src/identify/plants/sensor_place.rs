@@ -35,7 +35,7 @@ pub(super) fn doubts(
 }
 
 /// Advice that settles the place of the sensor.
-const MEASURE: &str = "measure where the velocity sensor sits, state it (`position_m` of `[sensor.dvl]`) and identify again, or push along the axes that nothing pushes";
+const MEASURE: &str = "measure where the velocity sensor sits, state it (`position_m` of `[sensor.dvl]`) and identify again, or push along the axes that no known force pushes";
 
 /// An inertia that depends on the place of the velocity sensor.
 pub(super) struct Centred {
@@ -55,7 +55,7 @@ impl Centred {
         let [found, centred] = self.inertia.map(spoken);
         let (ahead, behind) = DIRECTIONS[self.swing.along()];
         format!(
-            "inertia in {} is {centred} and not {found} {} if the centre of mass is where it is expected (by `rigid_body`, else at the origin) and not {} m {} of there, which trials do not tell from the place of the velocity sensor while nothing pushes {}: {MEASURE}",
+            "inertia in {} is {centred} and not {found} {} if the centre of mass is where it is expected (by `rigid_body`, else at the origin) and not {} m {} of there, which trials do not tell from the place of the velocity sensor while no known force pushes {}: {MEASURE}",
             self.swing.by,
             self.swing.by.units().mass,
             spoken(self.metres.abs()),
