@@ -125,6 +125,7 @@ pub struct Online {
     acceleration: Vector6<f64>,
     projected: Vec<f64>,
     next_noise_s: f64,
+    next_races_s: f64,
 }
 
 /// Variance of the third difference of white noise relative to that of the noise.
@@ -138,6 +139,9 @@ const LONGEST_PREDICTION_S: f64 = 3600.0;
 
 /// Fraction of the information that is kept after a change of the plant.
 const KEPT: f64 = 0.05;
+
+/// Part by which the race of a fin moves before the equations are others.
+const RACE_MOVED: f64 = 0.05;
 
 /// Standard deviation added to each coefficient after a change of the plant, relative to its value.
 const REOPENED: f64 = 0.3;
@@ -191,6 +195,7 @@ impl Online {
             acceleration: Vector6::zeros(),
             projected: vec![0.0; p],
             next_noise_s: 0.0,
+            next_races_s: options.start_s,
             options,
             structure,
         })
@@ -243,9 +248,7 @@ impl Online {
             self.recent[0] = Some(*sample);
             return Ok(None);
         }
-        if self.elapsed_s >= self.options.start_s {
-            self.step.set_races(self.recursive.theta());
-        }
+        self.follow_races();
         self.step.take(last.as_ref(), &from, sample);
         self.elapsed_s += self.step.length_s;
         self.update_mean_squares(&[Some(*sample), before, last]);
@@ -269,6 +272,19 @@ impl Online {
             Engine::Adaptive(adaptive) => adaptive.restart(),
             Engine::Ekf(Some(joint)) => joint.restart(),
             Engine::Recursive | Engine::Ekf(None) => {}
+        }
+    }
+
+    /// Takes the races of fins from the coefficients, each time after twice as long: with other races the equations before were others,
+    /// and count as little as those before a change of the plant.
+    fn follow_races(&mut self) {
+        if self.elapsed_s < self.next_races_s {
+            return;
+        }
+        self.next_races_s = 2.0 * self.elapsed_s;
+        if self.step.set_races(self.recursive.theta(), RACE_MOVED) {
+            self.recursive.forget(KEPT);
+            self.reopen();
         }
     }
 

@@ -60,7 +60,7 @@ impl Instruments {
     ) {
         self.theta.copy_from_slice(theta);
         possible.project(&mut self.theta);
-        self.step.set_races(&self.theta);
+        self.step.set_races(&self.theta, 0.0);
         let h = step.length_s;
         let square = |x: &Vector6<f64>| x.component_mul(x);
         self.usual += (square(&step.velocity[2]) - self.usual) * (h / BACK_S).min(1.0);

@@ -58,18 +58,20 @@ impl Step {
         }
     }
 
-    /// Takes the races of fins from the present coefficients.
-    pub(super) fn set_races(&mut self, theta: &[f64]) {
+    /// Takes the races of fins from the present coefficients; returns true if any has moved by more than a part.
+    pub(super) fn set_races(&mut self, theta: &[f64], part: f64) -> bool {
         let terms = self.structure.terms();
         let coefficient = |effect: usize| {
             let at = terms.iter().position(|term| *term == Basis::Effect(effect));
             at.map_or(0.0, |at| theta[at])
         };
+        let mut has_moved = false;
         for (race, term) in self.races.iter_mut().zip(terms) {
-            if let Basis::Effect(effect) = term {
-                *race = self.structure.race(*effect, coefficient);
-            }
+            let Basis::Effect(effect) = term else { continue };
+            let before = std::mem::replace(race, self.structure.race(*effect, coefficient));
+            has_moved |= (*race - before).abs() > part * before.max(*race);
         }
+        has_moved
     }
 
     /// Computes the step from a sample to the next; `before` precedes both.
