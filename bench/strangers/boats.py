@@ -15,7 +15,6 @@ import json
 import multiprocessing
 import resource
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -453,8 +452,7 @@ def simulate(s, g):
         c = rates(*(x + STEP / 2 * d for x, d in zip(state[:2], b)), *around)
         d = rates(*(x + STEP * e for x, e in zip(state[:2], c)), *around)
         momentum, heading, place = (
-            x + STEP / 6 * (p + 2 * q + 2 * y + z)
-            for x, p, q, y, z in zip(state, a, b, c, d)
+            x + STEP / 6 * (p + 2 * q + 2 * y + z) for x, p, q, y, z in zip(state, a, b, c, d)
         )
         if not np.isfinite(momentum).all():
             raise FloatingPointError(f"boat {s['seed']} runs away at {t:.1f} s")
@@ -727,7 +725,9 @@ def main():
         f"intervals: {sum(r['held'] for r in fitted)} of {sum(r['intervals'] for r in fitted)}, "
         f"of masses {sum(r['masses_held'] for r in fitted)} of {3 * len(fitted)}"
     )
-    count = collections.Counter(("wrong" if r["wrong"] else "right", r["trust"]) for r in fitted)
+    count = collections.Counter(
+        ("wrong" if r["wrong"] else "right", r["trust"]) for r in fitted
+    )
     for (what, trust), times in sorted(count.items()):
         print(f"  {what:5} {trust:17} {times}")
     print(
