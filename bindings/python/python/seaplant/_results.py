@@ -10,6 +10,7 @@ from seaplant._record import Estimated, Floats, Record
 __all__ = [
     "AccumulatedPlant",
     "Admission",
+    "Ahead",
     "Alone",
     "Assurance",
     "AxisOutcome",
@@ -417,6 +418,17 @@ class Admission(Record):
 
     fits: int
     """Fits that tested it."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Ahead(Record):
+    """The propeller ahead of a fin."""
+
+    propeller: str
+    """Name in channels."""
+
+    squared: bool
+    """True if the input is a speed or command n, so that T is n²."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -851,8 +863,12 @@ class EffectForce(Record):
     """A force per unit of its coefficient."""
 
     kind: str
-    """One of lift, slipstream, race, steering, open-water, thrust, advance, inflow, gain,
-    own, astern, wind, wind-across."""
+    """One of lift, slipstream, steering, open-water, thrust, advance, inflow, gain, own,
+    astern, wind, wind-across."""
+
+    ahead: bool | None = None
+    """True if thrusters lose thrust in their direction of motion only, and gain none when
+    braking."""
 
     foil: Foil | None = None
     """The rudder."""
@@ -877,10 +893,6 @@ class EffectForce(Record):
 
     position_m: Floats | None = None
     """Point of application, m."""
-
-    ahead: bool | None = None
-    """True if thrusters lose thrust in their direction of motion only, and gain none when
-    braking."""
 
     thrusters: tuple[Pusher, ...] | None = None
     """The thrusters, at most 16."""

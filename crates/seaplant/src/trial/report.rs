@@ -14,8 +14,8 @@ use crate::{Dof, Timed};
 /// T ẏ = Rᵀ (ν + ω × r)(t − d) − y,   R = exp(θ ×)
 /// ```
 ///
-/// Fixes of position have the delay, and a heading that is turned by θ about the vertical axis. What is measured along the world's axes and turned into the body's by the attitude at t, not at t − d, is turned
-/// back.
+/// Fixes of position have the delay, and a heading that is turned by θ about the vertical axis. What is measured along
+/// the world's axes and turned into the body's by the attitude at t, not at t − d, is turned back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VelocityReport {
     /// d, s.
@@ -119,11 +119,10 @@ impl TrialRecord {
             changed.readings[axis] = of_origin.as_ref().map(|_| read.clone());
             changed.velocity[axis] = Some(of_origin.unwrap_or(read));
         }
-        for fixes in changed.fixes.iter().flatten().flatten() {
-            let [first_s, last_s] = [fixes.first_s(), fixes.last_s()].map(|t| t - report.delay_s);
-            (from, to) = (from.max(first_s), to.min(last_s));
-        }
         changed.correct_fixes(report);
+        for fixes in changed.fixes.iter().flatten().flatten().filter(|_| report.delay_s != 0.0) {
+            (from, to) = (from.max(fixes.first_s()), to.min(fixes.last_s()));
+        }
         changed.window_s = (from, to);
         changed
     }
