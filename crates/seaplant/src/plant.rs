@@ -27,7 +27,7 @@ pub(crate) use basis::{kirchhoff, kirchhoff_slope, sign};
 pub use coefficients::Plant;
 pub(crate) use effect::MOST_READ;
 pub use effect::{Effect, EffectForce, Pusher, Signal, ThrusterNumber};
-pub use foil::{Ahead, Foil};
+pub use foil::{Foil, PropellerAhead};
 pub use hull::HullModel;
 pub use open_water::{OpenWater, RudderFlow, WakeByDrift};
 pub use parameterisation::{Parameterisation, Physical, Plain};

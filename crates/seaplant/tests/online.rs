@@ -319,7 +319,7 @@ fn a_structure_without_a_free_coefficient_or_with_too_many_signals_is_refused() 
     };
     let sway = Structure::of(&[Dof::Sway], Symmetry::None).expect("sway");
     let many = (0..=MOST_SIGNALS).try_fold(sway, |structure, k| {
-        let force = EffectForce::Lift { foil: foil(k), ahead: None };
+        let force = EffectForce::Lift { foil: foil(k), propeller_ahead: None };
         structure.with_effect(Effect { name: format!("rudder {k}.lift"), force }, true)
     });
     let refused = [(held, "holds every coefficient"), (many, "33 signals")];

@@ -10,7 +10,6 @@ from seaplant._record import Estimated, Floats, Record
 __all__ = [
     "AccumulatedPlant",
     "Admission",
-    "Ahead",
     "Alone",
     "Assurance",
     "AxisOutcome",
@@ -76,6 +75,7 @@ __all__ = [
     "PlantScore",
     "PrimeCoefficient",
     "PrimeSystem",
+    "PropellerAhead",
     "Provenance",
     "Pusher",
     "RegressionResult",
@@ -418,17 +418,6 @@ class Admission(Record):
 
     fits: int
     """Fits that tested it."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Ahead(Record):
-    """The propeller ahead of a fin."""
-
-    propeller: str
-    """Name in channels."""
-
-    squared: bool
-    """True if the input is a speed or command n, so that T is n²."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -866,12 +855,11 @@ class EffectForce(Record):
     """One of lift, slipstream, steering, open-water, thrust, advance, inflow, gain, own,
     astern, wind, wind-across."""
 
-    ahead: bool | None = None
-    """True if thrusters lose thrust in their direction of motion only, and gain none when
-    braking."""
-
     foil: Foil | None = None
     """The rudder."""
+
+    propeller_ahead: PropellerAhead | None = None
+    """The propeller ahead of it."""
 
     propeller: str | None = None
     """The propeller."""
@@ -893,6 +881,10 @@ class EffectForce(Record):
 
     position_m: Floats | None = None
     """Point of application, m."""
+
+    ahead: bool | None = None
+    """True if thrusters lose thrust in their direction of motion only, and gain none when
+    braking."""
 
     thrusters: tuple[Pusher, ...] | None = None
     """The thrusters, at most 16."""
@@ -1735,6 +1727,17 @@ class PrimeSystem(Record):
 
     coefficients: dict[str, PrimeCoefficient]
     """Coefficients by name."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PropellerAhead(Record):
+    """The propeller ahead of a fin."""
+
+    propeller: str
+    """Name in channels."""
+
+    squared: bool
+    """True if the input is a speed or command n, so that T is n²."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

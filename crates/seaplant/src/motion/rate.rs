@@ -452,7 +452,7 @@ pub(crate) mod tests {
         };
         let lift = Effect {
             name: "rudder.lift".to_owned(),
-            force: EffectForce::Lift { foil, ahead: None },
+            force: EffectForce::Lift { foil, propeller_ahead: None },
         };
         let structure = plant.structure().clone().with_effect(lift, true).expect("fits");
         let coefficients = plant.coefficients().iter().copied().chain([3.0]).collect();

@@ -6,7 +6,7 @@ use nalgebra::{Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::foil::{Ahead, Foil};
+use super::foil::{Foil, PropellerAhead};
 use super::{OpenWater, RudderFlow};
 use crate::{Dof, Surface, Timed};
 
@@ -160,7 +160,7 @@ pub enum EffectForce {
         foil: Foil,
         /// The propeller ahead of it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        ahead: Option<Ahead>,
+        propeller_ahead: Option<PropellerAhead>,
     },
     /// A fin in a propeller's slipstream: what the race of positive thrust T adds to the fin's force along its normal
     /// per unit of s, `F = T sin δ` where there is no other flow.
@@ -169,7 +169,7 @@ pub enum EffectForce {
         foil: Foil,
         /// The propeller ahead of it.
         #[serde(flatten)]
-        ahead: Ahead,
+        propeller_ahead: PropellerAhead,
     },
     /// A rudder in the slipstream of a propeller with a known open-water curve: its normal force
     /// per `½ρA ∂C_L/∂α`, N/(m/s)², with the hull's influence on flow and force.
@@ -289,9 +289,9 @@ impl Effect {
     pub fn signals(&self) -> Vec<Signal> {
         let angle = |foil: &Foil| Signal::Angle { kind: foil.kind, name: foil.name.clone() };
         match &self.force {
-            EffectForce::Lift { foil, ahead: None } => vec![angle(foil)],
-            EffectForce::Lift { foil, ahead: Some(ahead) }
-            | EffectForce::Slipstream { foil, ahead } => {
+            EffectForce::Lift { foil, propeller_ahead: None } => vec![angle(foil)],
+            EffectForce::Lift { foil, propeller_ahead: Some(ahead) }
+            | EffectForce::Slipstream { foil, propeller_ahead: ahead } => {
                 vec![angle(foil), Signal::Drive(ahead.propeller.clone())]
             }
             EffectForce::Steering { foil, behind, .. } => {
@@ -317,10 +317,10 @@ impl Effect {
     }
 
     /// Returns the fin and the propeller of a force in a race.
-    pub(crate) fn in_race(&self) -> Option<(&Foil, &Ahead)> {
+    pub(crate) fn in_race(&self) -> Option<(&Foil, &PropellerAhead)> {
         match &self.force {
-            EffectForce::Lift { foil, ahead: Some(ahead) }
-            | EffectForce::Slipstream { foil, ahead } => Some((foil, ahead)),
+            EffectForce::Lift { foil, propeller_ahead: Some(ahead) }
+            | EffectForce::Slipstream { foil, propeller_ahead: ahead } => Some((foil, ahead)),
             _ => None,
         }
     }
@@ -345,7 +345,7 @@ impl Effect {
     ) {
         let [first, second] = [0, 1].map(|k| signals.get(k).copied().unwrap_or(0.0));
         match &self.force {
-            EffectForce::Lift { foil, ahead } => {
+            EffectForce::Lift { foil, propeller_ahead: ahead } => {
                 let flow = foil.at(velocity, first);
                 let (force, slope) = match ahead.as_ref().filter(|_| race > 0.0) {
                     Some(ahead) => foil.in_race(velocity, first, (ahead.thrust(second), race))[0],
@@ -353,7 +353,7 @@ impl Effect {
                 };
                 along(&flow.normal, force, slope)
             }
-            EffectForce::Slipstream { foil, ahead } => {
+            EffectForce::Slipstream { foil, propeller_ahead: ahead } => {
                 let (flow, thrust) = (foil.at(velocity, first), ahead.thrust(second));
                 let (force, slope) = match race > 0.0 {
                     true => foil.in_race(velocity, first, (thrust, race))[1],
@@ -419,7 +419,7 @@ impl Effect {
             EffectForce::Lift { .. } | EffectForce::Steering { .. } => "N/(m/s)²",
             EffectForce::OpenWater { .. } | EffectForce::Gain { .. } => "1",
             EffectForce::Own { number, .. } => number.unit(),
-            EffectForce::Slipstream { ahead, .. } if !ahead.squared => "1",
+            EffectForce::Slipstream { propeller_ahead, .. } if !propeller_ahead.squared => "1",
             EffectForce::Slipstream { .. } => "N/(rad/s)²",
             EffectForce::Thrust { .. } | EffectForce::Astern { .. } => "N/(rad/s)²",
             EffectForce::Advance { .. } => "N/((m/s)(rad/s))",
@@ -561,7 +561,8 @@ mod tests {
     #[test]
     fn fin_derivatives_agree_with_prestero() {
         // Y_uuδ = 9.64: N_uuδ = −6.15, Y_uv = −9.64, Y_ur = 6.15, N_uv = 6.15, N_ur = −3.92.
-        let lift = effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], None), ahead: None });
+        let lift =
+            effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], None), propeller_ahead: None });
         let at = |v: f64, r: f64, angle: f64| {
             9.64 * lift.wrench(&Vector6::new(1.0, v, 0.0, 0.0, 0.0, r), &[angle, 0.0], 0.0)
         };
@@ -577,7 +578,8 @@ mod tests {
     #[test]
     fn a_stern_plane_acts_along_the_vertical_axis() {
         // A rotation about +y lowers the trailing edge: the force on the stern is upward.
-        let lift = effect(EffectForce::Lift { foil: foil([0.0, 1.0, 0.0], None), ahead: None });
+        let lift =
+            effect(EffectForce::Lift { foil: foil([0.0, 1.0, 0.0], None), propeller_ahead: None });
         let wrench = lift.wrench(&Vector6::new(2.0, 0.0, 0.0, 0.0, 0.0, 0.0), &[0.1, 0.0], 0.0);
         assert!(wrench[2] < 0.0 && wrench[4] < 0.0 && wrench[1].abs() < 1e-12, "{wrench}");
         assert_eq!(lift.axes(), [Dof::Surge, Dof::Heave, Dof::Pitch]);
@@ -585,8 +587,10 @@ mod tests {
 
     #[test]
     fn a_fin_dissipates_power_in_every_motion() {
-        let lift =
-            effect(EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.3)), ahead: None });
+        let lift = effect(EffectForce::Lift {
+            foil: foil([0.0, 0.0, 1.0], Some(0.3)),
+            propeller_ahead: None,
+        });
         for k in 0..50 {
             let x = |j: f64| (1.7 * f64::from(k) + j).sin();
             let velocity = Vector6::new(x(0.0), x(1.0), x(2.0), x(3.0), x(4.0), x(5.0));
@@ -648,11 +652,11 @@ mod tests {
         let pusher = |name: &str| Pusher { name: name.into(), position_m, direction };
         let foils = || foil([0.0, 0.6, 0.8], None);
         let forces = [
-            EffectForce::Lift { foil: foils(), ahead: None },
-            EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.05)), ahead: None },
+            EffectForce::Lift { foil: foils(), propeller_ahead: None },
+            EffectForce::Lift { foil: foil([0.0, 0.0, 1.0], Some(0.05)), propeller_ahead: None },
             EffectForce::Slipstream {
                 foil: foils(),
-                ahead: Ahead { propeller: propeller(), squared: true },
+                propeller_ahead: PropellerAhead { propeller: propeller(), squared: true },
             },
             EffectForce::Steering { foil: foils(), behind: open_water(), flow: flow() },
             EffectForce::Steering {

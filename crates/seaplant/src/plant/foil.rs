@@ -26,14 +26,14 @@ pub struct Foil {
 /// The propeller ahead of a fin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Ahead {
+pub struct PropellerAhead {
     /// Name in channels.
     pub propeller: String,
     /// True if the input is a speed or command n, so that T is n².
     pub squared: bool,
 }
 
-impl Ahead {
+impl PropellerAhead {
     /// Returns T by the input of the propeller; none astern.
     pub(super) fn thrust(&self, drive: f64) -> f64 {
         let drive = drive.max(0.0);

@@ -6,8 +6,8 @@ use nalgebra::{Vector3, Vector6};
 use super::{Thruster, Vehicle};
 use crate::Surface;
 use crate::plant::{
-    Ahead, Effect, EffectForce, Foil, MOST_READ, OpenWater, Pusher, RudderFlow, ThrusterNumber,
-    WakeByDrift,
+    Effect, EffectForce, Foil, MOST_READ, OpenWater, PropellerAhead, Pusher, RudderFlow,
+    ThrusterNumber, WakeByDrift,
 };
 use crate::{Dof, Error};
 
@@ -319,14 +319,14 @@ impl Vehicle {
                 );
                 continue;
             }
-            let ahead = fin.slipstream.as_ref().map(|propeller| Ahead {
+            let ahead = fin.slipstream.as_ref().map(|propeller| PropellerAhead {
                 propeller: propeller.clone(),
                 squared: self.propellers.iter().any(|known| known.name == *propeller),
             });
-            let lift = EffectForce::Lift { foil: foil.clone(), ahead: ahead.clone() };
+            let lift = EffectForce::Lift { foil: foil.clone(), propeller_ahead: ahead.clone() };
             push(format!("{name}.lift"), lift, true, known);
             if let Some(ahead) = ahead {
-                let force = EffectForce::Slipstream { foil, ahead };
+                let force = EffectForce::Slipstream { foil, propeller_ahead: ahead };
                 push(format!("{name}.slipstream"), force, true, None);
             }
         }

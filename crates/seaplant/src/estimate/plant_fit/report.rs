@@ -164,7 +164,9 @@ impl Fitted {
             let (step, variance) = (step[0], covariance[(0, 0)]);
             // What was admitted is followed to where it settles.
             let least = if now.std[0].is_some() { SETTLED * SETTLED } else { bar };
-            let is_late = step.abs() >= LEAST_S && step.powi(2) >= least * variance;
+            // A receiver's fixes are late, never early.
+            let is_possible = problem.measures_velocity() || now.how.delay_s + step > 0.0;
+            let is_late = is_possible && step.abs() >= LEAST_S && step.powi(2) >= least * variance;
             if !is_late && !place_changed {
                 break;
             }
