@@ -275,8 +275,8 @@ impl Online {
         }
     }
 
-    /// Takes the races of fins from the coefficients, each time after twice as long: with other races the equations before were others,
-    /// and count as little as those before a change of the plant.
+    /// Takes the races of fins from the coefficients, each time after twice as long. With other races, the equations
+    /// before were others; they count as little as those before a change of the plant.
     fn follow_races(&mut self) {
         if self.elapsed_s < self.next_races_s {
             return;

@@ -1,6 +1,6 @@
 //! A velocity sensor elsewhere than stated, or couplings in damping.
 //!
-//! Where no force acts on sway, a point a distance ℓ ahead of the origin moves as the origin of another vehicle
+//! Where no known force acts on sway, a point a distance ℓ ahead of the origin moves as the origin of another vehicle
 //! does, with
 //!
 //! ```text
@@ -32,7 +32,7 @@ impl From<Fitted> for Placed {
 
 impl Fitted {
     /// The same with the couplings in damping that the trials support, and with or without a lever arm of the velocity
-    /// sensor along an axis that nothing pushes, where couplings and lever arm stand for each other.
+    /// sensor along an axis that no known force pushes, where couplings and lever arm stand for each other.
     pub(super) fn searched_with_sensor_place(
         self,
         records: &[&TrialRecord],

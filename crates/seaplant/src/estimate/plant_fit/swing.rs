@@ -1,4 +1,4 @@
-//! Axes that nothing pushes, and what turning does along them.
+//! Axes that no known force pushes, and what turning does along them.
 
 use nalgebra::Matrix6;
 

@@ -1,4 +1,4 @@
-//! Numbers that depend on the place of the velocity sensor, where nothing pushes an axis.
+//! Numbers that depend on the place of the velocity sensor, where no known force pushes an axis.
 //!
 //! Trials then do not distinguish a sensor elsewhere than stated from centres of mass and damping elsewhere.
 
@@ -67,7 +67,7 @@ impl Centred {
 
 /// Centres of mass, with added mass, elsewhere than the rigid body has them or else the origin, in plants that have a
 /// lever arm of the velocity sensor or damping that couples the same axes, one of them a translation that a sensor
-/// measures and nothing pushes.
+/// measures and no known force pushes.
 ///
 /// Damping about the place of a sensor and damping about another point look alike, but the centre of mass does not move
 /// with that of damping.
