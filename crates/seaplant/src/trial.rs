@@ -35,7 +35,7 @@ use force::{Saturation, Thrusts};
 pub use force::{Supply, ThrusterTrack};
 pub(crate) use force::{ThrustError, force_along};
 pub use gained::GAINED_S;
-pub(crate) use logged::Logged;
+pub(crate) use logged::{Logged, LoggedEffect, OverGround};
 pub(crate) use plausible::without_outliers;
 use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;

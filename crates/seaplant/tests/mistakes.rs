@@ -1,8 +1,10 @@
 //! What users get wrong is named, and nothing is named of logs without a mistake.
 
+use std::f64::consts::FRAC_PI_2;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use seaplant::quantity::{Attitude, Axis};
+use seaplant::quantity::{Attitude, Axis, World};
 use seaplant::results::{Results, Trust};
 use seaplant::{
     Caveat, CaveatCode, Dof, IdentifyOptions, Method, QuadraticThrust, Quantity, Recording, Role,
@@ -264,6 +266,61 @@ fn axes_forward_port_and_up_are_named_as_such() {
     });
     let said: String = found.iter().map(|caveat| caveat.message.clone()).collect();
     assert!(said.contains("sway") && said.contains("yaw") && said.contains("reversed"), "{said}");
+}
+
+/// Velocity north and east and heading in place of a DVL and a gyroscope.
+fn over_ground(recording: &mut Recording) {
+    let (x, y) = (recording.remove(&X).expect("logged"), recording.remove(&Y).expect("logged"));
+    recording.remove(&R);
+    let of = |part: &dyn Fn(f64, f64, f64) -> f64| {
+        let heading = recording[&HEADING].values().iter();
+        let both = x.values().iter().zip(y.values()).zip(heading);
+        let values = both.map(|((u, v), heading)| part(*u, *v, *heading)).collect();
+        x.with_values("over ground", values).expect("finite")
+    };
+    let north = of(&|u, v, heading| u * heading.cos() - v * heading.sin());
+    let east = of(&|u, v, heading| u * heading.sin() + v * heading.cos());
+    recording.insert(NORTH, north);
+    recording.insert(EAST, east);
+}
+
+const NORTH: Quantity = Quantity::WorldVelocity(World::North);
+const EAST: Quantity = Quantity::WorldVelocity(World::East);
+
+#[test]
+fn headings_that_turn_velocity_over_ground_wrongly_are_named() {
+    let named_with = |heading: &dyn Fn(f64) -> f64| {
+        named(|recording, _| {
+            over_ground(recording);
+            let wrong = recording[&HEADING].map(heading);
+            recording.insert(HEADING, wrong);
+        })
+    };
+    assert_eq!(named_with(&|x| x), []);
+    let degrees = named_with(&f64::to_degrees);
+    assert_says(&degrees, &["attitude.heading looks in deg and read as rad", "correct `unit`"]);
+    let radians = named_with(&f64::to_radians);
+    assert_says(&radians, &["attitude.heading looks in rad and read as deg", "correct `unit`"]);
+    let reversed = named_with(&|x| -x);
+    assert_says(&reversed, &["attitude.heading looks reversed", "`negate = true`"]);
+    let from_east = named_with(&|x| FRAC_PI_2 - x);
+    assert_says(&from_east, &["counterclockwise from east", "`negate = true, offset = -90`"]);
+    let turned = named_with(&|x| x + FRAC_PI_2);
+    assert_says(&turned, &["compass looks turned by 90°", "[0, 0, 90]", "[sensor.attitude]"]);
+}
+
+#[test]
+fn directions_of_the_world_that_are_exchanged_or_reversed_are_named() {
+    let found = named(|recording, _| {
+        over_ground(recording);
+        exchange(recording, &NORTH, &EAST);
+    });
+    assert_says(&found, &["velocity.north and velocity.east look exchanged", "columns"]);
+    let found = named(|recording, _| {
+        over_ground(recording);
+        scale(recording, &EAST, -1.0);
+    });
+    assert_says(&found, &["velocity.east looks reversed", "`negate = true`"]);
 }
 
 #[test]

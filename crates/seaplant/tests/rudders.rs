@@ -14,7 +14,7 @@ use seaplant::results::{PlantResult, Results, ToldBy};
 use seaplant::{
     CaveatCode, Dof, Fin, IdentifyOptions, PlantPlan, QuadraticThrust, Quantity, Recording, Role,
     Surface, ThrustCurve, Thruster, ThrusterInput, Timed, Trial, TrialRecord, TrialSetup, Vehicle,
-    identify,
+    identify, likely_mistakes,
 };
 
 const AXES: [Dof; 3] = [Dof::Surge, Dof::Sway, Dof::Yaw];
@@ -288,6 +288,28 @@ fn results_from_fixes_and_a_rudder_are_read_again() {
     let text = serde_json::to_string(&results).expect("text");
     let again: Results = serde_json::from_str(&text).expect("every number is finite");
     assert_eq!(again.plants["surge-sway-yaw"].nuisances, plant.nuisances);
+}
+
+#[test]
+fn a_rudder_whose_angle_is_logged_with_the_wrong_sign_is_named() {
+    let case = case(true, &[], &[]);
+    let named = |sign: f64| {
+        let trials = TRIALS.map(|(name, role, seed)| {
+            let mut recording = recording(seed, &case, true);
+            for (quantity, series) in &mut recording {
+                if matches!(quantity, Quantity::SurfaceAngle { .. }) {
+                    *series = series.map(|x| sign * x);
+                }
+            }
+            trial_of(name, role, &case, &recording)
+        });
+        likely_mistakes(&case.vehicle, &trials)
+    };
+    assert_eq!(named(1.0), []);
+    let found = named(-1.0);
+    let [only] = found.as_slice() else { panic!("one mistake was made: {found:#?}") };
+    assert!(only.message.starts_with("rudder.rudder.angle looks reversed"), "{}", only.message);
+    assert!(only.message.contains("`negate = true` for \"rudder.rudder.angle\""));
 }
 
 #[test]

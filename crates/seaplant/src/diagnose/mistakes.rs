@@ -116,31 +116,55 @@ struct Found {
 /// The unexplained variance of an axis.
 type AxisFit = (Dof, Explained);
 
-/// Returns the decrease of log unexplained variance, summed over all axes.
-fn worth(as_is: &[AxisFit], with: &[AxisFit]) -> f64 {
-    let gain = |((_, a), (_, b)): (&AxisFit, &AxisFit)| (a.unexplained / b.unexplained).ln();
-    as_is.iter().zip(with).map(gain).sum()
+/// The unexplained variance of an axis without a change and with it.
+#[derive(Clone, Copy)]
+struct Pair<'a> {
+    as_is: &'a Explained,
+    with: &'a Explained,
+    /// Factor of the unexplained variance.
+    times: f64,
 }
 
-/// Returns the increase of log-likelihood of an axis.
-fn likelihood(as_is: &Explained, with: &Explained) -> f64 {
-    0.5 * as_is.windows as f64 * (as_is.unexplained / with.unexplained).ln()
+impl Pair<'_> {
+    /// Returns the increase of log-likelihood.
+    fn likelihood(&self) -> f64 {
+        -0.5 * self.as_is.windows as f64 * self.times.ln()
+    }
+
+    fn is_better(&self) -> bool {
+        self.times < BETTER && self.with.unexplained < EXPLAINS
+    }
+
+    fn pushes(&self) -> bool {
+        self.as_is.alpha == 0.0 && self.with.alpha > 0.0 && self.likelihood() > SURE
+    }
+}
+
+/// Returns the pairs of all axes.
+///
+/// Where a heading turns the velocity, a wrong one makes it turn about, which kinematics explains well: then the
+/// variance itself counts, not its share of that of the turned velocity, as turning does not change speed.
+fn pairs<'a>(as_is: &'a [AxisFit], with: &'a [AxisFit], change: &Change) -> Vec<Pair<'a>> {
+    let is_turned = |dof: &Dof| change.turns() && !dof.is_rotation();
+    let pair = |((dof, as_is), (_, with)): (&'a AxisFit, &'a AxisFit)| {
+        let share = with.unexplained / as_is.unexplained;
+        let times = if is_turned(dof) { share * with.variation / as_is.variation } else { share };
+        Pair { as_is, with, times }
+    };
+    as_is.iter().zip(with).map(pair).collect()
+}
+
+/// Returns the decrease of log unexplained variance, summed over all axes.
+fn worth(pairs: &[Pair]) -> f64 {
+    -pairs.iter().map(|pair| pair.times.ln()).sum::<f64>()
 }
 
 /// Returns whether a change explains the logs well enough to be reported.
-fn is_sure(as_is: &[AxisFit], with: &[AxisFit]) -> bool {
-    let both = || as_is.iter().zip(with).map(|((_, a), (_, b))| (a, b));
-    let is_better = |(a, b): (&Explained, &Explained)| {
-        b.unexplained < BETTER * a.unexplained && b.unexplained < EXPLAINS
-    };
-    let is_much_better = || worth(as_is, with) > -MUCH_BETTER.ln() && both().any(is_better);
-    let pushes = |(a, b): (&Explained, &Explained)| {
-        a.alpha == 0.0 && b.alpha > 0.0 && likelihood(a, b) > SURE
-    };
-    as_is.len() == with.len()
-        && (is_much_better() || both().any(pushes))
-        && both().all(|(a, b)| b.unexplained < NOT_WORSE * a.unexplained)
-        && both().map(|(a, b)| likelihood(a, b)).sum::<f64>() > SURE
+fn is_sure(pairs: &[Pair]) -> bool {
+    let is_much_better = || worth(pairs) > -MUCH_BETTER.ln() && pairs.iter().any(Pair::is_better);
+    (is_much_better() || pairs.iter().any(Pair::pushes))
+        && pairs.iter().all(|pair| pair.times < NOT_WORSE)
+        && pairs.iter().map(Pair::likelihood).sum::<f64>() > SURE
 }
 
 /// The logs, and the test functions of each axis.
@@ -151,9 +175,19 @@ struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     fn new(logs: &'a [&'a Logged]) -> Option<Self> {
-        let views: Vec<View> = logs.iter().map(|log| view(log, &[])).collect();
-        let with_settings =
-            |dof: &Dof| Some((*dof, choose_settings(&on_axis(logs, &views, *dof), *dof)?.0));
+        // No sign and no exchange changes what all terms explain, but a wrong heading leaves nothing of a velocity.
+        let turning = Change::all(logs).into_iter().filter(Change::turns).map(|one| vec![one]);
+        let as_is_or_turned = std::iter::once(Vec::new()).chain(turning);
+        let views_of = |changes: Vec<Change>| -> Vec<View> {
+            logs.iter().map(|log| view(log, &changes)).collect()
+        };
+        let views: Vec<Vec<View>> = as_is_or_turned.map(views_of).collect();
+        let with_settings = |dof: &Dof| {
+            let found =
+                views.iter().filter_map(|views| choose_settings(&on_axis(logs, views, *dof), *dof));
+            let best = found.min_by(|a, b| a.1.unexplained.total_cmp(&b.1.unexplained));
+            Some((*dof, best?.0))
+        };
         let settings: Vec<(Dof, Settings)> = Dof::ALL.iter().filter_map(with_settings).collect();
         (!settings.is_empty()).then_some(Self { logs, settings })
     }
@@ -168,11 +202,15 @@ impl<'a> Bench<'a> {
             let tried = |change: &Change| {
                 let with: Vec<Change> = made.iter().chain([change]).cloned().collect();
                 let axes = self.axes(&with);
-                let worth = worth(&as_is, &axes) - PRICE * change.channels() as f64;
-                (change.clone(), axes, worth)
+                let pairs = pairs(&as_is, &axes, change);
+                if as_is.len() != axes.len() || !is_sure(&pairs) {
+                    return None;
+                }
+                let worth = worth(&pairs) - PRICE * change.channels() as f64;
+                Some((change.clone(), axes, worth))
             };
-            let mut tried: Vec<(Change, Vec<AxisFit>, f64)> = all.iter().map(tried).collect();
-            tried.retain(|(_, axes, _)| is_sure(&as_is, axes));
+            let mut tried: Vec<(Change, Vec<AxisFit>, f64)> =
+                all.iter().filter_map(tried).collect();
             tried.sort_by(|a, b| b.2.total_cmp(&a.2));
             let Some((best, axes, worth)) = tried.first().cloned() else { break };
             let is_as_good =
@@ -202,31 +240,40 @@ impl<'a> Bench<'a> {
         others: &[&Change],
         [as_is, with]: [&[AxisFit]; 2],
     ) -> Mistake {
-        let mut better: Vec<(Dof, f64, f64)> = as_is
+        let of_axes = pairs(as_is, with, change);
+        let mut better: Vec<(Dof, Pair)> = as_is
             .iter()
-            .zip(with)
-            .filter(|((_, a), (_, b))| b.unexplained < NOTICED * a.unexplained)
-            .map(|((dof, a), (_, b))| (*dof, a.unexplained, b.unexplained))
+            .zip(of_axes)
+            .map(|((dof, _), pair)| (*dof, pair))
+            .filter(|(_, pair)| pair.times < NOTICED)
             .collect();
-        better.sort_by(|a, b| (a.2 / a.1).total_cmp(&(b.2 / b.1)));
-        let part = |unexplained: f64| format!("{:.0} %", 100.0 * (1.0 - unexplained));
-        let most: Vec<String> = better
-            .iter()
-            .take(2)
-            .map(|(dof, a, b)| {
-                format!("{} of the changes of {dof} velocity in place of {}", part(*b), part(*a))
-            })
-            .collect();
+        better.sort_by(|a, b| a.1.times.total_cmp(&b.1.times));
+        let part =
+            |explained: &Explained| format!("{:.0} %", 100.0 * (1.0 - explained.unexplained));
+        let said = |(dof, pair): &(Dof, Pair)| {
+            if change.turns() && !dof.is_rotation() {
+                let times = format!("{:.1} %", 100.0 * pair.times);
+                return format!(
+                    "all but {times} of the changes of {dof} velocity that it does not explain as logged"
+                );
+            }
+            let (with, as_is) = (part(pair.with), part(pair.as_is));
+            format!("{with} of the changes of {dof} velocity in place of {as_is}")
+        };
+        let most: Vec<String> = better.iter().take(2).map(said).collect();
         let advice = |change: &Change| change.advice(self.logs, &vehicle.sensors);
         let mut message = format!(
             "{}: if so, least squares explains {}; {}",
-            change.words(),
+            change.words(self.logs),
             most.join(", and "),
             advice(change)
         );
         for other in others.iter().take(2) {
-            message +=
-                &format!("; or {}, which explains as much: {}", other.words(), advice(other));
+            message += &format!(
+                "; or {}, which explains as much: {}",
+                other.words(self.logs),
+                advice(other)
+            );
         }
         let mut axes: Vec<Dof> = better.iter().map(|(dof, ..)| *dof).collect();
         axes.sort();

@@ -4,10 +4,12 @@ use nalgebra::Vector3;
 
 use super::TrialSetup;
 use super::force::{PlacedThrust, placed_thrust};
+use super::signals::signals;
 use super::slopes::{slope, velocity_by_fixes};
-use crate::navigation::{Motion, Navigated, Recording, navigate};
+use crate::navigation::{Motion, Navigated, Recording, navigate, unwrap};
+use crate::plant::{Effect, Signal};
 use crate::quantity::{Attitude, Axis, World};
-use crate::{Dof, Grid, Quantity, Timed, Vehicle};
+use crate::{Dof, Grid, Quantity, Timed, Vehicle, VehicleEffect};
 
 /// A thruster with its thrust and wrench.
 #[derive(Clone, Debug)]
@@ -18,6 +20,55 @@ pub(crate) struct LoggedThruster {
     pub(crate) wrench: [f64; 6],
     /// Its thrust, N.
     pub(crate) thrust: Vec<f64>,
+}
+
+/// A force of unknown strength: of a rudder, a fin or a propeller.
+#[derive(Clone, Debug)]
+pub(crate) struct LoggedEffect {
+    /// Its force per unit of strength.
+    pub(crate) effect: Effect,
+    /// The signals on which it depends, in its order.
+    pub(crate) signals: Vec<(Signal, Vec<f64>)>,
+}
+
+/// Velocity over ground, and the heading that turns it to the body's axes.
+#[derive(Clone, Debug)]
+pub(crate) struct OverGround {
+    /// Heading as logged, rad: one in degrees is unwrapped after it is corrected.
+    logged: Timed,
+    /// Heading, unwrapped, rad.
+    heading: Timed,
+    /// Velocity of the sensor north and east, m/s.
+    pub(crate) velocity: [Timed; 2],
+}
+
+impl OverGround {
+    /// Returns the velocity of a level vehicle forward and to starboard.
+    pub(crate) fn along_body(&self, grid: Grid) -> [Vec<f64>; 2] {
+        let [north, east] = &self.velocity;
+        let turned = |(t, (north, east)): (&f64, (&f64, &f64))| {
+            let (sin, cos) = self.heading.at(*t).sin_cos();
+            [cos * north + sin * east, cos * east - sin * north]
+        };
+        let both = north.values().iter().zip(east.values());
+        let both: Vec<[f64; 2]> = north.time_s().iter().zip(both).map(turned).collect();
+        [0, 1].map(|k| {
+            let values = both.iter().map(|v| v[k]).collect();
+            let series = north.with_values("velocity", values);
+            series.map_or_else(|_| vec![0.0; grid.len], |series| means(&series, grid))
+        })
+    }
+
+    /// Returns the yaw rate of a level vehicle.
+    pub(crate) fn yaw_rate(&self, grid: Grid) -> Vec<f64> {
+        slope(&self.heading).map_or_else(|_| vec![0.0; grid.len], |rate| means(&rate, grid))
+    }
+
+    /// Changes the heading.
+    pub(crate) fn turn(&mut self, heading: impl Fn(f64) -> f64) {
+        self.logged = self.logged.map(heading);
+        self.heading = unwrap(&self.logged);
+    }
 }
 
 /// Forces, velocities, angles and positions of one trial at the same instants.
@@ -39,6 +90,10 @@ pub(crate) struct Logged {
     pub(crate) wrench: [Option<Vec<f64>>; 6],
     /// The thrusters; empty if wrenches are logged.
     pub(crate) thrusters: Vec<LoggedThruster>,
+    /// Forces of unknown strength.
+    pub(crate) effects: Vec<LoggedEffect>,
+    /// Velocity over ground, if surge and sway are that, turned by heading.
+    pub(crate) over_ground: Option<OverGround>,
     /// Roll, pitch and heading, unwrapped, rad.
     pub(crate) angles: [Option<Vec<f64>>; 3],
     /// Depth, m.
@@ -78,9 +133,19 @@ impl Logged {
             .iter()
             .map(|thruster| thruster.track.speed.map(|speed| thruster.track.thrust(speed)))
             .collect();
+        let signals = signals(&recording, vehicle, &navigated, &velocity).ok()?;
+        let effects: Vec<Effect> = vehicle.effects().into_iter().filter_map(steered).collect();
+        let signals_of = |effect: &Effect| {
+            let all = effect.signals();
+            all.into_iter().map(|one| Some((signals.get(&one)?, one))).collect::<Option<Vec<_>>>()
+        };
+        let with_signals = |effect: Effect| Some((signals_of(&effect)?, effect));
+        let effects: Vec<(Vec<(&Timed, Signal)>, Effect)> =
+            effects.into_iter().filter_map(with_signals).collect();
 
         let moved = || velocity.iter().chain(&angles).flatten().chain(depth);
-        let pushed = || wrench.iter().flatten().chain(&thrust);
+        let steered = || effects.iter().flat_map(|(signals, _)| signals).map(|(signal, _)| *signal);
+        let pushed = || wrench.iter().flatten().chain(&thrust).chain(steered());
         let ends = |series: &Timed| (series.first_s(), series.last_s());
         let held = |series: &Timed| match series.len() {
             1 => (series.first_s(), f64::INFINITY),
@@ -104,6 +169,25 @@ impl Logged {
         axes.sort();
         axes.dedup();
         let source = Dof::ALL.map(|dof| source(&recording, dof));
+        let lever = lever_over_ground(&source, vehicle);
+        let levers_m = [Dof::Surge, Dof::Sway, Dof::Heave]
+            .map(|dof| navigated.lever(dof).or(lever).unwrap_or_default());
+        let logged = recording.get(&Quantity::Attitude(Attitude::Heading));
+        let logged = logged.filter(|_| vehicle.sensors.attitude.rotation_rad == [0.0; 3]);
+        let over_ground = lever.and_then(|lever| over_ground(&navigated, logged, &velocity, lever));
+        let of_effect = |(signals, effect): &(Vec<(&Timed, Signal)>, Effect)| LoggedEffect {
+            effect: effect.clone(),
+            signals: signals
+                .iter()
+                .map(|(series, signal)| {
+                    let sampled = match signal.is_held() {
+                        true => series.held_means(grid),
+                        false => means(series, grid),
+                    };
+                    (signal.clone(), sampled)
+                })
+                .collect(),
+        };
         let of_thruster = |(thruster, thrust): (&super::PlacedThruster, &Timed)| LoggedThruster {
             name: thruster.name.clone(),
             wrench: thruster.wrench.into(),
@@ -114,15 +198,65 @@ impl Logged {
             grid,
             is_whole,
             velocity: velocity.each_ref().map(sampled),
-            levers_m: [Dof::Surge, Dof::Sway, Dof::Heave]
-                .map(|dof| navigated.lever(dof).unwrap_or_default()),
+            levers_m,
             source,
             wrench: wrench.each_ref().map(|x| x.as_ref().map(|x| x.held_means(grid))),
             thrusters: thrusters.iter().zip(&thrust).map(of_thruster).collect(),
+            effects: effects.iter().map(of_effect).collect(),
+            over_ground,
             angles: angles.each_ref().map(sampled),
             depth: depth.map(|depth| means(depth, grid)),
         })
     }
+}
+
+/// Returns the effect of a rudder, a fin or a propeller that a plant includes initially.
+fn steered(known: VehicleEffect) -> Option<Effect> {
+    let VehicleEffect { effect, is_usual, .. } = known;
+    is_usual.then_some(effect)
+}
+
+/// Returns the lever arm of the sensor that measures surge and sway along the world's axes, if one does.
+fn lever_over_ground(source: &[Option<Quantity>; 6], vehicle: &Vehicle) -> Option<Vector3<f64>> {
+    let is_over_ground = matches!(
+        source[Dof::Surge.index()],
+        Some(
+            Quantity::WorldVelocity(_)
+                | Quantity::GroundSpeed
+                | Quantity::Position(_)
+                | Quantity::Latitude
+        )
+    );
+    is_over_ground.then_some(vehicle.sensors.position.position_body)
+}
+
+/// Returns the velocity of a sensor over ground, from that of the origin along the body's axes.
+fn over_ground(
+    navigated: &Navigated,
+    logged: Option<&Timed>,
+    velocity: &[Option<Timed>; 6],
+    lever: Vector3<f64>,
+) -> Option<OverGround> {
+    let heading = navigated.heading.clone()?;
+    let [Some(surge), Some(sway), ..] = velocity else { return None };
+    let rate = |t: f64| match &navigated.rates {
+        Some(rates) => Vector3::from_iterator(rates.iter().map(|rate| rate.at(t))),
+        None => Vector3::zeros(),
+    };
+    let turned = |(&t, (u, v)): (&f64, (&f64, &f64))| {
+        let body = Vector3::new(*u, *v, 0.0) + rate(t).cross(&lever);
+        let (sin, cos) = heading.at(t).sin_cos();
+        [cos * body.x - sin * body.y, sin * body.x + cos * body.y]
+    };
+    let both = surge.values().iter().zip(sway.values());
+    let both: Vec<[f64; 2]> = surge.time_s().iter().zip(both).map(turned).collect();
+    let part = |k: usize| {
+        let values = both.iter().map(|v| v[k]).collect();
+        surge.with_values("velocity over ground", values).ok()
+    };
+    let velocity = [part(0)?, part(1)?];
+    let logged = logged.unwrap_or(&heading).clone();
+    Some(OverGround { logged, heading, velocity })
 }
 
 /// Returns the first hour of the trial's window.

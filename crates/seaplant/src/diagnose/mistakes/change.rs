@@ -1,12 +1,15 @@
 //! Possible mistakes, as changes of a log.
 
 use std::collections::BTreeSet;
+use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 
 use super::weak::View;
 use crate::axes::listed;
-use crate::trial::{Logged, Miswired};
+use crate::plant::Signal;
+use crate::quantity::World;
+use crate::trial::{Logged, LoggedEffect, Miswired, OverGround};
 use crate::{Dof, Quantity, Sensors};
 
 /// A change of a log.
@@ -24,8 +27,44 @@ pub(super) enum Change {
     Exchanged(Dof, Dof),
     /// The wrenches of two axes are exchanged.
     ExchangedWrenches(Dof, Dof),
-    /// The velocity sensor is rotated about the vertical by this angle, deg, to starboard.
+    /// The velocity sensor, or the compass that turns velocity over ground, is rotated about the vertical by this
+    /// angle, deg, to starboard.
     Turned(f64),
+    /// The angle of a rudder or fin has the opposite sign.
+    ReversedFin(Signal),
+    /// The heading by which velocity over ground is turned is another.
+    Heading(Heading),
+    /// A direction of the world has the opposite sign.
+    ReversedWorld(World),
+    /// North and east are exchanged.
+    ExchangedWorld,
+}
+
+/// A heading that is not clockwise from north in the stated unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Heading {
+    /// Counterclockwise from north.
+    Reversed,
+    /// Counterclockwise from east.
+    FromEast,
+    /// In degrees, read as radians.
+    Degrees,
+    /// In radians, read as degrees.
+    Radians,
+}
+
+impl Heading {
+    const ALL: [Self; 4] = [Self::Reversed, Self::FromEast, Self::Degrees, Self::Radians];
+
+    /// Returns the heading clockwise from north, rad.
+    fn correct(self, heading: f64) -> f64 {
+        match self {
+            Self::Reversed => -heading,
+            Self::FromEast => FRAC_PI_2 - heading,
+            Self::Degrees => heading.to_radians(),
+            Self::Radians => heading.to_degrees(),
+        }
+    }
 }
 
 /// Angles at which velocity sensors are commonly mounted, by mistake or undocumented, deg.
@@ -44,7 +83,14 @@ impl Change {
     pub(super) fn all(trials: &[&Logged]) -> Vec<Self> {
         let moves = |dof: &Dof| trials.iter().any(|trial| trial.velocity[dof.index()].is_some());
         let is_wrench = |dof: &Dof| trials.iter().any(|trial| trial.wrench[dof.index()].is_some());
-        let moving: Vec<Dof> = Dof::ALL.into_iter().filter(moves).collect();
+        let is_turned = trials.iter().any(|trial| trial.over_ground.is_some());
+        let by_heading = |dof: &Dof| match dof {
+            Dof::Surge | Dof::Sway => is_turned,
+            Dof::Yaw => is_turned && is_of_heading(trials),
+            _ => false,
+        };
+        let moving: Vec<Dof> =
+            Dof::ALL.into_iter().filter(|dof| moves(dof) && !by_heading(dof)).collect();
         let pushed: Vec<Dof> = Dof::ALL.into_iter().filter(is_wrench).collect();
         let mut names: Vec<&String> = Vec::new();
         for thruster in trials.iter().flat_map(|trial| &trial.thrusters) {
@@ -74,12 +120,24 @@ impl Change {
         }
         let mut frames: Vec<Vec<Dof>> = Vec::new();
         for axes in OTHER_FRAMES {
-            let axes: Vec<Dof> = axes.iter().copied().filter(moves).collect();
+            let axes: Vec<Dof> = axes.iter().copied().filter(|dof| moving.contains(dof)).collect();
             if axes.len() > 1 && !frames.contains(&axes) {
                 frames.push(axes);
             }
         }
         all.extend(frames.into_iter().map(Self::Reversed));
+        let effects = trials.iter().flat_map(|trial| &trial.effects);
+        let angles: BTreeSet<&Signal> = effects
+            .flat_map(|effect| effect.signals.iter().map(|(signal, _)| signal))
+            .filter(|signal| matches!(signal, Signal::Angle { .. }))
+            .collect();
+        all.extend(angles.into_iter().cloned().map(Self::ReversedFin));
+        if is_turned {
+            all.extend(Heading::ALL.map(Self::Heading));
+            let by_course = is_by_course(trials);
+            all.extend((!by_course).then_some(Self::ReversedWorld(World::North)));
+            all.extend([Self::ReversedWorld(World::East), Self::ExchangedWorld]);
+        }
         all
     }
 
@@ -87,9 +145,18 @@ impl Change {
     pub(super) fn channels(&self) -> usize {
         match self {
             Self::Reversed(axes) => axes.len(),
-            Self::ReversedWrench(_) | Self::Thrusters(Miswired::Reversed(_)) => 1,
+            Self::ReversedWrench(_)
+            | Self::Thrusters(Miswired::Reversed(_))
+            | Self::ReversedFin(_)
+            | Self::Heading(_)
+            | Self::ReversedWorld(_) => 1,
             _ => 2,
         }
+    }
+
+    /// Returns whether it turns a velocity, whose components then share their variances otherwise.
+    pub(super) fn turns(&self) -> bool {
+        matches!(self, Self::Heading(_) | Self::ReversedWorld(_) | Self::ExchangedWorld)
     }
 
     /// Applies the change to a log.
@@ -119,6 +186,21 @@ impl Change {
                     log.thrusters[a].thrust = std::mem::replace(&mut log.thrusters[b].thrust, kept);
                 }
             }
+            Self::ReversedFin(angle) => {
+                let signals = log.effects.iter_mut().flat_map(|effect| &mut effect.signals);
+                let own = signals.filter(|(signal, _)| signal == angle);
+                own.for_each(|(_, angle)| angle.iter_mut().for_each(|x| *x = -*x));
+            }
+            Self::Heading(heading) => over_ground(log, |own| own.turn(|x| heading.correct(x))),
+            Self::ReversedWorld(way) => over_ground(log, |own| {
+                let [north, east] = &mut own.velocity;
+                let reversed = if *way == World::North { north } else { east };
+                *reversed = reversed.map(|x| -x);
+            }),
+            Self::ExchangedWorld => over_ground(log, |own| own.velocity.reverse()),
+            Self::Turned(degrees) if log.over_ground.is_some() => {
+                over_ground(log, |own| own.turn(|x| x - degrees.to_radians()));
+            }
             Self::Turned(degrees) => {
                 let (sin, cos) = degrees.to_radians().sin_cos();
                 let [surge, sway, ..] = &mut log.velocity;
@@ -131,7 +213,7 @@ impl Change {
     }
 
     /// Formats the change.
-    pub(super) fn words(&self) -> String {
+    pub(super) fn words(&self, trials: &[&Logged]) -> String {
         match self {
             Self::Reversed(axes) if axes.len() > 1 => format!(
                 "the velocities of {} look reversed, as of axes forward, port and up (FLU) that are read as forward, starboard and down",
@@ -151,7 +233,33 @@ impl Change {
                 format!("thrusters `{a}` and `{b}` look exchanged")
             }
             Self::Turned(degrees) => {
-                format!("the velocity sensor looks turned by {degrees}° about the vertical")
+                let what = match trials.iter().any(|trial| trial.over_ground.is_some()) {
+                    true => "compass",
+                    false => "velocity sensor",
+                };
+                format!("the {what} looks turned by {degrees}° about the vertical")
+            }
+            Self::ReversedFin(angle) => format!("{angle} looks reversed"),
+            Self::Heading(heading) => match heading {
+                Heading::Reversed => "attitude.heading looks reversed (it is clockwise from north)",
+                Heading::FromEast => {
+                    "attitude.heading looks counterclockwise from east (it is clockwise from north)"
+                }
+                Heading::Degrees => "attitude.heading looks in deg and read as rad",
+                Heading::Radians => "attitude.heading looks in rad and read as deg",
+            }
+            .to_owned(),
+            Self::ReversedWorld(way) => {
+                format!("{} looks reversed", world_channel(trials, *way))
+            }
+            Self::ExchangedWorld if is_by_course(trials) => {
+                "ground.course looks counterclockwise from east (it is clockwise from north)"
+                    .to_owned()
+            }
+            Self::ExchangedWorld => {
+                let [north, east] =
+                    [World::North, World::East].map(|way| world_channel(trials, way));
+                format!("{north} and {east} look exchanged")
             }
         }
     }
@@ -180,13 +288,24 @@ impl Change {
                 "{}, or their names in vehicle.toml",
                 exchange(&format!("thruster.{a}"), &format!("thruster.{b}"))
             ),
+            Self::ReversedFin(angle) => negate(&[angle.to_string()]),
+            Self::Heading(Heading::Reversed) => negate(&["attitude.heading".to_owned()]),
+            Self::Heading(Heading::FromEast) => from_east("attitude.heading"),
+            Self::Heading(Heading::Degrees | Heading::Radians) => {
+                "in campaign.toml correct `unit` of \"attitude.heading\" under [channels]".to_owned()
+            }
+            Self::ReversedWorld(way) => negate(&[world_channel(trials, *way)]),
+            Self::ExchangedWorld if is_by_course(trials) => from_east("ground.course"),
+            Self::ExchangedWorld => {
+                let [north, east] = [World::North, World::East].map(|way| world_channel(trials, way));
+                exchange(&north, &east)
+            }
+            Self::Turned(degrees) if trials.iter().any(|trial| trial.over_ground.is_some()) => {
+                turn("attitude", sensors.attitude.rotation_rad, *degrees)
+            }
             Self::Turned(degrees) => match source(Dof::Surge) {
                 Some(Quantity::DvlVelocity(_)) => {
-                    let [roll, pitch, yaw] = sensors.dvl.rotation_rad.map(f64::to_degrees);
-                    let yaw = (yaw + degrees + 180.0).rem_euclid(360.0) - 180.0;
-                    format!(
-                        "in vehicle.toml set `rotation_deg = [{roll:.0}, {pitch:.0}, {yaw:.0}]` under [sensor.dvl]"
-                    )
+                    turn("dvl", sensors.dvl.rotation_rad, *degrees)
                 }
                 _ => format!(
                     "in campaign.toml check the columns and signs of {} and {}; velocities in a DVL's own axes are dvl.velocity.x and .y, with `rotation_deg` under [sensor.dvl] in vehicle.toml",
@@ -196,6 +315,25 @@ impl Change {
             },
         }
     }
+}
+
+/// Changes velocity over ground or its heading, and what follows from them.
+fn over_ground(log: &mut Logged, change: impl FnOnce(&mut OverGround)) {
+    let is_of_heading = is_of_heading(&[log]);
+    let Some(own) = &mut log.over_ground else { return };
+    change(own);
+    let [surge, sway] = own.along_body(log.grid);
+    log.velocity[Dof::Surge.index()] = Some(surge);
+    log.velocity[Dof::Sway.index()] = Some(sway);
+    if is_of_heading {
+        log.velocity[Dof::Yaw.index()] = Some(own.yaw_rate(log.grid));
+    }
+}
+
+/// Returns whether yaw rates are slopes of heading.
+fn is_of_heading(trials: &[&Logged]) -> bool {
+    let source = trials.iter().find_map(|trial| trial.source[Dof::Yaw.index()].as_ref());
+    matches!(source, Some(Quantity::Attitude(_)))
 }
 
 /// Returns an axis for each group of thrusters that act together, an identified one if possible.
@@ -227,6 +365,39 @@ fn channel(dof: Dof, source: Option<&Quantity>) -> String {
     source.map_or_else(|| format!("velocity.{dof}"), ToString::to_string)
 }
 
+/// Returns whether velocity over ground is logged as speed and course.
+fn is_by_course(trials: &[&Logged]) -> bool {
+    trials.iter().any(|trial| trial.source[Dof::Surge.index()] == Some(Quantity::GroundSpeed))
+}
+
+/// Returns the channel of a motion along north or east.
+fn world_channel(trials: &[&Logged], way: World) -> String {
+    let source = trials.iter().find_map(|trial| trial.source[Dof::Surge.index()].clone());
+    match (source, way) {
+        (Some(Quantity::Latitude), World::North) => Quantity::Latitude,
+        (Some(Quantity::Latitude), _) => Quantity::Longitude,
+        (Some(Quantity::Position(_)), way) => Quantity::Position(way),
+        (Some(Quantity::GroundSpeed), _) => Quantity::GroundCourse,
+        (_, way) => Quantity::WorldVelocity(way),
+    }
+    .to_string()
+}
+
+/// Formats the advice to turn a sensor, with the rotation that its file states.
+fn turn(sensor: &str, rotation_rad: [f64; 3], degrees: f64) -> String {
+    let [roll, pitch, yaw] = rotation_rad.map(f64::to_degrees);
+    let yaw = (yaw + degrees + 180.0).rem_euclid(360.0) - 180.0;
+    format!(
+        "in vehicle.toml set `rotation_deg = [{roll:.0}, {pitch:.0}, {yaw:.0}]` under [sensor.{sensor}]"
+    )
+}
+
+fn from_east(channel: &str) -> String {
+    format!(
+        "in campaign.toml set `negate = true, offset = -90` (in deg) for \"{channel}\" under [channels]"
+    )
+}
+
 fn negate(channels: &[String]) -> String {
     let quoted: Vec<String> = channels.iter().map(|channel| format!("\"{channel}\"")).collect();
     format!(
@@ -254,9 +425,14 @@ fn add_turning(log: &mut Logged, factor: f64) {
 pub(super) fn view(log: &Logged, changes: &[Change]) -> View {
     let mut log = log.clone();
     // Changes are of what sensors measure, from which ω × r was subtracted, with a wrong sign of ω, too.
-    add_turning(&mut log, 1.0);
-    changes.iter().for_each(|change| change.apply(&mut log));
-    add_turning(&mut log, -1.0);
+    if !changes.is_empty() {
+        match log.over_ground.is_some() {
+            true => over_ground(&mut log, |_| ()),
+            false => add_turning(&mut log, 1.0),
+        }
+        changes.iter().for_each(|change| change.apply(&mut log));
+        add_turning(&mut log, -1.0);
+    }
     let force = Dof::ALL.map(|dof| {
         let axis = dof.index();
         if let Some(wrench) = &log.wrench[axis] {
@@ -270,14 +446,30 @@ pub(super) fn view(log: &Logged, changes: &[Change]) -> View {
             Some(sum)
         })
     });
+    let velocity_at =
+        |k: usize| Vector6::from_fn(|axis, _| log.velocity[axis].as_ref().map_or(0.0, |v| v[k]));
+    let of_effect = |LoggedEffect { effect, signals }: &LoggedEffect| {
+        let wrench = |k: usize| {
+            let signals: Vec<f64> = signals.iter().map(|(_, signal)| signal[k]).collect();
+            effect.wrench(&velocity_at(k), &signals, 0.0)
+        };
+        let wrenches: Vec<Vector6<f64>> = (0..log.grid.len).map(wrench).collect();
+        Dof::ALL.map(|dof| {
+            let along = wrenches.iter().map(|wrench| wrench[dof.index()]);
+            effect.axes().contains(&dof).then(|| along.collect())
+        })
+    };
+    let effects = log.effects.iter().map(of_effect).collect();
     let [roll, pitch, _] = log.angles;
     let thrusts = log.thrusters.into_iter().map(|thruster| thruster.thrust);
     let forces = thrusts.chain(log.wrench.into_iter().flatten()).collect();
     View {
         period_s: log.grid.period_s,
         is_whole: log.is_whole,
+        is_turned: log.over_ground.is_some(),
         velocity: log.velocity,
         force,
+        effects,
         forces,
         tilt: [roll, pitch],
     }

@@ -176,7 +176,7 @@ fn turned(logs: &[&Logged], sensors: &Sensors) -> Option<Mistake> {
         let change = Change::Turned(mount);
         let message = format!(
             "{}: nothing pushes sideways, and {:.1} % of the changes of horizontal velocity are along one line {:.0}° from ahead; {}",
-            change.words(),
+            change.words(logs),
             100.0 * most / (most + least),
             degrees.abs(),
             change.advice(logs, sensors)

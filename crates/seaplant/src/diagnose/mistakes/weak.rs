@@ -10,10 +10,14 @@ pub(super) struct View {
     pub(super) period_s: f64,
     /// True if all data are present at an instant.
     pub(super) is_whole: Vec<bool>,
+    /// True if a heading turned surge and sway from velocity over ground.
+    pub(super) is_turned: bool,
     /// Velocity in SNAME order, m/s and rad/s.
     pub(super) velocity: [Option<Vec<f64>>; 6],
     /// Force in SNAME order, N and N m; of axes with a force.
     pub(super) force: [Option<Vec<f64>>; 6],
+    /// Forces per unit of unknown strength, in SNAME order.
+    pub(super) effects: Vec<[Option<Vec<f64>>; 6]>,
     /// The separate forces that sum to `force`.
     pub(super) forces: Vec<Vec<f64>>,
     /// Roll and pitch, rad.
@@ -34,6 +38,8 @@ pub(super) struct Explained {
     /// The unexplained share of the variance of the change of velocity, by cross-validation; within
     /// [`LEAST_UNEXPLAINED`] and 1.
     pub(super) unexplained: f64,
+    /// The variance of the change of velocity over a test function, m² or rad² (up to a factor).
+    pub(super) variation: f64,
     /// Velocity per force and time, 1/kg or 1/(kg m²); not negative.
     pub(super) alpha: f64,
     /// Number of test functions without overlap.
@@ -61,8 +67,8 @@ const LEAST_WINDOWS: usize = 2;
 
 /// The terms of the equation of motion of one axis as `v̇ = Σ c x`.
 ///
-/// For a vehicle the coefficients of `signed` are not negative: those of `τ`, `−v|v|`, `−v`, and of
-/// products of other velocities, `u̇ = v r − w q` times ratios of masses [Fossen2021, § 3.3, 6.3].
+/// For a vehicle the coefficients of `signed` are not negative: those of `τ`, `−v|v|`, `−v`, of forces of unknown
+/// strength, and of products of other velocities, `u̇ = v r − w q` times ratios of masses [Fossen2021, § 3.3, 6.3].
 /// The others may have any sign.
 struct Terms {
     signed: Vec<Vec<f64>>,
@@ -96,12 +102,18 @@ impl View {
 
     fn terms(&self, dof: Dof, settings: Settings) -> Option<Terms> {
         let v = self.velocity[dof.index()].as_ref()?;
-        let force = self.force[dof.index()].as_ref()?;
-        let mut signed = vec![
-            self.delayed(force, settings),
-            v.iter().map(|v| -v * v.abs()).collect(),
-            v.iter().map(|v| -v).collect(),
-        ];
+        let of_effects = self.effects.iter().filter_map(|effect| effect[dof.index()].as_ref());
+        let of_effects: Vec<Vec<f64>> =
+            of_effects.map(|force| self.delayed(force, settings)).collect();
+        let force = match &self.force[dof.index()] {
+            Some(force) => self.delayed(force, settings),
+            // Of a velocity that was turned into sway for surge, only sway tells.
+            None if of_effects.is_empty() && !(self.is_turned && dof == Dof::Sway) => return None,
+            None => vec![0.0; v.len()],
+        };
+        let mut signed =
+            vec![force, v.iter().map(|v| -v * v.abs()).collect(), v.iter().map(|v| -v).collect()];
+        signed.extend(of_effects);
         let mut free = Vec::new();
         for (sign, a, b) in turning(dof) {
             let [a, b] = [a, b].map(|dof| self.velocity[dof.index()].as_ref());
@@ -266,7 +278,8 @@ fn fit(
     let missed: f64 = folds.iter().map(|own| misfit(own, &solve(&(&total - own), signed))).sum();
     let unexplained = (missed / variation).clamp(LEAST_UNEXPLAINED, 1.0);
     let alpha = if signed > 0 { solve(&total, signed)[0] } else { 0.0 };
-    Some(Explained { unexplained, alpha, windows: windows / OVERLAP })
+    let variation = variation / windows as f64;
+    Some(Explained { unexplained, variation, alpha, windows: windows / OVERLAP })
 }
 
 /// Returns the settings for an axis, and the least unexplained share for any signs and channels.

@@ -103,6 +103,11 @@ fn turned_heading(fit: &PlantFit) -> Option<Caveat> {
     Some(Caveat::note(CaveatCode::InstrumentElsewhere, message))
 }
 
+/// Returns the entry of the vehicle file for the instrument that measures translations.
+pub(super) const fn entry_of_sensor(fit: &PlantFit) -> &'static str {
+    if fit.is_along_world { "[sensor.position]" } else { "[sensor.dvl]" }
+}
+
 /// That translations are measured elsewhere than is stated, or by an instrument that is turned.
 fn measured_elsewhere(fit: &PlantFit) -> Option<Caveat> {
     let metres: Vec<String> = DIRECTIONS
@@ -136,7 +141,8 @@ fn measured_elsewhere(fit: &PlantFit) -> Option<Caveat> {
         }
     };
     let message = format!(
-        "velocities are those of an instrument that {how}; this was allowed for; measure {what} of `[sensor.dvl]`), and state it"
+        "velocities are those of an instrument that {how}; this was allowed for; measure {what} of `{}`), and state it",
+        entry_of_sensor(fit)
     );
     Some(Caveat::warning(CaveatCode::InstrumentElsewhere, message))
 }

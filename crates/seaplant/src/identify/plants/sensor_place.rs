@@ -2,7 +2,7 @@
 //!
 //! Trials then do not distinguish a sensor elsewhere than stated from centres of mass and damping elsewhere.
 
-use super::doubts::DIRECTIONS;
+use super::doubts::{DIRECTIONS, entry_of_sensor};
 use super::rivals::{OTHER_MASS, apart, factor};
 use crate::caveat::spoken;
 use crate::estimate::{PlantFit, Swing};
@@ -21,21 +21,27 @@ pub(super) fn doubts(
     let Some(other) = &fit.as_stated else {
         let all = centred(fit, records, vehicle).into_iter();
         let far = all.filter(|one| one.factor() > 1.0 + OTHER_MASS);
-        return far.map(|one| told(one.swing.by, one.message())).collect();
+        return far.map(|one| told(one.swing.by, one.message(&measure(fit)))).collect();
     };
     let (one, rival) = (fit.of_sure_thrust(), other.of_sure_thrust());
     let of = |&dof: &Dof| {
         let message = format!(
-            "{} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well: {MEASURE}",
-            apart(&one, &rival, dof, records)?.message
+            "{} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well: {}",
+            apart(&one, &rival, dof, records)?.message,
+            measure(fit)
         );
         Some(told(dof, message))
     };
     fit.plant.axes().iter().filter_map(of).collect()
 }
 
-/// Advice that settles the place of the sensor.
-const MEASURE: &str = "measure where the velocity sensor sits, state it (`position_m` of `[sensor.dvl]`) and identify again, or push along the axes that no known force pushes";
+/// Formats the advice that settles the place of the sensor.
+fn measure(fit: &PlantFit) -> String {
+    format!(
+        "measure where the velocity sensor sits, state it (`position_m` of `{}`) and identify again, or push along the axes that no known force pushes",
+        entry_of_sensor(fit)
+    )
+}
 
 /// An inertia that depends on the place of the velocity sensor.
 pub(super) struct Centred {
@@ -51,11 +57,11 @@ impl Centred {
         factor(self.inertia[0], self.inertia[1])
     }
 
-    fn message(&self) -> String {
+    fn message(&self, advice: &str) -> String {
         let [found, centred] = self.inertia.map(spoken);
         let (ahead, behind) = DIRECTIONS[self.swing.along()];
         format!(
-            "inertia in {} is {centred} and not {found} {} if the centre of mass is where it is expected (by `rigid_body`, else at the origin) and not {} m {} of there, which trials do not tell from the place of the velocity sensor while no known force pushes {}: {MEASURE}",
+            "inertia in {} is {centred} and not {found} {} if the centre of mass is where it is expected (by `rigid_body`, else at the origin) and not {} m {} of there, which trials do not tell from the place of the velocity sensor while no known force pushes {}: {advice}",
             self.swing.by,
             self.swing.by.units().mass,
             spoken(self.metres.abs()),
