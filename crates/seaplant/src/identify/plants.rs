@@ -149,9 +149,11 @@ fn plant(
     let refuted = known::refuted_body(&structure, &records.fit, trials, vehicle);
     let body = vehicle.rigid_body.as_ref().filter(|_| refuted.is_none());
     let (scored, other) = best(&structure, &records, body, plan.search)?;
-    let rival = other
-        .and_then(|other| Some((rivals::disagreement(&scored, &other, &records.fit)?, other.fit)));
-    let (disputed, rival) = rival.unzip();
+    let alike = other.filter(|other| rivals::predicts_as_well(other, &scored));
+    let disputed =
+        alike.as_ref().and_then(|other| rivals::disagreement(&scored, other, &records.fit));
+    let alike = alike.map(|other| other.fit);
+    let rival = alike.as_ref().filter(|_| disputed.is_some());
     let Scored { fit, of_fit, of_hold_out } = scored;
     let by_mass = known::scale(&fit, &records.fit, vehicle);
     let by_forces = scale::scale(&fit);
@@ -180,7 +182,7 @@ fn plant(
     let is_predicted = |dof: Dof| plant.held_out(dof).is_some_and(|pooled| !pooled.falls_short());
     let worse: Vec<Caveat> =
         good_for.iter().flat_map(|good_for| good_for.caveats(is_predicted)).collect();
-    let mut numbers = known::numbers(&fit, rival.as_ref(), plant.hold_out.as_ref(), &records.fit);
+    let mut numbers = known::numbers(&fit, rival, plant.hold_out.as_ref(), &records.fit);
     for one in sensor_place::centred(&fit, &records.fit, vehicle) {
         let own = numbers.iter_mut().filter(|(dof, number)| *dof == one.swing.by && number.is_mass);
         own.for_each(|(_, number)| number.others.push((OffBecause::SensorPlace, one.inertia[1])));
@@ -215,8 +217,10 @@ fn plant(
         may_be_off: axes.zip(may_be_off(numbers.iter().map(|(_, number)| number))).collect(),
     };
     (plant.verdict, plant.verdicts) = Judgement { plant: &plant, evidence: &evidence }.verdicts();
-    if let Some(std) = unsure_scale {
-        plant = with_intervals_of(plant, result(&fit.of_unsure_scale(std), None));
+    if unsure_scale.is_some() || alike.is_some() {
+        let fit = alike.iter().fold(fit, PlantFit::or);
+        let fit = unsure_scale.into_iter().fold(fit, PlantFit::of_unsure_scale);
+        plant = with_intervals_of(plant, result(&fit, vehicle.rigid_body.as_ref()));
     }
     Ok((structure.name(), plant, online))
 }

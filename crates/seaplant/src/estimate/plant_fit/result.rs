@@ -341,6 +341,24 @@ impl PlantFit {
         self
     }
 
+    /// The same where another plant explains the trials as well: a coefficient may be anything between its own value and
+    /// the other's, zero if the other lacks it.
+    pub(crate) fn or(mut self, other: &Self) -> Self {
+        let theirs = other.plant.structure().names();
+        let theirs: BTreeMap<&str, f64> = theirs
+            .iter()
+            .map(String::as_str)
+            .zip(other.plant.coefficients().iter().copied())
+            .collect();
+        let names = self.plant.structure().names();
+        let apart = names.iter().zip(self.plant.coefficients()).map(|(name, own)| {
+            (theirs.get(name.as_str()).copied().unwrap_or(0.0) - own) / 3_f64.sqrt()
+        });
+        let apart = DVector::from_vec(apart.collect());
+        self.covariance += &apart * apart.transpose();
+        self
+    }
+
     /// Standard deviation of a coefficient.
     pub fn std(&self, term: &Basis) -> Option<f64> {
         let k = self.plant.structure().index_of(term)?;

@@ -18,17 +18,19 @@ const ANOTHER_PLANT: f64 = 1.5;
 /// of the axes, no more than this times what the chosen one leaves.
 const ALIKE: f64 = 1.5;
 
-/// That the method that is not taken predicts about as well, and finds another plant.
+/// Whether a plant leaves about as little of the trials unexplained as another, in the mean of the axes.
+pub(super) fn predicts_as_well(one: &Scored, other: &Scored) -> bool {
+    let worse = (one.misfit() - other.misfit()) / one.fit.plant.axes().len() as f64;
+    worse <= ALIKE.ln()
+}
+
+/// That the method that is not taken, and that predicts about as well, finds another plant.
 pub(super) fn disagreement(
     chosen: &Scored,
     other: &Scored,
     records: &[&TrialRecord],
 ) -> Option<Caveat> {
     let axes = chosen.fit.plant.axes();
-    let worse = (other.misfit() - chosen.misfit()) / axes.len() as f64;
-    if worse.is_nan() || worse > ALIKE.ln() {
-        return None;
-    }
     let (one, rival) = (chosen.fit.of_sure_thrust(), other.fit.of_sure_thrust());
     let apart = axes.iter().filter_map(|dof| apart(&one, &rival, *dof, records));
     let apart: Vec<Apart> = apart.collect();
@@ -36,7 +38,7 @@ pub(super) fn disagreement(
     let named: Vec<String> = apart.into_iter().map(|one| one.message).collect();
     (!named.is_empty()).then(|| {
         let message = format!(
-            "{} predicts about as well as {}, and finds another plant: {}; the intervals do not include the cause of this, and the trials do not show which is right",
+            "{} predicts about as well as {}, and finds another plant: {}; the trials do not show which is right, and the intervals of the plant reach to both",
             other.fit.method,
             chosen.fit.method,
             named.join("; ")
