@@ -10,22 +10,16 @@ With faults named, each boat has these; `healthy` has none; names of `INSTRUMENT
 than 10 % and outside its interval.
 """
 
-import collections
 import json
-import multiprocessing
-import resource
-import sys
-from pathlib import Path
 
 import numpy as np
-from running import identify
+from running import judge_drawn
 
 RHO, AIR, G = 1025.0, 1.2, 9.81
 STEP = 0.02
 SECONDS = (300.0, 300.0, 150.0)
 TRIALS = ("first", "second", "held-out")
 AXES = ("surge", "sway", "yaw")
-WRONG = 0.10
 STRIPS = (np.arange(11) + 0.5) / 11 - 0.5
 LATITUDE, LONGITUDE = np.radians(59.9), np.radians(10.7)
 
@@ -388,7 +382,6 @@ def simulate(s, g):
         "ground": 2,
         "order": drives,
         "angle": 1,
-        "through": 3,
     }
     out = {name: np.zeros((count, n, width)) for name, width in widths.items()}
     spent = np.r_[0, np.cumsum(SECONDS)[:-1]]
@@ -442,7 +435,6 @@ def simulate(s, g):
             swing = np.sin(wave_rate * t + wave_phase).sum(0)
             force += s["waves"] * size * swing
         out["nu"][k], out["heading"][k, :, 0], out["place"][k] = nu, heading, place
-        out["through"][k] = nu
         out["ground"][k], out["angle"][k, :, 0] = ground, angle
         out["order"][k] = now if late == 0 else order
         state = (momentum, heading, place)
@@ -608,12 +600,9 @@ def drawn(job):
     s, g = draw(seed, wanted)
     out = simulate(s, g)
     write(s, g, out, folder)
-    count = int(SECONDS[0] / STEP)
-    rms = np.sqrt((out["through"][:count, :2] ** 2).mean((0, 1)))
     is_plain = not (s["strips"] or s["hull_lift"] or s["skeg_at"])
     truth = {
         **{name: np.asarray(x).tolist() for name, x in s.items()},
-        "rms": rms.tolist(),
         "told": [True, is_plain, is_plain and not s["steers"]],
     }
     (folder / "truth.json").write_text(json.dumps(truth, indent=1))
@@ -631,110 +620,11 @@ def true_values(truth):
     return values
 
 
-def judged(program, folder):
-    truth = json.loads((folder / "truth.json").read_text())
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    results, error = identify(program, folder)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    row = {
-        "name": folder.name,
-        "faults": truth["faults"],
-        "cpu": after.ru_utime - before.ru_utime,
-        "what": f"{truth['length']:.1f} m, {'rudder' if truth['steers'] else 'two propellers'}, {truth['instrument']}{'' if truth['has_gyro'] else ', no gyroscope'}",
-    }
-    if not (results and results["plants"]):
-        refused = [failure["message"] for failure in results["failures"]] if results else error
-        return row | {"trust": "refused", "reason": str(refused)[:300]}
-    plant = next(iter(results["plants"].values()))
-    found, expected = plant["parameters"], true_values(truth)
-
-    def holds(name):
-        p = found[name]
-        return p["low95"] <= expected[name] <= p["high95"]
-
-    known = [n for n in found if n in expected and found[n].get("low95") is not None]
-    off = {
-        axis: found[f"mass.{axis}"]["value"] / truth["M"][i][i] - 1
-        for i, axis in enumerate(AXES)
-    }
-    widths = [
-        (found[f"mass.{a}"]["high95"] - found[f"mass.{a}"]["low95"]) / 2 / truth["M"][i][i]
-        for i, a in enumerate(AXES)
-    ]
-    drag = []
-    for i, (axis, speed) in enumerate(zip(AXES, "uvr")):
-        v = truth["rms"][i]
-
-        def force(values, v=v, axis=axis, speed=speed):
-            return values.get(f"{axis}: {speed}", 0) + v * values.get(
-                f"{axis}: |{speed}|{speed}", 0
-            )
-
-        own = {name: p["value"] for name, p in found.items()}
-        drag.append(force(own) / force(expected) - 1 if truth["told"][i] else None)
-    wrong = [a for a in AXES if abs(off[a]) > WRONG and not holds(f"mass.{a}")]
-    return row | {
-        "method": plant.get("method"),
-        "trust": plant["verdict"]["trust"],
-        "reason": plant["verdict"]["reason"],
-        "codes": sorted(set(plant["verdict"]["codes"])),
-        "off": [off[a] for a in AXES],
-        "widths": widths,
-        "drag": drag,
-        "wrong": wrong,
-        "held": sum(holds(n) for n in known),
-        "intervals": len(known),
-        "masses_held": sum(holds(f"mass.{a}") for a in AXES),
-    }
-
-
-def main():
-    program, out, number, seed = (
-        sys.argv[1],
-        Path(sys.argv[2]),
-        int(sys.argv[3]),
-        int(sys.argv[4]),
-    )
-    wanted = sys.argv[5:]
-    known = {*FAULTS, *INSTRUMENTS, *ALSO}
-    if unknown := [name for name in wanted if name not in known]:
-        sys.exit(f"no fault is called {', '.join(unknown)}; there are {', '.join(known)}")
-    jobs = [(out / str(k), k, wanted) for k in range(seed, seed + number)]
-    with multiprocessing.Pool() as pool:
-        pool.map(drawn, [job for job in jobs if not (job[0] / "truth.json").exists()], 1)
-    rows = []
-    for folder, _, _ in jobs:
-        row = judged(program, folder)
-        rows.append(row)
-        print(
-            f"{row['name']} {row['trust']:17} {row['cpu']:5.1f} s  {row['what']}, {'+'.join(row['faults'])}"
-        )
-        if "off" in row:
-            masses = " ".join(
-                f"{100 * m:+.1f}±{100 * w:.1f}" for m, w in zip(row["off"], row["widths"])
-            )
-            drags = " ".join("." if d is None else f"{100 * d:+.0f}" for d in row["drag"])
-            print(
-                f"      M {masses} %   D {drags} %   {row['held']}/{row['intervals']}"
-                f"   {'wrong: ' + ', '.join(row['wrong']) if row['wrong'] else ''} {row['method']}"
-            )
-            print(f"      {' '.join(row['codes'])}")
-        print(f"      {row['reason'][:220]}", flush=True)
-    fitted = [r for r in rows if "off" in r]
-    print(
-        f"intervals: {sum(r['held'] for r in fitted)} of {sum(r['intervals'] for r in fitted)}, "
-        f"of masses {sum(r['masses_held'] for r in fitted)} of {3 * len(fitted)}"
-    )
-    count = collections.Counter(
-        ("wrong" if r["wrong"] else "right", r["trust"]) for r in fitted
-    )
-    for (what, trust), times in sorted(count.items()):
-        print(f"  {what:5} {trust:17} {times}")
-    print(
-        f"refused: {len(rows) - len(fitted)}   processor time: "
-        f"{np.median([r['cpu'] for r in rows]):.1f} s in the median, {max(r['cpu'] for r in rows):.1f} s at most"
-    )
+def described(truth):
+    drive = "rudder" if truth["steers"] else "two propellers"
+    gyroscope = "" if truth["has_gyro"] else ", no gyroscope"
+    return f"{truth['length']:.1f} m, {drive}, {truth['instrument']}{gyroscope}"
 
 
 if __name__ == "__main__":
-    main()
+    judge_drawn(drawn, described, true_values, {*FAULTS, *INSTRUMENTS, *ALSO})

@@ -10,11 +10,9 @@ disturb all axes.
 
 import json
 import math
-import sys
-from pathlib import Path
 from random import Random
 
-from running import identify
+from running import arguments, identify
 
 STEP, SECONDS = 0.02, 200.0
 KINDS = {"neither": (0, 0), "damping": (1, 0), "sensor": (0, 1), "both": (1, 1)}
@@ -191,12 +189,7 @@ def judged(program, folder):
 
 
 def main():
-    program, out, number, seed = (
-        sys.argv[1],
-        Path(sys.argv[2]),
-        int(sys.argv[3]),
-        int(sys.argv[4]),
-    )
+    program, out, number, seed, _ = arguments(__doc__)
     for kind in KINDS:
         found = []
         for k in range(number):

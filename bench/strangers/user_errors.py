@@ -1,4 +1,4 @@
-"""Writes campaigns of vehicles from `draw.py` and `one_axis.py` with errors that users make.
+"""Writes campaigns of vehicles from `draw.py`, `one_axis.py` and `boats.py` with errors that users make.
 
 Each error changes the files as a user would get them wrong: a sign, two columns exchanged, a unit that
 is not the log's, a sensor that is mounted at an angle. The logs themselves are right.
@@ -6,7 +6,7 @@ is not the log's, a sensor that is mounted at an angle. The logs themselves are 
     user_errors.py write OUT DRAWS SEED [ERROR ...]   # OUT/KIND-ERROR-SEED/campaign.toml and error.json
     user_errors.py judge PROGRAM OUT [PATTERN]        # identifies each, and counts what is named
 
-`healthy` and `healthy_six` are errors, too: vehicles as they were drawn, with their faults. Named rightly:
+`healthy`, `healthy_six` and `healthy_boat` are errors, too: vehicles as they were drawn, with their faults. Named rightly:
 a caveat or an error message names the channel and the correction. Unnoticed: nothing is named, no
 plant is doubtful, and a mass is off by more than 20 %.
 """
@@ -19,6 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from random import Random
 
+import boats
 import one_axis
 from running import identify
 
@@ -27,12 +28,13 @@ KGF, LBF, KNOT, KM_H, FOOT = 9.80665, 4.4482216, 1.943844, 3.6, 3.28084
 
 # Error: a function of a campaign's texts and a generator, and the words that a message must
 # contain.
-ONE_AXIS, TOGETHER = {}, {}
+ONE_AXIS, TOGETHER, BOATS = {}, {}, {}
 
 
-def error(table, *said, wrench=False, axes=None):
+def error(table, *said, wrench=False, axes=None, boat=()):
     def keep(f):
-        table[f.__name__] = {"change": f, "said": said, "wrench": wrench, "axes": axes}
+        entry = {"change": f, "said": said, "wrench": wrench, "axes": axes, "boat": boat}
+        table[f.__name__] = entry
         return f
 
     return keep
@@ -305,6 +307,96 @@ def symmetry(f, g, axis):
     f.campaign = f.campaign.replace('symmetry = "none"\n', "")
 
 
+@error(BOATS)
+def healthy_boat(f, g, axis):
+    pass
+
+
+@error(BOATS, "`port`", "`starboard`", "exchanged", boat=["propellers"])
+def propellers_exchanged(f, g, axis):
+    f.exchange("thruster.port.speed", "thruster.starboard.speed")
+
+
+@error(BOATS, "`port`", "reversed", boat=["propellers"])
+def propeller_sign(f, g, axis):
+    f.thruster("port", turned)
+
+
+@error(BOATS, "reversed", boat=["propellers"])
+def propellers_sign(f, g, axis):
+    f.thruster("port", turned)
+    f.thruster("starboard", turned)
+
+
+@error(BOATS, "rudder", "reversed", boat=["rudder"])
+def rudder_sign(f, g, axis):
+    f.channel(r"rudder\.rudder\.angle", "negate = true")
+
+
+@error(BOATS, "attitude.heading", "deg")
+def boat_heading_deg(f, g, axis):
+    f.channel(r"attitude\.heading", "scale = 57.29578")
+
+
+@error(BOATS, "attitude.heading", "rad")
+def boat_heading_rad(f, g, axis):
+    f.channel(r"attitude\.heading", "scale = 0.01745329")
+
+
+@error(BOATS, "attitude.heading", "reversed")
+def boat_heading_sign(f, g, axis):
+    f.channel(r"attitude\.heading", "negate = true")
+
+
+@error(BOATS, "attitude.heading", "east")
+def boat_heading_from_east(f, g, axis):
+    f.channel(r"attitude\.heading", "negate = true, offset = -90")
+
+
+for degrees in (90, 180):
+
+    def boat_turned(f, g, axis, degrees=degrees):
+        f.channel(r"attitude\.heading", f"offset = {degrees}")
+
+    boat_turned.__name__ = f"boat_heading_plus_{degrees}"
+    error(BOATS, f"turned by {degrees}")(boat_turned)
+
+
+@error(BOATS, "rate.yaw", "deg", boat=["gyroscope"])
+def boat_rate_deg(f, g, axis):
+    f.channel(r"rate\.yaw", "scale = 57.29578")
+
+
+@error(BOATS, "rate.yaw", "reversed", boat=["gyroscope"])
+def boat_rate_sign(f, g, axis):
+    f.channel(r"rate\.yaw", "negate = true")
+
+
+@error(BOATS, "position.latitude", "position.longitude", "exchanged", boat=["rtk"])
+def fixes_exchanged(f, g, axis):
+    f.exchange("position.latitude", "position.longitude")
+
+
+@error(BOATS, "velocity.north", "velocity.east", "exchanged", boat=["doppler"])
+def ground_exchanged(f, g, axis):
+    f.exchange("velocity.north", "velocity.east")
+
+
+@error(BOATS, "position.longitude", "reversed", boat=["rtk"])
+def longitude_west(f, g, axis):
+    f.channel(r"position\.longitude", "negate = true")
+
+
+@error(BOATS, " kn", boat=["course"])
+def ground_knots(f, g, axis):
+    f.channel(r"ground\.speed", f"scale = {KNOT}")
+
+
+@error(BOATS, "kgf")
+def boat_kgf(f, g, axis):
+    f.curves(1 / KGF)
+
+
 def one_of_one(out, name, seed):
     """Writes a vehicle of one axis with an error: without other faults in three of four, else
     with one."""
@@ -332,6 +424,19 @@ def one_of_one(out, name, seed):
     (folder / "error.json").write_text(json.dumps(truth))
     return folder.name
 
+
+# Faults of boats beside an error.
+BOATS_FAULTS = (
+    "lag",
+    "reverse",
+    "wind",
+    "gusts",
+    "waves",
+    "current",
+    "noise",
+    "late_fixes",
+    "advance",
+)
 
 # Number of drawn vehicles of six axes; an error uses one of them, because a draw takes half a
 # minute.
@@ -378,9 +483,30 @@ def one_of_six(out, name, seed):
     return folder.name
 
 
+def one_of_boats(out, name, seed):
+    """Writes a boat with an error, without other faults in half of them, else with one; states its mass."""
+    entry, g = BOATS[name], Random(f"{name} {seed}")
+    has_gyro = ["gyroscope"] if g.random() < 0.6 else ["no_gyroscope"]
+    faults = ["healthy"] if g.random() < 0.5 else [g.choice(BOATS_FAULTS)]
+    folder = out / f"boat-{name}-{seed:03}"
+    if not (folder / "truth.json").exists():
+        boats.drawn((folder, g.randrange(10**6), [*has_gyro, *entry["boat"], *faults]))
+    drawn = json.loads((folder / "truth.json").read_text())
+    f = Files(folder)
+    if "dry_mass_kg" not in f.vehicle:
+        f.vehicle = f"dry_mass_kg = {drawn['mass']:.5g}\n" + f.vehicle
+        entry["change"](f, g, None)
+        f.write()
+    truth = {"kind": "boat", "error": name, "said": entry["said"], "faults": drawn["faults"]}
+    truth["mass"] = {axis: drawn["M"][k][k] for k, axis in enumerate(boats.AXES)}
+    (folder / "error.json").write_text(json.dumps(truth))
+    return folder.name
+
+
 def write(out, draws, seed, wanted):
     jobs = []
-    for table, make in ((ONE_AXIS, one_of_one), (TOGETHER, one_of_six)):
+    tables = ((ONE_AXIS, one_of_one), (TOGETHER, one_of_six), (BOATS, one_of_boats))
+    for table, make in tables:
         for name in table:
             if wanted and name not in wanted:
                 continue

@@ -10,11 +10,9 @@ once or on and off four times. What its thrusters give is 0.8 to 1.25 times what
 import json
 import math
 import statistics
-import sys
-from pathlib import Path
 from random import Random
 
-from running import identify
+from running import arguments, identify
 
 G, RHO, STEP, SECONDS = 9.80665, 1025.0, 0.01, 600.0
 # Standard error of the scale from the Fisher information of such a trial, by weight, times and tether.
@@ -134,13 +132,8 @@ def part(values, p):
 
 
 def main():
-    program, out, number, seed = (
-        sys.argv[1],
-        Path(sys.argv[2]),
-        int(sys.argv[3]),
-        int(sys.argv[4]),
-    )
-    one = [tuple(float(x) for x in sys.argv[5:8])] if len(sys.argv) > 5 else []
+    program, out, number, seed, rest = arguments(__doc__)
+    one = [tuple(map(float, rest))] if rest else []
     rows = one or [(w, n, s) for (w, n), own in BOUNDS.items() for s in own]
     for weight_n, times, tether_n in rows:
         bound = BOUNDS.get((int(weight_n), int(times)), {}).get(tether_n, math.nan)
