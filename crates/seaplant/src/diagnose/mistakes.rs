@@ -142,7 +142,7 @@ impl Pair<'_> {
 
 /// Returns the pairs of all axes.
 ///
-/// Where a heading turns the velocity, a wrong one makes it turn about, which kinematics explains well: then the
+/// If a heading turns the velocity, a wrong one makes it turn about, which kinematics explains well: then the
 /// variance itself counts, not its share of that of the turned velocity, as turning does not change speed.
 fn pairs<'a>(as_is: &'a [AxisFit], with: &'a [AxisFit], change: &Change) -> Vec<Pair<'a>> {
     let is_turned = |dof: &Dof| change.turns() && !dof.is_rotation();

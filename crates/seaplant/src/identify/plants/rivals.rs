@@ -18,13 +18,13 @@ const ANOTHER_PLANT: f64 = 1.5;
 /// of the axes, no more than this times what the chosen one leaves.
 const ALIKE: f64 = 1.5;
 
-/// Whether a plant leaves about as little of the trials unexplained as another, in the mean of the axes.
+/// Returns whether a plant leaves about as little of the trials unexplained as another, in the mean of the axes.
 pub(super) fn predicts_as_well(one: &Scored, other: &Scored) -> bool {
     let worse = (one.misfit() - other.misfit()) / one.fit.plant.axes().len() as f64;
     worse <= ALIKE.ln()
 }
 
-/// That the method that is not taken, and that predicts about as well, finds another plant.
+/// Returns a caveat if the method that is not taken, which predicts about as well, finds another plant.
 pub(super) fn disagreement(
     chosen: &Scored,
     other: &Scored,
