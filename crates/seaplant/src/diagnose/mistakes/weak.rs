@@ -55,6 +55,10 @@ const LENGTHS_S: [f64; 5] = [2.4, 5.0, 10.0, 20.0, 40.0];
 /// Candidate delays of force, in instants of 0.2 s: those of propellers.
 const DELAYS: [usize; 4] = [0, 1, 2, 4];
 
+/// Settings explain as much as the best if they leave at most this factor of its unexplained share: then those of
+/// most test functions are chosen, as long delays may explain a fast motion by the sign that is wrong.
+const AS_GOOD: f64 = 1.2;
+
 /// Test functions overlap by half, as they are zero at both ends.
 const OVERLAP: usize = 2;
 
@@ -292,7 +296,12 @@ pub(super) fn choose_settings(views: &[&View], dof: Dof) -> Option<(Settings, Ex
     let fit_with = |settings: Settings| {
         Some((settings, fit(views, dof, settings, |view| view.all_terms(dof, settings))?))
     };
-    settings.filter_map(fit_with).min_by(|a, b| a.1.unexplained.total_cmp(&b.1.unexplained))
+    let all: Vec<(Settings, Explained)> = settings.filter_map(fit_with).collect();
+    let least = all.iter().map(|(_, fit)| fit.unexplained).min_by(f64::total_cmp)?;
+    let as_good = all.into_iter().filter(|(_, fit)| fit.unexplained <= AS_GOOD * least);
+    as_good.min_by(|(_, a), (_, b)| {
+        b.windows.cmp(&a.windows).then(a.unexplained.total_cmp(&b.unexplained))
+    })
 }
 
 /// Returns the regression of an axis on the equation of motion with possible coefficients.
