@@ -13,7 +13,7 @@ than 10 % and outside its interval.
 import json
 
 import numpy as np
-from running import judge_drawn
+from running import chosen_faults, faults, judge_drawn
 
 RHO, AIR, G = 1025.0, 1.2, 9.81
 STEP = 0.02
@@ -34,12 +34,7 @@ INSTRUMENTS = {
 }
 # What else can be asked for.
 ALSO = ("healthy", "rudder", "propellers", "gyroscope", "no_gyroscope")
-FAULTS = {}
-
-
-def fault(f):
-    FAULTS[f.__name__] = f
-    return f
+FAULTS, fault = faults()
 
 
 @fault
@@ -253,17 +248,15 @@ def draw(seed, wanted=()):
     }
     s["claimed_antenna"] = s["antenna"]
     instrument = str(g.choice(list(INSTRUMENTS)))
-    chosen = [str(x) for x in g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)]
+    chosen = g.choice(list(FAULTS), size=g.integers(1, 4), replace=False)
     for name in wanted:
         instrument = name if name in INSTRUMENTS else instrument
         s["steers"] = {"rudder": True, "propellers": False}.get(name, s["steers"])
         s["has_gyro"] = {"gyroscope": True, "no_gyroscope": False}.get(name, s["has_gyro"])
-    named = [name for name in wanted if name in FAULTS]
-    chosen = [] if "healthy" in wanted else named or chosen
     s["instrument"] = instrument
-    for name in chosen:
+    s["faults"] = chosen_faults(wanted, FAULTS, chosen)
+    for name in s["faults"]:
         FAULTS[name](s, g)
-    s["faults"] = chosen
     s["thrusters"] = 1 if s["steers"] else 2
     s["max_force"] = push / s["thrusters"]
     if s["steers"]:

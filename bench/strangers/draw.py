@@ -17,6 +17,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from running import chosen_faults, faults
 
 RHO, G = 1025.0, 9.81
 AXES = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
@@ -33,12 +34,7 @@ INSTRUMENTS = {
 
 # Each fault is a function of the vehicle `s` and the generator: it changes the truth, the logs
 # or the files' description.
-FAULTS = {}
-
-
-def fault(f):
-    FAULTS[f.__name__] = f
-    return f
+FAULTS, fault = faults()
 
 
 @fault
@@ -182,12 +178,7 @@ def short_level(s, g):
 
 
 # A fault that no model of Seaplant has, and faults of single thrusters.
-BY_NAME = {}
-
-
-def fault_by_name(f):
-    BY_NAME[f.__name__] = f
-    return f
+BY_NAME, fault_by_name = faults()
 
 
 @fault_by_name
@@ -409,11 +400,9 @@ def draw(seed, wanted=()):
         (INSTRUMENTS[name] for name in wanted if name in INSTRUMENTS), ["dvl"]
     )
     known = FAULTS | BY_NAME
-    named = [name for name in wanted if name in known]
-    chosen = [] if "healthy" in wanted else named or chosen
-    for name in chosen:
+    s["faults"] = chosen_faults(wanted, known, chosen)
+    for name in s["faults"]:
         known[name](s, g)
-    s["faults"] = [str(name) for name in chosen]
     s["coupling"] = np.zeros((6, 6))
     if s["cross_drag"]:
         scale = np.sqrt(linear)

@@ -1,4 +1,4 @@
-"""Runs the program on campaigns of drawn vehicles, and judges its plants."""
+"""Faults of drawn vehicles; runs the program on their campaigns, and judges its plants."""
 
 import collections
 import json
@@ -24,6 +24,23 @@ def identify(program, folder):
     if run.returncode:
         return None, run.stderr
     return json.loads((out / "results.json").read_text()), ""
+
+
+def faults():
+    """Returns a table of faults, and the decorator that enters a function under its name."""
+    table = {}
+
+    def fault(f):
+        table[f.__name__] = f
+        return f
+
+    return table, fault
+
+
+def chosen_faults(wanted, known, drawn):
+    """Returns the names of a vehicle's faults: those wanted, none of a healthy one, or else those drawn."""
+    named = [name for name in wanted if name in known]
+    return [] if "healthy" in wanted else named or [str(name) for name in drawn]
 
 
 def arguments(document):

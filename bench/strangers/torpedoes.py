@@ -14,7 +14,7 @@ import json
 
 import numpy as np
 from boats import at_rate, table
-from running import judge_drawn
+from running import chosen_faults, faults, judge_drawn
 
 RHO, G = 1025.0, 9.81
 STEP = 0.02
@@ -24,12 +24,7 @@ AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 STRIPS = (np.arange(15) + 0.5) / 15 - 0.5
 ANGLES = (("roll", "roll"), ("pitch", "pitch"), ("heading", "yaw"))
 ALSO = ("healthy", "cross", "x", "states_fins", "hides_fins", "six", "five")
-FAULTS = {}
-
-
-def fault(f):
-    FAULTS[f.__name__] = f
-    return f
+FAULTS, fault = faults()
 
 
 @fault
@@ -174,15 +169,14 @@ def draw(seed, wanted=()):
         "six": bool(g.uniform() < 0.5),
     }
     s["claimed_dvl"] = s["dvl"]
-    chosen = [str(x) for x in g.choice(list(FAULTS), size=g.integers(0, 3), replace=False)]
+    chosen = g.choice(list(FAULTS), size=g.integers(0, 3), replace=False)
     for name in wanted:
         s["is_x"] = {"x": True, "cross": False}.get(name, s["is_x"])
         s["states_fins"] = {"states_fins": True, "hides_fins": False}.get(
             name, s["states_fins"]
         )
         s["six"] = {"six": True, "five": False}.get(name, s["six"])
-    named = [name for name in wanted if name in FAULTS]
-    s["faults"] = [] if "healthy" in wanted else named or chosen
+    s["faults"] = chosen_faults(wanted, FAULTS, chosen)
     for name in s["faults"]:
         FAULTS[name](s, g)
     x, z = s["ahead"], s["below"]

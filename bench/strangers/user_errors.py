@@ -28,12 +28,12 @@ KGF, LBF, KNOT, KM_H, FOOT = 9.80665, 4.4482216, 1.943844, 3.6, 3.28084
 
 # Error: a function of a campaign's texts and a generator, and the words that a message must
 # contain.
-ONE_AXIS, TOGETHER, BOATS = {}, {}, {}
+ONE_AXIS, TOGETHER = {}, {}
 
 
-def error(table, *said, wrench=False, axes=None, boat=()):
+def error(table, *said, wrench=False, axes=None):
     def keep(f):
-        entry = {"change": f, "said": said, "wrench": wrench, "axes": axes, "boat": boat}
+        entry = {"change": f, "said": said, "wrench": wrench, "axes": axes}
         table[f.__name__] = entry
         return f
 
@@ -307,94 +307,81 @@ def symmetry(f, g, axis):
     f.campaign = f.campaign.replace('symmetry = "none"\n', "")
 
 
-@error(BOATS)
-def healthy_boat(f, g, axis):
-    pass
+def of_channel(quantity, extra):
+    return lambda f: f.channel(quantity, extra)
 
 
-@error(BOATS, "`port`", "`starboard`", "exchanged", boat=["propellers"])
-def propellers_exchanged(f, g, axis):
-    f.exchange("thruster.port.speed", "thruster.starboard.speed")
+def of_exchange(a, b):
+    return lambda f: f.exchange(a, b)
 
 
-@error(BOATS, "`port`", "reversed", boat=["propellers"])
-def propeller_sign(f, g, axis):
-    f.thruster("port", turned)
+def of_heading(extra):
+    return of_channel(r"attitude\.heading", extra)
 
 
-@error(BOATS, "reversed", boat=["propellers"])
-def propellers_sign(f, g, axis):
-    f.thruster("port", turned)
-    f.thruster("starboard", turned)
+def of_thrusters(*names):
+    return lambda f: [f.thruster(name, turned) for name in names]
 
 
-@error(BOATS, "rudder", "reversed", boat=["rudder"])
-def rudder_sign(f, g, axis):
-    f.channel(r"rudder\.rudder\.angle", "negate = true")
+FIXES = [f"position.{way}" for way in ("latitude", "longitude")]
+OVER_GROUND = [f"velocity.{way}" for way in ("north", "east")]
 
-
-@error(BOATS, "attitude.heading", "deg")
-def boat_heading_deg(f, g, axis):
-    f.channel(r"attitude\.heading", "scale = 57.29578")
-
-
-@error(BOATS, "attitude.heading", "rad")
-def boat_heading_rad(f, g, axis):
-    f.channel(r"attitude\.heading", "scale = 0.01745329")
-
-
-@error(BOATS, "attitude.heading", "reversed")
-def boat_heading_sign(f, g, axis):
-    f.channel(r"attitude\.heading", "negate = true")
-
-
-@error(BOATS, "attitude.heading", "east")
-def boat_heading_from_east(f, g, axis):
-    f.channel(r"attitude\.heading", "negate = true, offset = -90")
-
-
-for degrees in (90, 180):
-
-    def boat_turned(f, g, axis, degrees=degrees):
-        f.channel(r"attitude\.heading", f"offset = {degrees}")
-
-    boat_turned.__name__ = f"boat_heading_plus_{degrees}"
-    error(BOATS, f"turned by {degrees}")(boat_turned)
-
-
-@error(BOATS, "rate.yaw", "deg", boat=["gyroscope"])
-def boat_rate_deg(f, g, axis):
-    f.channel(r"rate\.yaw", "scale = 57.29578")
-
-
-@error(BOATS, "rate.yaw", "reversed", boat=["gyroscope"])
-def boat_rate_sign(f, g, axis):
-    f.channel(r"rate\.yaw", "negate = true")
-
-
-@error(BOATS, "position.latitude", "position.longitude", "exchanged", boat=["rtk"])
-def fixes_exchanged(f, g, axis):
-    f.exchange("position.latitude", "position.longitude")
-
-
-@error(BOATS, "velocity.north", "velocity.east", "exchanged", boat=["doppler"])
-def ground_exchanged(f, g, axis):
-    f.exchange("velocity.north", "velocity.east")
-
-
-@error(BOATS, "position.longitude", "reversed", boat=["rtk"])
-def longitude_west(f, g, axis):
-    f.channel(r"position\.longitude", "negate = true")
-
-
-@error(BOATS, " kn", boat=["course"])
-def ground_knots(f, g, axis):
-    f.channel(r"ground\.speed", f"scale = {KNOT}")
-
-
-@error(BOATS, "kgf")
-def boat_kgf(f, g, axis):
-    f.curves(1 / KGF)
+# Errors with boats: what the boat has, the change of its files, and the words that a message must contain.
+OF_BOATS = {
+    "healthy_boat": ([], lambda f: None),
+    "propellers_exchanged": (
+        ["propellers"],
+        of_exchange("thruster.port.speed", "thruster.starboard.speed"),
+        "`port`",
+        "`starboard`",
+        "exchanged",
+    ),
+    "propeller_sign": (["propellers"], of_thrusters("port"), "`port`", "reversed"),
+    "propellers_sign": (["propellers"], of_thrusters("port", "starboard"), "reversed"),
+    "rudder_sign": (
+        ["rudder"],
+        of_channel(r"rudder\.rudder\.angle", "negate = true"),
+        "rudder",
+        "reversed",
+    ),
+    "boat_heading_deg": ([], of_heading("scale = 57.29578"), "attitude.heading", "deg"),
+    "boat_heading_rad": ([], of_heading("scale = 0.01745329"), "attitude.heading", "rad"),
+    "boat_heading_sign": ([], of_heading("negate = true"), "attitude.heading", "reversed"),
+    "boat_heading_from_east": (
+        [],
+        of_heading("negate = true, offset = -90"),
+        "attitude.heading",
+        "east",
+    ),
+    "boat_heading_plus_90": ([], of_heading("offset = 90"), "turned by 90"),
+    "boat_heading_plus_180": ([], of_heading("offset = 180"), "turned by 180"),
+    "boat_rate_deg": (
+        ["gyroscope"],
+        of_channel(r"rate\.yaw", "scale = 57.29578"),
+        "rate.yaw",
+        "deg",
+    ),
+    "boat_rate_sign": (
+        ["gyroscope"],
+        of_channel(r"rate\.yaw", "negate = true"),
+        "rate.yaw",
+        "reversed",
+    ),
+    "fixes_exchanged": (["rtk"], of_exchange(*FIXES), *FIXES, "exchanged"),
+    "ground_exchanged": (["doppler"], of_exchange(*OVER_GROUND), *OVER_GROUND, "exchanged"),
+    "longitude_west": (
+        ["rtk"],
+        of_channel(r"position\.longitude", "negate = true"),
+        "position.longitude",
+        "reversed",
+    ),
+    "ground_knots": (["course"], of_channel(r"ground\.speed", f"scale = {KNOT}"), " kn"),
+    "boat_kgf": ([], lambda f: f.curves(1 / KGF), "kgf"),
+}
+BOATS = {
+    name: {"change": lambda f, g, axis, change=change: change(f), "said": said, "boat": boat}
+    for name, (boat, change, *said) in OF_BOATS.items()
+}
 
 
 def one_of_one(out, name, seed):
