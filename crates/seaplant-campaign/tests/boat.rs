@@ -1,10 +1,12 @@
 //! A boat that logs position and heading, by a simulator of its own (`examples/boat/simulate.py`).
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use seaplant::Dof;
 use seaplant::results::{PlantResult, Results};
+use seaplant::{Dof, likely_mistakes};
 use seaplant_campaign::Campaign;
+
+use crate::common::Folder;
 
 /// Targets: within this fraction of the truth, or within the 95 % interval.
 const PART: f64 = 0.05;
@@ -19,8 +21,12 @@ const TRUTH: [(&str, f64); 6] = [
     ("surge: |u|u", 12.0),
 ];
 
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/boat")
+}
+
 fn identified() -> Results {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/boat/campaign.toml");
+    let path = example().join("campaign.toml");
     let campaign = Campaign::open(&path).expect("the example");
     campaign.identify("seaplant identify").results
 }
@@ -50,4 +56,28 @@ fn masses_come_out_of_fixes_and_heading_with_an_antenna_off_the_centre() {
     }
     let told: Vec<&str> = plant.caveats.iter().map(|caveat| caveat.message.as_str()).collect();
     assert!(told.iter().any(|text| text.contains("estimates it from position")), "{told:?}");
+}
+
+#[test]
+fn exchanged_propellers_are_named_although_yaw_follows_its_moment_at_once() {
+    let folder = Folder::new();
+    let read = |name: &str| std::fs::read_to_string(example().join(name)).expect("the example");
+    for name in ["vehicle.toml", "fit-1.csv", "fit-2.csv", "aside.csv"] {
+        folder.write(name, &read(name));
+    }
+    let campaign = read("campaign.toml");
+    let found = |text: &str| -> Vec<String> {
+        let path = folder.write("campaign.toml", text);
+        let Campaign { vehicle, trials, .. } = Campaign::open(&path).expect("a campaign");
+        likely_mistakes(&vehicle, &trials).into_iter().map(|mistake| mistake.message).collect()
+    };
+    assert_eq!(found(&campaign), [""; 0]);
+    let exchanged = ["port", "starboard", "?"].map(|side| format!("\"{side} propeller [rpm]\""));
+    let [port, starboard, other] = exchanged.each_ref().map(String::as_str);
+    let exchanged =
+        campaign.replace(port, other).replace(starboard, port).replace(other, starboard);
+    let named = found(&exchanged);
+    let is_named =
+        |text: &String| text.contains("`port propeller` and `starboard propeller` look exchanged");
+    assert!(named.len() == 1 && named.iter().all(is_named), "{named:?}");
 }
