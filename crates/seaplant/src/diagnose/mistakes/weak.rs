@@ -286,7 +286,7 @@ fn fit(
     Some(Explained { unexplained, variation, alpha, windows: windows / OVERLAP })
 }
 
-/// Returns the settings for an axis, and the least unexplained share for any signs and channels.
+/// Returns the settings for an axis, and what they leave unexplained for any signs and channels.
 pub(super) fn choose_settings(views: &[&View], dof: Dof) -> Option<(Settings, Explained)> {
     let period_s = views.first()?.period_s;
     let settings = LENGTHS_S.iter().flat_map(|length_s| {
