@@ -38,7 +38,7 @@ def faults():
 
 
 def chosen_faults(wanted, known, drawn):
-    """Returns the names of a vehicle's faults: those wanted, none of a healthy one, or else those drawn."""
+    """Returns the names of a vehicle's faults: those wanted, or those drawn; a healthy one has none."""
     named = [name for name in wanted if name in known]
     return [] if "healthy" in wanted else named or [str(name) for name in drawn]
 

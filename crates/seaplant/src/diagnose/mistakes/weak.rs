@@ -57,7 +57,7 @@ const DELAYS: [usize; 4] = [0, 1, 2, 4];
 
 /// Settings explain as much as the best if they leave at most this factor of its unexplained share: then those of
 /// most test functions are chosen, as long delays may explain a fast motion by the sign that is wrong.
-const AS_GOOD: f64 = 1.2;
+const NEARLY_BEST: f64 = 1.2;
 
 /// Test functions overlap by half, as they are zero at both ends.
 const OVERLAP: usize = 2;
@@ -298,7 +298,7 @@ pub(super) fn choose_settings(views: &[&View], dof: Dof) -> Option<(Settings, Ex
     };
     let all: Vec<(Settings, Explained)> = settings.filter_map(fit_with).collect();
     let least = all.iter().map(|(_, fit)| fit.unexplained).min_by(f64::total_cmp)?;
-    let as_good = all.into_iter().filter(|(_, fit)| fit.unexplained <= AS_GOOD * least);
+    let as_good = all.into_iter().filter(|(_, fit)| fit.unexplained <= NEARLY_BEST * least);
     as_good.min_by(|(_, a), (_, b)| {
         b.windows.cmp(&a.windows).then(a.unexplained.total_cmp(&b.unexplained))
     })
