@@ -3,7 +3,7 @@
 //! `realfft` and the library beneath it are generic, and are compiled with each crate that uses them,
 //! for a tenth of the time that the core takes. Here they are compiled once.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 pub use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
@@ -20,15 +20,15 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 /// ```
 pub struct RealTransform {
     forward: Arc<dyn RealToComplex<f64>>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
+    /// Planned when it is used first: of a long series, a plan takes as much memory as the series.
+    inverse: OnceLock<Arc<dyn ComplexToReal<f64>>>,
 }
 
 impl RealTransform {
     /// Plans the transforms of series of `length` numbers.
     pub fn new(length: usize) -> Self {
-        let mut planner = RealFftPlanner::new();
-        let forward = planner.plan_fft_forward(length);
-        Self { forward, inverse: planner.plan_fft_inverse(length) }
+        let forward = RealFftPlanner::new().plan_fft_forward(length);
+        Self { forward, inverse: OnceLock::new() }
     }
 
     /// Returns n.
@@ -47,7 +47,9 @@ impl RealTransform {
 
     /// Computes n times the series of a spectrum as [`Self::forward`] returns it.
     pub fn inverse(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
-        spectrum.resize(self.inverse.complex_len(), Complex::default());
+        let plan = || RealFftPlanner::new().plan_fft_inverse(self.length());
+        let inverse = self.inverse.get_or_init(plan);
+        spectrum.resize(inverse.complex_len(), Complex::default());
         // The first bin, and the last of an even length, are real but for rounding, since the series are.
         if let Some(first) = spectrum.first_mut() {
             first.im = 0.0;
@@ -55,8 +57,8 @@ impl RealTransform {
         if let Some(last) = spectrum.last_mut().filter(|_| self.length().is_multiple_of(2)) {
             last.im = 0.0;
         }
-        let mut values = self.inverse.make_output_vec();
-        self.inverse.process(&mut spectrum, &mut values).expect("both ends are real");
+        let mut values = inverse.make_output_vec();
+        inverse.process(&mut spectrum, &mut values).expect("both ends are real");
         values
     }
 }
