@@ -58,25 +58,60 @@ fn masses_come_out_of_fixes_and_heading_with_an_antenna_off_the_centre() {
     assert!(told.iter().any(|text| text.contains("estimates it from position")), "{told:?}");
 }
 
-#[test]
-fn exchanged_propellers_are_named_although_yaw_follows_its_moment_at_once() {
+/// Returns the mistakes that are named if the example's campaign file is changed.
+fn mistakes_with(change: impl Fn(&str) -> String) -> Vec<String> {
     let folder = Folder::new();
+    let Campaign { vehicle, trials, .. } = changed(&folder, change);
+    likely_mistakes(&vehicle, &trials).into_iter().map(|mistake| mistake.message).collect()
+}
+
+/// Opens the example with a change of its campaign file.
+fn changed(folder: &Folder, change: impl Fn(&str) -> String) -> Campaign {
     let read = |name: &str| std::fs::read_to_string(example().join(name)).expect("the example");
     for name in ["vehicle.toml", "fit-1.csv", "fit-2.csv", "aside.csv"] {
         folder.write(name, &read(name));
     }
-    let campaign = read("campaign.toml");
-    let found = |text: &str| -> Vec<String> {
-        let path = folder.write("campaign.toml", text);
-        let Campaign { vehicle, trials, .. } = Campaign::open(&path).expect("a campaign");
-        likely_mistakes(&vehicle, &trials).into_iter().map(|mistake| mistake.message).collect()
+    let path = folder.write("campaign.toml", &change(&read("campaign.toml")));
+    Campaign::open(&path).expect("a campaign")
+}
+
+/// Has the heading, in deg, read as rad.
+fn heading_as_rad(campaign: &str) -> String {
+    campaign.replace("\"heading [deg]\"", "\"heading [deg]\", unit = \"rad\"")
+}
+
+#[test]
+fn a_correct_campaign_has_no_likely_mistake() {
+    assert_eq!(mistakes_with(str::to_owned), [""; 0]);
+}
+
+#[test]
+fn a_heading_in_deg_that_is_read_as_rad_is_named() {
+    let named = mistakes_with(heading_as_rad);
+    let is_named = |text: &String| text.contains("attitude.heading looks in deg and read as rad");
+    assert!(named.len() == 1 && named.iter().all(is_named), "{named:?}");
+}
+
+#[test]
+fn a_fit_that_fails_is_told_what_no_vehicle_does() {
+    let folder = Folder::new();
+    let too_short =
+        |campaign: &str| heading_as_rad(campaign).replace(".csv\"\n\n", ".csv\"\nto_s = 6\n\n");
+    let results = changed(&folder, too_short).identify("seaplant identify").results;
+    let told: Vec<&str> = results.failures.iter().map(|one| one.message.as_str()).collect();
+    let is_told = |text: &&str| {
+        text.contains("needs at least 30") && text.contains("359.8400 rad, which no vehicle does")
     };
-    assert_eq!(found(&campaign), [""; 0]);
+    assert!(!told.is_empty() && told.iter().all(is_told), "{told:?}");
+}
+
+#[test]
+fn exchanged_propellers_are_named_although_yaw_follows_its_moment_at_once() {
     let exchanged = ["port", "starboard", "?"].map(|side| format!("\"{side} propeller [rpm]\""));
     let [port, starboard, other] = exchanged.each_ref().map(String::as_str);
-    let exchanged =
-        campaign.replace(port, other).replace(starboard, port).replace(other, starboard);
-    let named = found(&exchanged);
+    let named = mistakes_with(|campaign| {
+        campaign.replace(port, other).replace(starboard, port).replace(other, starboard)
+    });
     let is_named =
         |text: &String| text.contains("`port propeller` and `starboard propeller` look exchanged");
     assert!(named.len() == 1 && named.iter().all(is_named), "{named:?}");

@@ -6,7 +6,7 @@ use super::verdict::verdict;
 use crate::diagnose::{Mistake, certain, mistakes};
 use crate::results::{Failure, PlantResult, Results, Trust, Verdict};
 use crate::trial::Miswired;
-use crate::{Caveat, Dof, Trial, Vehicle};
+use crate::{Caveat, CaveatCode, Dof, Role, Severity, Trial, Vehicle};
 
 /// Returns probable mistakes of the user: signs, exchanged channels, frames, mounting, units.
 ///
@@ -38,12 +38,28 @@ pub(super) fn name(vehicle: &Vehicle, trials: &[Trial], results: &mut Results) {
         let failed = |one: &Failure| is_together(one) || is_of(&one.dof) && !has_plant(plants, one);
         plants.values().any(doubtful) || failures.iter().any(failed)
     });
+    let impossible = impossible_values(trials);
     for failure in failures {
         if is_together(failure) || !has_plant(plants, failure) {
+            failure.message += &impossible;
             explain(failure, &found);
         }
     }
     plants.values_mut().for_each(|plant| doubt(plant, &found));
+}
+
+/// Returns sentences on values that no vehicle reaches, of the first fitted trial with any: a plant has these as
+/// caveats, but a failed fit has no plant.
+fn impossible_values(trials: &[Trial]) -> String {
+    let severe = |caveat: &&Caveat| {
+        caveat.code == CaveatCode::SuspiciousUnit && caveat.severity == Severity::Severe
+    };
+    let said = |trial: &Trial| -> String {
+        let all = trial.caveats_of_log().iter().filter(severe);
+        all.map(|caveat| format!(". {}", caveat.message)).collect()
+    };
+    let fitted = trials.iter().filter(|trial| trial.role() == Role::Fit);
+    fitted.map(said).find(|said| !said.is_empty()).unwrap_or_default()
 }
 
 /// Returns whether the axis of a failed fit has a plant by another method.

@@ -174,7 +174,7 @@ impl Logged {
             .map(|dof| navigated.lever(dof).or(lever).unwrap_or_default());
         let logged = recording.get(&Quantity::Attitude(Attitude::Heading));
         let logged = logged.filter(|_| vehicle.sensors.attitude.rotation_rad == [0.0; 3]);
-        let over_ground = lever.and_then(|lever| over_ground(&navigated, logged, &velocity, lever));
+        let over_ground = lever.and_then(|_| over_ground(setup, &recording, vehicle, logged));
         let of_effect = |(signals, effect): &(Vec<(&Timed, Signal)>, Effect)| LoggedEffect {
             effect: effect.clone(),
             signals: signals
@@ -230,23 +230,21 @@ fn lever_over_ground(source: &[Option<Quantity>; 6], vehicle: &Vehicle) -> Optio
     is_over_ground.then_some(vehicle.sensors.position.position_body)
 }
 
-/// Returns the velocity of a sensor over ground, from that of the origin along the body's axes.
+/// Returns the velocity over ground of the sensor itself, as a lever arm that a wrong heading turns would spoil it.
 fn over_ground(
-    navigated: &Navigated,
+    setup: &TrialSetup,
+    recording: &Recording,
+    vehicle: &Vehicle,
     logged: Option<&Timed>,
-    velocity: &[Option<Timed>; 6],
-    lever: Vector3<f64>,
 ) -> Option<OverGround> {
-    let heading = navigated.heading.clone()?;
-    let [Some(surge), Some(sway), ..] = velocity else { return None };
-    let rate = |t: f64| match &navigated.rates {
-        Some(rates) => Vector3::from_iterator(rates.iter().map(|rate| rate.at(t))),
-        None => Vector3::zeros(),
-    };
+    let mut sensors = vehicle.sensors;
+    sensors.position.position_body = Vector3::zeros();
+    let navigated = navigate(&setup.name, recording, &sensors).ok()?;
+    let [Some(surge), Some(sway), ..] = velocities(recording, &navigated) else { return None };
+    let heading = navigated.heading?;
     let turned = |(&t, (u, v)): (&f64, (&f64, &f64))| {
-        let body = Vector3::new(*u, *v, 0.0) + rate(t).cross(&lever);
         let (sin, cos) = heading.at(t).sin_cos();
-        [cos * body.x - sin * body.y, sin * body.x + cos * body.y]
+        [cos * u - sin * v, sin * u + cos * v]
     };
     let both = surge.values().iter().zip(sway.values());
     let both: Vec<[f64; 2]> = surge.time_s().iter().zip(both).map(turned).collect();
