@@ -853,7 +853,7 @@ class EffectForce(Record):
 
     kind: str
     """One of lift, slipstream, steering, open-water, thrust, advance, inflow, gain, own,
-    astern, wind, wind-across."""
+    astern, hull-lift, wind, wind-across."""
 
     foil: Foil | None = None
     """The rudder."""
@@ -900,6 +900,9 @@ class EffectForce(Record):
 
     way: Floats | None = None
     """The unit wrench by axis."""
+
+    at_m: float | None = None
+    """x of the place, m."""
 
     on: Dof | None = None
     """The axis."""

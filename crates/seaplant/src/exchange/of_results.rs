@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::driven::disturbances_of;
 use super::{Actuation, Judgement, Origin, PlantModel};
-use crate::plant::{Basis, Effect, Plant, Structure, Symmetry, ThrusterNumber};
+use crate::plant::{Basis, Effect, Factor, Plant, Product, Structure, Symmetry, ThrusterNumber};
 use crate::results::{
     CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_of_thruster, plant_of_result,
 };
@@ -247,16 +247,62 @@ fn part_of(result: &PlantResult) -> Result<Part, Error> {
         let correlation = if i == j { 1.0 } else { known.unwrap_or(0.0) };
         correlation * std(i) * std(j)
     });
-    let interval = |name: &String| {
-        let x = &result.parameters[name];
-        (name.clone(), [x.low95, x.high95])
+    let (terms, by_found) = lift_as_damping(plant.structure());
+    let values = &by_found * DVector::from_column_slice(plant.coefficients());
+    let covariance = &by_found * covariance * by_found.transpose();
+    let interval = |k: usize| {
+        let name = plant.structure().name_of(&terms[k]);
+        let found = result.parameters.get(&name).filter(|_| by_found.row(k).sum() == 1.0);
+        let derived = || Estimate::new(values[k], covariance[(k, k)].sqrt(), f64::INFINITY);
+        let [low, high] = match found {
+            Some(x) => [x.low95, x.high95],
+            None => [derived().low95, derived().high95],
+        };
+        (name, [low, high])
     };
-    let terms = plant.structure().terms().iter().copied();
     Ok(Part {
-        intervals: names.iter().map(interval).collect(),
-        terms: terms.zip(plant.coefficients().iter().copied()).collect(),
+        intervals: (0..terms.len()).map(interval).collect(),
+        terms: terms.into_iter().zip(values.iter().copied()).collect(),
         covariance,
         effects: plant.structure().effects().to_vec(),
+    })
+}
+
+/// Returns terms with the lift of the hull as damping, which it is, since formats have no place for effects; and how
+/// their coefficients follow from those of the structure's terms.
+fn lift_as_damping(structure: &Structure) -> (Vec<Basis>, DMatrix<f64>) {
+    let place = |term: &Basis| match term {
+        Basis::Effect(k) => structure.effects()[*k].hull_lift_at_m(),
+        _ => None,
+    };
+    let products = |at_m: f64| damping_of_lift(at_m, structure.axes());
+    let found = structure.terms();
+    let mut terms: Vec<Basis> =
+        found.iter().filter(|term| place(term).is_none()).copied().collect();
+    for (product, _) in found.iter().filter_map(place).flat_map(products) {
+        if !terms.contains(&product) {
+            terms.push(product);
+        }
+    }
+    let by = |term: &Basis, found: &Basis| match place(found) {
+        Some(at_m) => products(at_m).find(|(own, _)| own == term).map_or(0.0, |(_, x)| x),
+        None => f64::from(u8::from(term == found)),
+    };
+    let by_found = DMatrix::from_fn(terms.len(), found.len(), |i, j| by(&terms[i], &found[j]));
+    (terms, by_found)
+}
+
+/// Returns the terms of damping on some axes that lift at a place is, and their coefficients per unit of its own.
+fn damping_of_lift(x: f64, axes: &[Dof]) -> impl Iterator<Item = (Basis, f64)> {
+    const SPEED: Factor = Factor { of: Dof::Surge, modulus: true };
+    let (sway, yaw) = (Dof::Sway, Dof::Yaw);
+    let all = [(sway, sway, 1.0), (sway, yaw, x), (yaw, sway, x), (yaw, yaw, x * x)];
+    let acts = |(on, of, by): &(Dof, Dof, f64)| {
+        *by != 0.0 && [Dof::Surge, *on, *of].iter().all(|dof| axes.contains(dof))
+    };
+    all.into_iter().filter(acts).filter_map(|(on, of, by)| {
+        let product = Product::new(&[SPEED, Factor { of, modulus: false }])?;
+        Some((Basis::Product(on, product), by))
     })
 }
 
@@ -281,7 +327,7 @@ fn join(parts: Vec<Part>) -> Result<Joined, Error> {
         intervals.extend(part.intervals);
         effects.extend(part.effects);
     }
-    Ok((plant_of_terms(&terms, &effects)?, covariance, intervals))
+    Ok((plant_of_terms(&terms, &effects)?.pruned()?, covariance, intervals))
 }
 
 /// Creates a plant of these terms only; those of effects refer to `effects` by index.
@@ -484,6 +530,35 @@ mod tests {
         assert!((force(-10.0) + 0.7 * 3.0).abs() < 1e-12, "{}", force(-10.0));
         assert!(model.notes.iter().any(|note| note.contains("times 0.9000 ahead")));
         assert_eq!(model.covariance.expect("known").nrows(), model.plant.coefficients().len());
+    }
+
+    #[test]
+    fn lift_of_the_hull_is_exported_as_damping() {
+        let mut results = results();
+        let boat = results.plants.get_mut("sway-yaw").expect("the boat");
+        boat.axes.insert(0, Dof::Surge);
+        let name = "hull.lift-astern";
+        let effect = json!({ "name": name, "force": { "kind": "hull-lift", "at_m": -0.5 } });
+        boat.effects.push(serde_json::from_value(effect).expect("an effect"));
+        for (name, value, std) in [("mass.surge", 90.0, 1.0), (name, 8.0, 0.4)] {
+            let found = serde_json::from_value(x(value, std)).expect("a coefficient");
+            boat.parameters.insert(name.to_owned(), found);
+        }
+        let model = PlantModel::of_results(&results, "results.json", None).expect("a plant");
+        let structure = model.plant.structure();
+        assert!(structure.effects().is_empty() && !model.intervals.contains_key(name));
+        let expected =
+            [("sway: |u|v", 8.0), ("sway: |u|r", -4.0), ("yaw: |u|v", -4.0), ("yaw: |u|r", 2.0)];
+        for (name, value) in expected {
+            let term = structure.term_named(name).expect("a term of damping");
+            let found = model.plant.coefficient(&term).expect("its coefficient");
+            assert!((found - value).abs() < 1e-12, "{name}: {found}");
+            let [low, high] = model.intervals[name];
+            let width = 2.0 * 1.96 * 0.05 * value.abs();
+            assert!((high - low - width).abs() < 1e-3 * width, "{name}: {low} to {high}");
+        }
+        let covariance = model.covariance.expect("known");
+        assert_eq!(covariance.nrows(), model.plant.coefficients().len());
     }
 
     #[test]

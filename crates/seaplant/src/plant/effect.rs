@@ -238,6 +238,11 @@ pub enum EffectForce {
         /// The unit wrench by axis.
         way: [f64; 6],
     },
+    /// Lift of the hull at a place ahead of or behind the origin: `−|u| (v + x r)` to starboard.
+    HullLift {
+        /// x of the place, m.
+        at_m: f64,
+    },
     /// Wind: `½ρ_a A |w| w_x` in surge, `½ρ_a A |w| w_y` in sway, `½ρ_a A L |w| w_y` in yaw, w
     /// being the air's velocity relative to the vehicle.
     Wind {
@@ -310,6 +315,7 @@ impl Effect {
             EffectForce::Own { thruster, number } => {
                 vec![Signal::ThrustBy { number: *number, thruster: thruster.name.clone() }]
             }
+            EffectForce::HullLift { .. } => Vec::new(),
             EffectForce::Wind { .. } | EffectForce::WindAcross { .. } => {
                 vec![Signal::AirForward, Signal::AirStarboard]
             }
@@ -321,6 +327,14 @@ impl Effect {
         match &self.force {
             EffectForce::Lift { foil, propeller_ahead: Some(ahead) }
             | EffectForce::Slipstream { foil, propeller_ahead: ahead } => Some((foil, ahead)),
+            _ => None,
+        }
+    }
+
+    /// Returns the place of the lift of a hull, x in m.
+    pub(crate) fn hull_lift_at_m(&self) -> Option<f64> {
+        match self.force {
+            EffectForce::HullLift { at_m } => Some(at_m),
             _ => None,
         }
     }
@@ -397,6 +411,12 @@ impl Effect {
                 let astern = first.min(0.0);
                 along(&Vector6::from(*way), astern * astern.abs(), Vector6::zeros())
             }
+            EffectForce::HullLift { at_m } => {
+                let (u, across) = (velocity[0], velocity[1] + at_m * velocity[5]);
+                let way = hull_way(*at_m);
+                let slope = unit(Dof::Surge) * (u.signum() * across) + way * u.abs();
+                along(&way, -u.abs() * across, -slope)
+            }
             EffectForce::Wind { on, scale } => {
                 let (x, y) = (first - velocity[0], second - velocity[1]);
                 let speed = x.hypot(y).max(SLOW);
@@ -416,7 +436,9 @@ impl Effect {
     /// Returns the unit of its coefficient.
     pub fn unit(&self) -> &'static str {
         match &self.force {
-            EffectForce::Lift { .. } | EffectForce::Steering { .. } => "N/(m/s)²",
+            EffectForce::Lift { .. }
+            | EffectForce::Steering { .. }
+            | EffectForce::HullLift { .. } => "N/(m/s)²",
             EffectForce::OpenWater { .. } | EffectForce::Gain { .. } => "1",
             EffectForce::Own { number, .. } => number.unit(),
             EffectForce::Slipstream { propeller_ahead, .. } if !propeller_ahead.squared => "1",
@@ -459,12 +481,13 @@ impl Effect {
             EffectForce::OpenWater { curve } => {
                 acts(&wrench_at(&curve.position_m.into(), &curve.direction.into()))
             }
+            EffectForce::HullLift { at_m } => acts(&hull_way(*at_m)),
             EffectForce::Wind { on, .. } => vec![*on],
             EffectForce::WindAcross { .. } => vec![Dof::Yaw],
         }
     }
 
-    /// Returns whether a negative coefficient is impossible: for a fin, which takes power out of
+    /// Returns whether a negative coefficient is impossible: for a fin or hull, which takes power out of
     /// its flow, and for a propeller, except for its difference astern or from its curve.
     pub fn is_positive(&self) -> bool {
         !matches!(
@@ -499,6 +522,11 @@ fn unit(on: Dof) -> Vector6<f64> {
     let mut unit = Vector6::zeros();
     unit[on.index()] = 1.0;
     unit
+}
+
+/// Returns the wrench of a force to starboard at a place ahead of the origin; also its velocity by the vehicle's.
+fn hull_way(at_m: f64) -> Vector6<f64> {
+    wrench_at(&Vector3::new(at_m, 0.0, 0.0), &Vector3::y())
 }
 
 /// Converts a derivative by the air's velocity to one by the vehicle's.
@@ -573,6 +601,23 @@ mod tests {
         for (found, expected) in parts.as_flattened().iter().zip(expected.as_flattened()) {
             assert!((found - expected).abs() < 5e-3, "{parts:?}");
         }
+    }
+
+    #[test]
+    fn lift_of_the_hull_by_turning_equals_its_moment_by_drift() {
+        let lift = effect(EffectForce::HullLift { at_m: -0.6 });
+        let at = |u: f64, v: f64, r: f64| {
+            let wrench = lift.wrench(&Vector6::new(u, v, 0.0, 0.0, 0.0, r), &[], 0.0);
+            [wrench[1], wrench[5]]
+        };
+        let close = |[a, b]: [f64; 2], [c, d]: [f64; 2]| {
+            assert!((a - c).hypot(b - d) < 1e-12, "{a} {b}, not {c} {d}");
+        };
+        close(at(2.0, 1.0, 0.0), [-2.0, 1.2]);
+        close(at(2.0, 0.0, 1.0), [1.2, -0.72]);
+        // It takes power astern, too.
+        close(at(-2.0, 1.0, 0.0), [-2.0, 1.2]);
+        assert_eq!(lift.axes(), [Dof::Sway, Dof::Yaw]);
     }
 
     #[test]
@@ -671,6 +716,7 @@ mod tests {
             EffectForce::Inflow { thrusters: vec![pusher("a"), pusher("b")], ahead: true },
             EffectForce::Gain { thruster: pusher("a"), reverse: false },
             EffectForce::Astern { propeller: propeller(), way: [0.0, 1.0, 0.0, 0.0, 0.0, -0.7] },
+            EffectForce::HullLift { at_m: -0.7 },
             EffectForce::Wind { on: Dof::Surge, scale: 0.3 },
             EffectForce::Wind { on: Dof::Yaw, scale: 0.3 },
             EffectForce::WindAcross { scale: 0.3 },

@@ -268,8 +268,12 @@ pub struct VehicleEffect {
     pub known: Option<f64>,
 }
 
+/// Places where a hull may have its lift, by part of the way to its ends: between two of them, both have it.
+const PLACES_OF_LIFT: [(&str, f64); 5] =
+    [("bow", 1.0), ("ahead", 0.5), ("amidships", 0.0), ("astern", -0.5), ("stern", -1.0)];
+
 impl Vehicle {
-    /// Returns the effects of rudders, fins, propellers of unknown strength and wind, each with one
+    /// Returns the effects of rudders, hulls, fins, propellers of unknown strength and wind, each with one
     /// coefficient.
     pub fn effects(&self) -> Vec<VehicleEffect> {
         let mut all = Vec::new();
@@ -330,6 +334,12 @@ impl Vehicle {
                 push(format!("{name}.slipstream"), force, true, None);
             }
         }
+        if let Some(end_m) = self.end_of_hull_m() {
+            for (place, part) in PLACES_OF_LIFT {
+                let force = EffectForce::HullLift { at_m: part * end_m };
+                push(format!("hull.lift-{place}"), force, false, None);
+            }
+        }
         let pushers = self.thrusters.iter().filter(|own| own.azimuth_axis.is_none());
         let thrusters: Vec<Pusher> = pushers.map(Thruster::pusher).collect();
         if (1..=MOST_READ).contains(&thrusters.len()) {
@@ -372,6 +382,13 @@ impl Vehicle {
         };
         let found = all.iter().enumerate().filter(|(k, _)| shares(*k));
         found.map(|(_, thruster)| thruster.clone()).collect()
+    }
+
+    /// Returns how far the hull of a vehicle with a rudder reaches ahead and astern: as far as its rudder.
+    fn end_of_hull_m(&self) -> Option<f64> {
+        let rudders = self.fins.iter().filter(|fin| fin.kind == Surface::Rudder);
+        let farthest = rudders.map(|rudder| rudder.position_body.x.abs()).reduce(f64::max)?;
+        Some(farthest).filter(|end_m| *end_m > 0.0)
     }
 
     fn open_water(&self, thruster: &Thruster) -> Option<OpenWater> {

@@ -46,6 +46,9 @@ impl PlantPlan {
             let is_requested = self.effects.contains(&effect.name);
             let acts = effect.axes().iter().any(|dof| self.axes.contains(dof));
             let is_known_input = effect.signals().iter().all(&is_logged);
+            if effect.hull_lift_at_m().is_some() && !is_requested && !self.may_lift() {
+                continue;
+            }
             if !acts || !(is_usual || is_requested || is_known_input) {
                 continue;
             }
@@ -70,6 +73,14 @@ impl PlantPlan {
             structure = structure.holding(term, *value)?;
         }
         Ok(structure)
+    }
+
+    /// Returns whether the lift of the hull may be tried: models of ships have it, and of a hull under water the
+    /// place of its lift may differ from one plane to the other.
+    fn may_lift(&self) -> bool {
+        let has = |dof: Dof| self.axes.contains(&dof);
+        let is_of_boat = [Dof::Surge, Dof::Sway, Dof::Yaw].into_iter().all(has);
+        self.model.is_none() && is_of_boat && !has(Dof::Heave)
     }
 
     /// Returns the structure without effects: the usual terms or those of a model, and the

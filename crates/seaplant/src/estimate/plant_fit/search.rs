@@ -176,7 +176,8 @@ fn refused(structure: &Structure) -> Error {
 }
 
 /// The candidates whose scores admit them: those that pass whatever the whiteness of their axis
-/// exaggerates, and of each axis the one that gains most, whose lack may be what colours it.
+/// exaggerates, and of each axis the one that gains most, whose lack may be what colours it. Of places of the hull's
+/// lift, which are much alike, one at a time.
 pub(super) fn admitted(
     structure: &Structure,
     candidates: &[Basis],
@@ -191,9 +192,17 @@ pub(super) fn admitted(
     let passes = |(term, &score): (&Basis, &f64)| {
         let axis = main_axis(structure, term);
         let is_admitted = score > needed * whiteness(axis) || score > needed && score >= best(axis);
-        is_admitted.then_some(*term)
+        is_admitted.then_some((*term, score))
     };
-    candidates.iter().zip(scores).filter_map(passes).collect()
+    let mut passing: Vec<(Basis, f64)> = candidates.iter().zip(scores).filter_map(passes).collect();
+    let is_lift = |term: &Basis| match term {
+        Basis::Effect(k) => structure.effects()[*k].hull_lift_at_m().is_some(),
+        _ => false,
+    };
+    let lifts = passing.iter().filter(|(term, _)| is_lift(term));
+    let best = lifts.map(|(_, score)| *score).fold(0.0, f64::max);
+    passing.retain(|(term, score)| !is_lift(term) || *score == best);
+    passing.into_iter().map(|(term, _)| term).collect()
 }
 
 /// The terms of a wider plant to drop: one after the other those worth least beside the others,

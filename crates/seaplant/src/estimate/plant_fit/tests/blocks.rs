@@ -289,3 +289,45 @@ fn after_a_gap_a_trial_begins_anew() {
     let fit = fit_plant(truth.structure(), &records, None, false).expect("an optimum");
     check_within(&fit, &truth);
 }
+
+/// Lift of the hull between two of the places that are tried is that of both; a hull without lift has none.
+#[test]
+fn lift_of_the_hull_is_found_between_places_and_nowhere_else() {
+    const LIFT: f64 = 30.0;
+    const PLACE_M: f64 = 0.1;
+    let usual = planar();
+    let with_lift_at = |places_m: &[f64], as_term: bool| {
+        let with = |structure: Structure, &at_m: &f64| {
+            let (name, force) = (format!("hull at {at_m}"), EffectForce::HullLift { at_m });
+            structure.with_effect(Effect { name, force }, as_term)
+        };
+        places_m.iter().try_fold(usual.structure().clone(), with).expect("new effects")
+    };
+    let coefficients = usual.coefficients().iter().copied().chain([LIFT]).collect();
+    let lifted = Plant::new(with_lift_at(&[PLACE_M], true), coefficients).expect("possible");
+    let tried = with_lift_at(&[0.4, 0.2, 0.0, -0.2, -0.4], false);
+    let fit = |truth: &Plant| {
+        let records =
+            [("a", 5), ("b", 6)].map(|(name, seed)| record(truth, name, seed, 150, 0.005));
+        let records: Vec<&TrialRecord> = records.iter().collect();
+        fit_plant(&tried, &records, None, true).expect("an optimum").plant
+    };
+    let lift_and_moment = |plant: &Plant| {
+        let of = |(term, x): (&Basis, &f64)| match term {
+            Basis::Effect(k) => Some((*x, plant.structure().effects()[*k].hull_lift_at_m()?)),
+            _ => None,
+        };
+        let lifts = plant.structure().terms().iter().zip(plant.coefficients()).filter_map(of);
+        lifts.fold((0.0, 0.0), |(lift, moment), (x, at_m)| (lift + x, moment + x * at_m))
+    };
+    let found = fit(&lifted);
+    let (lift, moment) = lift_and_moment(&found);
+    assert!((lift / LIFT - 1.0).abs() < 0.15, "{lift}");
+    assert!((moment / (LIFT * PLACE_M) - 1.0).abs() < 0.15, "{moment}");
+    for dof in PLANAR {
+        let mass = Basis::Mass(dof, dof);
+        let [a, b] = [&found, &usual].map(|plant| plant.coefficient(&mass).expect("a mass"));
+        assert!((a / b - 1.0).abs() < 0.03, "{dof}: {a}, not {b}");
+    }
+    assert_eq!(lift_and_moment(&fit(&usual)), (0.0, 0.0));
+}
