@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::workshop::Workshop;
 
-/// Limit for eight hours at 10 Hz at its peak, in bytes, by the default methods.
+/// Limit for eight hours at 10 Hz at its peak, in bytes, by the default methods: 127 to 150 MB were seen.
 const MOST_BYTES: f64 = 170e6;
 
 #[test]

@@ -252,7 +252,8 @@ fn part_of(result: &PlantResult) -> Result<Part, Error> {
     let covariance = &by_found * covariance * by_found.transpose();
     let interval = |k: usize| {
         let name = plant.structure().name_of(&terms[k]);
-        let found = result.parameters.get(&name).filter(|_| by_found.row(k).sum() == 1.0);
+        let is_as_found = by_found.row(k).iter().filter(|x| **x != 0.0).count() == 1;
+        let found = result.parameters.get(&name).filter(|_| is_as_found);
         let derived = || Estimate::new(values[k], covariance[(k, k)].sqrt(), f64::INFINITY);
         let [low, high] = match found {
             Some(x) => [x.low95, x.high95],
