@@ -264,6 +264,25 @@ mod tests {
     }
 
     #[test]
+    fn lift_of_the_hull_is_tried_along_axes_that_no_thruster_pushes() {
+        let thruster = |name: &str, direction: [f64; 3]| {
+            Thruster::new(name, [-0.8, 0.0, 0.0], direction, curve()).expect("ok")
+        };
+        let lifts = |vehicle: &Vehicle| -> Vec<(Dof, f64)> {
+            vehicle.effects().iter().filter_map(|known| known.effect.hull_lift()).collect()
+        };
+        let ahead = thruster("ahead", [1.0, 0.0, 0.0]);
+        let mut vehicle = Vehicle { thrusters: vec![ahead], ..Vehicle::default() };
+        let places = [0.8, 0.4, 0.0, -0.4, -0.8];
+        let along = |dof: Dof| places.map(|at_m| (dof, at_m));
+        assert_eq!(lifts(&vehicle), [along(Dof::Sway), along(Dof::Heave)].concat());
+        vehicle.thrusters.push(thruster("down", [0.1, 0.0, 1.0]));
+        assert_eq!(lifts(&vehicle), along(Dof::Sway));
+        vehicle.thrusters.push(thruster("across", [0.0, 1.0, 0.0]));
+        assert_eq!(lifts(&vehicle), []);
+    }
+
+    #[test]
     fn a_sensor_rotated_by_45_degrees_measures_forward_motion_on_both_axes() {
         let dvl = Sensor { rotation_rad: [0.0, 0.0, 45_f64.to_radians()], ..Default::default() };
         let seen = dvl.to_body().inverse() * Vector3::x();

@@ -901,6 +901,9 @@ class EffectForce(Record):
     way: Floats | None = None
     """The unit wrench by axis."""
 
+    along: Dof | None = None
+    """Sway or heave, along which it acts."""
+
     at_m: float | None = None
     """x of the place, m."""
 

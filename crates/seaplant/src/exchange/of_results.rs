@@ -272,11 +272,8 @@ fn part_of(result: &PlantResult) -> Result<Part, Error> {
 /// Returns terms with the lift of the hull as damping, which it is, since formats have no place for effects; and how
 /// their coefficients follow from those of the structure's terms.
 fn lift_as_damping(structure: &Structure) -> (Vec<Basis>, DMatrix<f64>) {
-    let place = |term: &Basis| match term {
-        Basis::Effect(k) => structure.effects()[*k].hull_lift_at_m(),
-        _ => None,
-    };
-    let products = |at_m: f64| damping_of_lift(at_m, structure.axes());
+    let place = |term: &Basis| structure.lift_of_hull(term);
+    let products = |lift: (Dof, f64)| damping_of_lift(lift, structure.axes());
     let found = structure.terms();
     let mut terms: Vec<Basis> =
         found.iter().filter(|term| place(term).is_none()).copied().collect();
@@ -286,7 +283,7 @@ fn lift_as_damping(structure: &Structure) -> (Vec<Basis>, DMatrix<f64>) {
         }
     }
     let by = |term: &Basis, found: &Basis| match place(found) {
-        Some(at_m) => products(at_m).find(|(own, _)| own == term).map_or(0.0, |(_, x)| x),
+        Some(lift) => products(lift).find(|(own, _)| own == term).map_or(0.0, |(_, x)| x),
         None => f64::from(u8::from(term == found)),
     };
     let by_found = DMatrix::from_fn(terms.len(), found.len(), |i, j| by(&terms[i], &found[j]));
@@ -294,10 +291,11 @@ fn lift_as_damping(structure: &Structure) -> (Vec<Basis>, DMatrix<f64>) {
 }
 
 /// Returns the terms of damping on some axes that lift at a place is, and their coefficients per unit of its own.
-fn damping_of_lift(x: f64, axes: &[Dof]) -> impl Iterator<Item = (Basis, f64)> {
+fn damping_of_lift((along, at_m): (Dof, f64), axes: &[Dof]) -> impl Iterator<Item = (Basis, f64)> {
     const SPEED: Factor = Factor { of: Dof::Surge, modulus: true };
-    let (sway, yaw) = (Dof::Sway, Dof::Yaw);
-    let all = [(sway, sway, 1.0), (sway, yaw, x), (yaw, sway, x), (yaw, yaw, x * x)];
+    // Pitch lifts a place ahead, against heave.
+    let (turn, x) = if along == Dof::Heave { (Dof::Pitch, -at_m) } else { (Dof::Yaw, at_m) };
+    let all = [(along, along, 1.0), (along, turn, x), (turn, along, x), (turn, turn, x * x)];
     let acts = |(on, of, by): &(Dof, Dof, f64)| {
         *by != 0.0 && [Dof::Surge, *on, *of].iter().all(|dof| axes.contains(dof))
     };
@@ -413,9 +411,11 @@ fn note_omissions(of: &str, result: &PlantResult, notes: &mut Vec<String>) {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Vector3, Vector6};
     use serde_json::json;
 
     use super::*;
+    use crate::plant::EffectForce;
     use crate::results::ThrusterResult;
 
     fn x(value: f64, std: f64) -> serde_json::Value {
@@ -539,7 +539,7 @@ mod tests {
         let boat = results.plants.get_mut("sway-yaw").expect("the boat");
         boat.axes.insert(0, Dof::Surge);
         let name = "hull.lift-astern";
-        let effect = json!({ "name": name, "force": { "kind": "hull-lift", "at_m": -0.5 } });
+        let effect = json!({ "name": name, "force": { "kind": "hull-lift", "along": "sway", "at_m": -0.5 } });
         boat.effects.push(serde_json::from_value(effect).expect("an effect"));
         for (name, value, std) in [("mass.surge", 90.0, 1.0), (name, 8.0, 0.4)] {
             let found = serde_json::from_value(x(value, std)).expect("a coefficient");
@@ -560,6 +560,25 @@ mod tests {
         }
         let covariance = model.covariance.expect("known");
         assert_eq!(covariance.nrows(), model.plant.coefficients().len());
+    }
+
+    #[test]
+    fn damping_of_lift_is_the_force_of_lift_in_both_planes() {
+        let velocity = Vector6::new(-1.3, 0.4, -0.2, 0.1, 0.3, -0.5);
+        for along in [Dof::Sway, Dof::Heave] {
+            let force = EffectForce::HullLift { along, at_m: 0.7 };
+            let wrench = Effect { name: "lift".to_owned(), force: force.clone() }.wrench(
+                &velocity,
+                &[],
+                0.0,
+            );
+            let terms: Vec<(Basis, f64)> = damping_of_lift((along, 0.7), &Dof::ALL).collect();
+            let masses = Dof::ALL.map(|dof| (Basis::Mass(dof, dof), 1.0));
+            let plant = plant_of_terms(&[&masses[..], &terms].concat(), &[]).expect("a plant");
+            let resistance = plant.resistance(&velocity, &Vector3::z());
+            assert!((resistance + wrench).amax() < 1e-12, "{along}: {resistance}, not {wrench}");
+            assert!(wrench.amax() > 0.1, "{wrench}");
+        }
     }
 
     #[test]

@@ -35,7 +35,8 @@ pub enum OffBecause {
         /// Method.
         method: Method,
     },
-    /// Another place of the velocity sensor, with other couplings, which explains the trials as well.
+    /// Another place of the velocity sensor, with other couplings, which explains the trials as well or has the centre
+    /// of mass nearer to where it is expected.
     SensorPlace,
     /// Another scale of thrust, with which the vehicle has as much added mass as published ones.
     ThrustScale,

@@ -238,8 +238,11 @@ pub enum EffectForce {
         /// The unit wrench by axis.
         way: [f64; 6],
     },
-    /// Lift of the hull at a place ahead of or behind the origin: `−|u| (v + x r)` to starboard.
+    /// Lift of the hull at a place ahead of or behind the origin: `−|u| (v + x r)` to starboard, or
+    /// `−|u| (w − x q)` downward.
     HullLift {
+        /// Sway or heave, along which it acts.
+        along: Dof,
         /// x of the place, m.
         at_m: f64,
     },
@@ -331,10 +334,10 @@ impl Effect {
         }
     }
 
-    /// Returns the place of the lift of a hull, x in m.
-    pub(crate) fn hull_lift_at_m(&self) -> Option<f64> {
+    /// Returns the axis along which the lift of a hull acts, and its place, x in m.
+    pub(crate) fn hull_lift(&self) -> Option<(Dof, f64)> {
         match self.force {
-            EffectForce::HullLift { at_m } => Some(at_m),
+            EffectForce::HullLift { along, at_m } => Some((along, at_m)),
             _ => None,
         }
     }
@@ -411,9 +414,9 @@ impl Effect {
                 let astern = first.min(0.0);
                 along(&Vector6::from(*way), astern * astern.abs(), Vector6::zeros())
             }
-            EffectForce::HullLift { at_m } => {
-                let (u, across) = (velocity[0], velocity[1] + at_m * velocity[5]);
-                let way = hull_way(*at_m);
+            EffectForce::HullLift { along: axis, at_m } => {
+                let way = hull_way(*axis, *at_m);
+                let (u, across) = (velocity[0], way.dot(velocity));
                 let slope = unit(Dof::Surge) * (u.signum() * across) + way * u.abs();
                 along(&way, -u.abs() * across, -slope)
             }
@@ -481,7 +484,7 @@ impl Effect {
             EffectForce::OpenWater { curve } => {
                 acts(&wrench_at(&curve.position_m.into(), &curve.direction.into()))
             }
-            EffectForce::HullLift { at_m } => acts(&hull_way(*at_m)),
+            EffectForce::HullLift { along, at_m } => acts(&hull_way(*along, *at_m)),
             EffectForce::Wind { on, .. } => vec![*on],
             EffectForce::WindAcross { .. } => vec![Dof::Yaw],
         }
@@ -525,8 +528,9 @@ fn unit(on: Dof) -> Vector6<f64> {
 }
 
 /// Returns the wrench of a force to starboard at a place ahead of the origin; also its velocity by the vehicle's.
-fn hull_way(at_m: f64) -> Vector6<f64> {
-    wrench_at(&Vector3::new(at_m, 0.0, 0.0), &Vector3::y())
+fn hull_way(along: Dof, at_m: f64) -> Vector6<f64> {
+    let direction = if along == Dof::Heave { Vector3::z() } else { Vector3::y() };
+    wrench_at(&Vector3::new(at_m, 0.0, 0.0), &direction)
 }
 
 /// Converts a derivative by the air's velocity to one by the vehicle's.
@@ -605,19 +609,25 @@ mod tests {
 
     #[test]
     fn lift_of_the_hull_by_turning_equals_its_moment_by_drift() {
-        let lift = effect(EffectForce::HullLift { at_m: -0.6 });
-        let at = |u: f64, v: f64, r: f64| {
-            let wrench = lift.wrench(&Vector6::new(u, v, 0.0, 0.0, 0.0, r), &[], 0.0);
-            [wrench[1], wrench[5]]
-        };
-        let close = |[a, b]: [f64; 2], [c, d]: [f64; 2]| {
-            assert!((a - c).hypot(b - d) < 1e-12, "{a} {b}, not {c} {d}");
-        };
-        close(at(2.0, 1.0, 0.0), [-2.0, 1.2]);
-        close(at(2.0, 0.0, 1.0), [1.2, -0.72]);
-        // It takes power astern, too.
-        close(at(-2.0, 1.0, 0.0), [-2.0, 1.2]);
-        assert_eq!(lift.axes(), [Dof::Sway, Dof::Yaw]);
+        // A place aft moves to starboard where the bow turns to port, and down where the bow rises.
+        for (along, turns, sign) in [(Dof::Sway, Dof::Yaw, 1.0), (Dof::Heave, Dof::Pitch, -1.0)] {
+            let lift = effect(EffectForce::HullLift { along, at_m: -0.6 });
+            let at = |u: f64, across: f64, rate: f64| {
+                let mut velocity = Vector6::zeros();
+                velocity[0] = u;
+                (velocity[along.index()], velocity[turns.index()]) = (across, sign * rate);
+                let wrench = lift.wrench(&velocity, &[], 0.0);
+                [wrench[along.index()], sign * wrench[turns.index()]]
+            };
+            let close = |[a, b]: [f64; 2], [c, d]: [f64; 2]| {
+                assert!((a - c).hypot(b - d) < 1e-12, "{along}: {a} {b}, not {c} {d}");
+            };
+            close(at(2.0, 1.0, 0.0), [-2.0, 1.2]);
+            close(at(2.0, 0.0, 1.0), [1.2, -0.72]);
+            // It takes power astern, too.
+            close(at(-2.0, 1.0, 0.0), [-2.0, 1.2]);
+            assert_eq!(lift.axes(), [along, turns]);
+        }
     }
 
     #[test]
@@ -716,7 +726,8 @@ mod tests {
             EffectForce::Inflow { thrusters: vec![pusher("a"), pusher("b")], ahead: true },
             EffectForce::Gain { thruster: pusher("a"), reverse: false },
             EffectForce::Astern { propeller: propeller(), way: [0.0, 1.0, 0.0, 0.0, 0.0, -0.7] },
-            EffectForce::HullLift { at_m: -0.7 },
+            EffectForce::HullLift { along: Dof::Sway, at_m: -0.7 },
+            EffectForce::HullLift { along: Dof::Heave, at_m: 0.4 },
             EffectForce::Wind { on: Dof::Surge, scale: 0.3 },
             EffectForce::Wind { on: Dof::Yaw, scale: 0.3 },
             EffectForce::WindAcross { scale: 0.3 },

@@ -380,6 +380,18 @@ impl Structure {
         all.into_iter().filter(|dof| self.axes.contains(dof)).collect()
     }
 
+    /// Returns the axis along which a term that is lift of the hull acts, and its place, x in m.
+    pub(crate) fn lift_of_hull(&self, term: &Basis) -> Option<(Dof, f64)> {
+        let Basis::Effect(k) = term else { return None };
+        self.effects.get(*k)?.hull_lift()
+    }
+
+    /// Returns whether a term is the force of a rudder, fin or propeller of unknown strength, or of wind: lift of the
+    /// hull is damping.
+    pub(crate) fn pushes(&self, term: &Basis) -> bool {
+        matches!(term, Basis::Effect(_)) && self.lift_of_hull(term).is_none()
+    }
+
     /// Returns the unit of a term's coefficient.
     pub fn unit_of(&self, term: &Basis) -> String {
         match term {

@@ -334,10 +334,11 @@ impl Vehicle {
                 push(format!("{name}.slipstream"), force, true, None);
             }
         }
-        if let Some(end_m) = self.end_of_hull_m() {
+        for (what, along) in [("lift", Dof::Sway), ("vertical-lift", Dof::Heave)] {
+            let Some(end_m) = self.end_of_hull_m(along) else { continue };
             for (place, part) in PLACES_OF_LIFT {
-                let force = EffectForce::HullLift { at_m: part * end_m };
-                push(format!("hull.lift-{place}"), force, false, None);
+                let force = EffectForce::HullLift { along, at_m: part * end_m };
+                push(format!("hull.{what}-{place}"), force, false, None);
             }
         }
         let pushers = self.thrusters.iter().filter(|own| own.azimuth_axis.is_none());
@@ -384,11 +385,19 @@ impl Vehicle {
         found.map(|(_, thruster)| thruster.clone()).collect()
     }
 
-    /// Returns how far the hull of a vehicle with a rudder reaches ahead and astern: as far as its rudder.
-    fn end_of_hull_m(&self) -> Option<f64> {
-        let rudders = self.fins.iter().filter(|fin| fin.kind == Surface::Rudder);
-        let farthest = rudders.map(|rudder| rudder.position_body.x.abs()).reduce(f64::max)?;
-        Some(farthest).filter(|end_m| *end_m > 0.0)
+    /// Returns how far ahead and astern lift of the hull along an axis is to be tried, where fins steer or no thruster
+    /// pushes along it: as far as the farthest fin or thruster is off.
+    fn end_of_hull_m(&self, along: Dof) -> Option<f64> {
+        let thrusters = || self.thrusters.iter().chain(&self.propellers);
+        let pushes = |own: &Thruster| {
+            own.azimuth_axis.is_some() || own.direction_body[along.index()].abs() > SHARED_PART
+        };
+        if self.fins.is_empty() && thrusters().any(pushes) {
+            return None;
+        }
+        let fins = self.fins.iter().map(|fin| fin.position_body.x.abs());
+        let all = fins.chain(thrusters().map(|own| own.position_body.x.abs()));
+        all.reduce(f64::max).filter(|end_m| *end_m > 0.0)
     }
 
     fn open_water(&self, thruster: &Thruster) -> Option<OpenWater> {

@@ -90,7 +90,7 @@ pub fn fit_online_plant(
 fn check_forces(structure: &Structure, records: &[&TrialRecord]) -> Result<(), Error> {
     let is_driven = |dof: Dof| records.iter().any(|record| record.is_driven(dof));
     let acts = |term: &Basis, dof: Dof| structure.axes_of(term).contains(&dof);
-    let effects = || structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+    let effects = || structure.terms().iter().filter(|term| structure.pushes(term));
     let is_held = |term: &&Basis| structure.held(term).is_some();
     let is_open = |dof: Dof| {
         let mut all = structure.terms().iter().filter(is_held);

@@ -46,7 +46,7 @@ impl PlantPlan {
             let is_requested = self.effects.contains(&effect.name);
             let acts = effect.axes().iter().any(|dof| self.axes.contains(dof));
             let is_known_input = effect.signals().iter().all(&is_logged);
-            if effect.hull_lift_at_m().is_some() && !is_requested && !self.may_lift() {
+            if effect.hull_lift().is_some_and(|(along, _)| !self.may_lift(along)) && !is_requested {
                 continue;
             }
             if !acts || !(is_usual || is_requested || is_known_input) {
@@ -75,12 +75,11 @@ impl PlantPlan {
         Ok(structure)
     }
 
-    /// Returns whether the lift of the hull may be tried: models of ships have it, and of a hull under water the
-    /// place of its lift may differ from one plane to the other.
-    fn may_lift(&self) -> bool {
-        let has = |dof: Dof| self.axes.contains(&dof);
-        let is_of_boat = [Dof::Surge, Dof::Sway, Dof::Yaw].into_iter().all(has);
-        self.model.is_none() && is_of_boat && !has(Dof::Heave)
+    /// Returns whether the lift of the hull along an axis may be tried: models of ships have it, and it needs surge, the
+    /// axis and the one that it turns.
+    fn may_lift(&self, along: Dof) -> bool {
+        let turn = if along == Dof::Heave { Dof::Pitch } else { Dof::Yaw };
+        self.model.is_none() && [Dof::Surge, along, turn].iter().all(|dof| self.axes.contains(dof))
     }
 
     /// Returns the structure without effects: the usual terms or those of a model, and the

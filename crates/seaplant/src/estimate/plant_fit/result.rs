@@ -71,7 +71,7 @@ pub struct PlantFit {
     /// vertical axis is then that of heading.
     pub is_along_world: bool,
     /// The fit with the velocity sensor where it is stated to be, if that explains the trials as well by couplings in
-    /// damping.
+    /// damping, or has the centre of mass nearer to where it is expected.
     pub as_stated: Option<Box<PlantFit>>,
     /// ln-likelihood.
     pub log_likelihood: f64,

@@ -159,9 +159,17 @@ pub(super) fn rival(structure: &Structure, term: &Basis) -> Option<Basis> {
 /// The axis whose innovations tell of a term: that it acts on most; of a rudder, which acts on
 /// surge only when it is turned, yaw.
 fn main_axis(structure: &Structure, term: &Basis) -> Dof {
+    if let Some(along) = lifts_along(structure, term) {
+        return along;
+    }
     let axes = structure.axes_of(term);
     let first = if matches!(term, Basis::Effect(_)) { axes.last() } else { axes.first() };
     first.copied().unwrap_or(structure.axes()[0])
+}
+
+/// The axis along which lift of the hull acts.
+fn lifts_along(structure: &Structure, term: &Basis) -> Option<Dof> {
+    structure.lift_of_hull(term).map(|(along, _)| along)
 }
 
 pub(super) fn with_all(structure: &Structure, terms: &[Basis]) -> Result<Structure, Error> {
@@ -177,7 +185,7 @@ fn refused(structure: &Structure) -> Error {
 
 /// The candidates whose scores admit them: those that pass whatever the whiteness of their axis
 /// exaggerates, and of each axis the one that gains most, whose lack may be what colours it. Of places of the hull's
-/// lift, which are much alike, one at a time.
+/// lift along an axis, which are much alike, one at a time.
 pub(super) fn admitted(
     structure: &Structure,
     candidates: &[Basis],
@@ -191,18 +199,28 @@ pub(super) fn admitted(
     };
     let passes = |(term, &score): (&Basis, &f64)| {
         let axis = main_axis(structure, term);
+        let needed = needed.min(needed_of_place(structure, term, structure.terms()));
         let is_admitted = score > needed * whiteness(axis) || score > needed && score >= best(axis);
         is_admitted.then_some((*term, score))
     };
     let mut passing: Vec<(Basis, f64)> = candidates.iter().zip(scores).filter_map(passes).collect();
-    let is_lift = |term: &Basis| match term {
-        Basis::Effect(k) => structure.effects()[*k].hull_lift_at_m().is_some(),
-        _ => false,
-    };
-    let lifts = passing.iter().filter(|(term, _)| is_lift(term));
-    let best = lifts.map(|(_, score)| *score).fold(0.0, f64::max);
-    passing.retain(|(term, score)| !is_lift(term) || *score == best);
+    let along = |term: &Basis| lifts_along(structure, term);
+    let mut best = BTreeMap::new();
+    for (axis, score) in passing.iter().filter_map(|(term, x)| Some((along(term)?, *x))) {
+        let most = best.entry(axis).or_insert(score);
+        *most = most.max(score);
+    }
+    passing.retain(|(term, score)| along(term).is_none_or(|axis| best[&axis] == *score));
     passing.into_iter().map(|(term, _)| term).collect()
+}
+
+/// The gain that lift of the hull needs beside one of the same axis at another place: the place of lift is a number of
+/// it, and that between two of those that are tried has a part at both. Infinite for other terms.
+fn needed_of_place(structure: &Structure, term: &Basis, beside: &[Basis]) -> f64 {
+    let along = lifts_along(structure, term);
+    let is_alike = |other: &&Basis| *other != term && lifts_along(structure, other) == along;
+    let is_second = along.is_some() && beside.iter().filter(is_alike).count() == 1;
+    if is_second { CLEAR_GAIN } else { f64::INFINITY }
 }
 
 /// The terms of a wider plant to drop: one after the other those worth least beside the others,
@@ -221,16 +239,20 @@ pub(super) fn dropped(
     let mut left: Vec<(usize, Basis)> =
         terms.iter().filter_map(|term| Some((structure.index_of(term)?, *term))).collect();
     let mut theta = DVector::from_column_slice(plant.coefficients());
-    let (mut c, mut gone) = (covariance.clone(), Vec::new());
+    let (mut c, mut gone) = (covariance.clone(), Vec::<Basis>::new());
     while !left.is_empty() {
+        let beside: Vec<Basis> =
+            structure.terms().iter().filter(|term| !gone.contains(term)).copied().collect();
+        // The part that each is worth of what it needs.
         let worth = |(k, term): &(usize, Basis)| {
-            theta[*k].powi(2) / c[(*k, *k)] / whiteness(main_axis(plant.structure(), term))
+            let needed = needed.min(needed_of_place(structure, term, &beside));
+            theta[*k].powi(2) / c[(*k, *k)] / whiteness(main_axis(structure, term)) / needed
         };
         let worths = left.iter().map(worth).enumerate();
         let least = worths.min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((at, worth)) = least else { break };
         let is_first_of_must = one_must_go && gone.is_empty();
-        if worth >= needed && !is_first_of_must {
+        if worth >= 1.0 && !is_first_of_must {
             break;
         }
         let (k, term) = left.remove(at);

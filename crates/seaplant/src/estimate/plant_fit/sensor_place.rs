@@ -20,7 +20,8 @@ pub(super) struct Placed {
     pub(super) fitted: Fitted,
     /// None where they are those before the search.
     pub(super) records: Vec<TrialRecord>,
-    /// The fit with the velocity sensor as stated, if it explains the trials as well as `fitted`.
+    /// The fit with the velocity sensor as stated, if it explains the trials as well as `fitted`, or has the smaller
+    /// couplings in mass.
     pub(super) as_stated: Option<Fitted>,
 }
 
@@ -41,9 +42,9 @@ impl Fitted {
         let before = &self.problem.structure;
         let swings = Swing::all(before, records);
         let couples = |fitted: &Self| {
-            let terms = fitted.problem.structure.terms().iter();
-            let mut added = terms.filter(|term| before.index_of(term).is_none());
-            added.any(|term| swings.iter().any(|swing| swing.is_damped_by(term)))
+            let structure = &fitted.problem.structure;
+            let mut added = structure.terms().iter().filter(|term| before.index_of(term).is_none());
+            added.any(|term| swings.iter().any(|swing| swing.is_damped_by(structure, term)))
         };
         let has_lever_along = |fitted: &Self| {
             swings.iter().any(|swing| fitted.reported.how.lever_m[swing.along()] != 0.0)
@@ -67,16 +68,17 @@ impl Fitted {
         let gain = 2.0 * (first.optimum.cost - second.optimum.cost);
         let colour = first.colour_of_translations()?.min(second.colour_of_translations()?);
         let is_open = gain.abs() <= search::ADMITTED * colour;
-        let is_second = match is_open {
-            true => second.coupling_of_mass(&swings)? < first.coupling_of_mass(&swings)?,
-            false => gain > 0.0,
-        };
+        let second_is_centred =
+            second.coupling_of_mass(&swings)? < first.coupling_of_mass(&swings)?;
+        let is_second = if is_open { second_is_centred } else { gain > 0.0 };
         let (fitted, other, records) = match is_second {
             true => (second, first, moved),
             false => (first, second, Vec::new()),
         };
-        let is_as_stated = !has_lever_along(&other);
-        Ok(Placed { fitted, records, as_stated: Some(other).filter(|_| is_open && is_as_stated) })
+        // The likelier place of a sensor is in doubt that takes the centre of mass with it.
+        let is_rival = is_open || is_second != second_is_centred;
+        let as_stated = Some(other).filter(|other| is_rival && !has_lever_along(other));
+        Ok(Placed { fitted, records, as_stated })
     }
 
     /// Computes the sum of squared distances of the centre of mass from that of the rigid body, or from the origin, m².

@@ -7,7 +7,7 @@ use crate::{Dof, TrialRecord};
 
 /// Returns true if a logged force, or a rudder, fin or propeller of unknown strength, acts on an axis.
 pub(crate) fn is_pushed(structure: &Structure, records: &[&TrialRecord], dof: Dof) -> bool {
-    let mut effects = structure.terms().iter().filter(|term| matches!(term, Basis::Effect(_)));
+    let mut effects = structure.terms().iter().filter(|term| structure.pushes(term));
     effects.any(|term| structure.axes_of(term).contains(&dof))
         || records.iter().any(|record| record.is_driven(dof))
 }
@@ -66,9 +66,12 @@ impl Swing {
         if (direction(self.by) + 1) % 3 == self.along() { 1.0 } else { -1.0 }
     }
 
-    /// Returns true if a term is damping of the one by the other.
-    pub(crate) fn is_damped_by(self, term: &Basis) -> bool {
-        let Basis::Product(on, product) = term else { return false };
+    /// Returns true if a term of a plant is damping of the one by the other, or lift of the hull that is.
+    pub(crate) fn is_damped_by(self, structure: &Structure, term: &Basis) -> bool {
+        let Basis::Product(on, product) = term else {
+            return structure.lift_of_hull(term).is_some()
+                && [self.of, self.by].iter().all(|dof| structure.axes_of(term).contains(dof));
+        };
         let pairs = [(self.of, self.by), (self.by, self.of)];
         product.factors().any(|factor| pairs.contains(&(*on, factor.of)))
     }

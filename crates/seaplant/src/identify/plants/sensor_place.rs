@@ -26,7 +26,7 @@ pub(super) fn doubts(
     let (one, rival) = (fit.of_sure_thrust(), other.of_sure_thrust());
     let of = |&dof: &Dof| {
         let message = format!(
-            "{} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well: {}",
+            "{} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well or has the centre of mass nearer to where it is expected: {}",
             apart(&one, &rival, dof, records)?.message,
             measure(fit)
         );
@@ -82,7 +82,7 @@ pub(super) fn centred(fit: &PlantFit, records: &[&TrialRecord], vehicle: &Vehicl
     let mass = fit.plant.mass_matrix_of_six();
     let structure = fit.plant.structure();
     let is_open = |swing: &Swing| {
-        let is_damped = structure.terms().iter().any(|term| swing.is_damped_by(term));
+        let is_damped = structure.terms().iter().any(|term| swing.is_damped_by(structure, term));
         is_damped || fit.report.lever_m[swing.along()] != 0.0
     };
     let of = |swing: Swing| {

@@ -298,7 +298,8 @@ fn lift_of_the_hull_is_found_between_places_and_nowhere_else() {
     let usual = planar();
     let with_lift_at = |places_m: &[f64], as_term: bool| {
         let with = |structure: Structure, &at_m: &f64| {
-            let (name, force) = (format!("hull at {at_m}"), EffectForce::HullLift { at_m });
+            let (name, force) =
+                (format!("hull at {at_m}"), EffectForce::HullLift { along: Dof::Sway, at_m });
             structure.with_effect(Effect { name, force }, as_term)
         };
         places_m.iter().try_fold(usual.structure().clone(), with).expect("new effects")
@@ -313,9 +314,8 @@ fn lift_of_the_hull_is_found_between_places_and_nowhere_else() {
         fit_plant(&tried, &records, None, true).expect("an optimum").plant
     };
     let lift_and_moment = |plant: &Plant| {
-        let of = |(term, x): (&Basis, &f64)| match term {
-            Basis::Effect(k) => Some((*x, plant.structure().effects()[*k].hull_lift_at_m()?)),
-            _ => None,
+        let of = |(term, x): (&Basis, &f64)| {
+            plant.structure().lift_of_hull(term).map(|(_, at_m)| (*x, at_m))
         };
         let lifts = plant.structure().terms().iter().zip(plant.coefficients()).filter_map(of);
         lifts.fold((0.0, 0.0), |(lift, moment), (x, at_m)| (lift + x, moment + x * at_m))
