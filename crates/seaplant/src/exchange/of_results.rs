@@ -6,7 +6,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::driven::disturbances_of;
 use super::{Actuation, Judgement, Origin, PlantModel};
-use crate::plant::{Basis, Effect, Factor, Plant, Product, Structure, Symmetry, ThrusterNumber};
+use crate::plant::{
+    Basis, Effect, Factor, Plant, Product, Structure, Symmetry, ThrusterNumber, hull_way,
+};
 use crate::results::{
     CurveResult, Parameter, PlantResult, Results, RigidBodyResult, is_of_thruster, plant_of_result,
 };
@@ -290,16 +292,15 @@ fn lift_as_damping(structure: &Structure) -> (Vec<Basis>, DMatrix<f64>) {
     (terms, by_found)
 }
 
-/// Returns the terms of damping on some axes that lift at a place is, and their coefficients per unit of its own.
+/// Returns the terms of damping on some axes that lift at a place is, and their coefficients per unit of its own: those
+/// of `|u| w wᵀ`, w being its wrench per newton.
 fn damping_of_lift((along, at_m): (Dof, f64), axes: &[Dof]) -> impl Iterator<Item = (Basis, f64)> {
     const SPEED: Factor = Factor { of: Dof::Surge, modulus: true };
-    // Pitch lifts a place ahead, against heave.
-    let (turn, x) = if along == Dof::Heave { (Dof::Pitch, -at_m) } else { (Dof::Yaw, at_m) };
-    let all = [(along, along, 1.0), (along, turn, x), (turn, along, x), (turn, turn, x * x)];
-    let acts = |(on, of, by): &(Dof, Dof, f64)| {
-        *by != 0.0 && [Dof::Surge, *on, *of].iter().all(|dof| axes.contains(dof))
-    };
-    all.into_iter().filter(acts).filter_map(|(on, of, by)| {
+    let way = hull_way(along, at_m);
+    let axes = if axes.contains(&Dof::Surge) { axes } else { &[] };
+    let pairs = axes.iter().flat_map(|&on| axes.iter().map(move |&of| (on, of)));
+    let all = pairs.map(move |(on, of)| (on, of, way[on.index()] * way[of.index()]));
+    all.filter(|(.., by)| *by != 0.0).filter_map(|(on, of, by)| {
         let product = Product::new(&[SPEED, Factor { of, modulus: false }])?;
         Some((Basis::Product(on, product), by))
     })
@@ -560,6 +561,15 @@ mod tests {
         }
         let covariance = model.covariance.expect("known");
         assert_eq!(covariance.nrows(), model.plant.coefficients().len());
+    }
+
+    #[test]
+    fn lift_of_the_hull_along_another_axis_than_sway_and_heave_is_refused() {
+        let force = EffectForce::HullLift { along: Dof::Yaw, at_m: 0.7 };
+        let lift = Effect { name: "hull.lift".to_owned(), force };
+        let masses = Dof::ALL.map(|dof| (Basis::Mass(dof, dof), 1.0));
+        let refused = plant_of_terms(&masses, &[lift]).expect_err("no such lift").to_string();
+        assert!(refused.contains("along yaw; state sway or heave"), "{refused}");
     }
 
     #[test]

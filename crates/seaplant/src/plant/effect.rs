@@ -528,7 +528,7 @@ fn unit(on: Dof) -> Vector6<f64> {
 }
 
 /// Returns the wrench of a force to starboard at a place ahead of the origin; also its velocity by the vehicle's.
-fn hull_way(along: Dof, at_m: f64) -> Vector6<f64> {
+pub(crate) fn hull_way(along: Dof, at_m: f64) -> Vector6<f64> {
     let direction = if along == Dof::Heave { Vector3::z() } else { Vector3::y() };
     wrench_at(&Vector3::new(at_m, 0.0, 0.0), &direction)
 }

@@ -181,12 +181,19 @@ impl Structure {
     /// Adds an effect, and its term if `as_term`.
     ///
     /// # Errors
-    /// [`Error::Plant`] if the name is present already, or if the effect acts on none of the axes.
+    /// [`Error::Plant`] if the name is present already, if the effect acts on none of the axes, or if lift of the hull
+    /// acts along another axis than sway or heave.
     pub fn with_effect(mut self, effect: Effect, as_term: bool) -> Result<Self, Error> {
         let refuse = |reason: String| Error::Plant { axes: name_of_axes(&self.axes), reason };
         let name = &effect.name;
         if self.effects.iter().any(|known| known.name == *name) {
             return Err(refuse(format!("it has `{name}` twice; give each its own name")));
+        }
+        if let Some((along, _)) = effect.hull_lift()
+            && !matches!(along, Dof::Sway | Dof::Heave)
+        {
+            let reason = format!("`{name}` is lift of the hull along {along}; state sway or heave");
+            return Err(refuse(reason));
         }
         if !effect.axes().iter().any(|dof| self.axes.contains(dof)) {
             return Err(refuse(format!("`{name}` acts on none of its axes; leave it out")));
