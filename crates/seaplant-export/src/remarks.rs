@@ -1,6 +1,6 @@
 //! Remarks in every exported file: units, frames, source, settings, uncertainty, doubts.
 
-use seaplant::exchange::{Judgement, PlantModel};
+use seaplant::exchange::{Actuation, Judgement, PlantModel};
 use seaplant::plant::Basis;
 use seaplant::results::{Parameter, Trust};
 use seaplant::{Dof, ThrustCurve};
@@ -238,9 +238,21 @@ fn effects(model: &PlantModel) -> Option<String> {
         })
     };
     let found: Vec<String> = terms.filter_map(of).collect();
+    let first = model.actuation.values().next();
+    let gear = |actuation: &Actuation| {
+        let delay = actuation.steering_delay.as_ref();
+        let rate = actuation.steering_rate.as_ref();
+        let delay = delay.map(|own| format!("{} s late", short(own.value)));
+        let rate = rate.map(|own| format!("at no more than {} {}", short(own.value), own.unit));
+        let both: Vec<String> = delay.into_iter().chain(rate).collect();
+        (!both.is_empty()).then(|| {
+            format!(", of which rudders and fins follow their orders {}", both.join(" and "))
+        })
+    };
+    let gear = first.and_then(gear).unwrap_or_default();
     (!found.is_empty()).then(|| {
         format!(
-            "LEFT OUT, for the format has no place for them: forces of rudders, fins, propellers and wind ({}); add them to the force that comes in, by their laws in the book, or simulate with `seaplant simulate`",
+            "LEFT OUT, for the format has no place for them: forces of rudders, fins, propellers and wind ({}){gear}; add them to the force that comes in, by their laws in the book, or simulate with `seaplant simulate`",
             found.join(", ")
         )
     })

@@ -40,7 +40,7 @@ pub use scenario::{Outcome, Scenario};
 
 use crate::plant::{Basis, Buoyancy, GRAVITY, Plant, Product, RigidBody};
 use crate::results::{Parameter, Verdict};
-use crate::{Caveat, Dof, Thruster};
+use crate::{Caveat, Dof, SteeringGear, Thruster};
 
 /// A plant with the data that a simulator or a controller needs.
 ///
@@ -124,6 +124,12 @@ pub struct Actuation {
     /// thrusters have it, a logged wrench has not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thrust_scale: Option<Parameter>,
+    /// Delay of rudders and fins after their orders, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steering_delay: Option<Parameter>,
+    /// The greatest rate of rudders and fins that follow their orders, rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steering_rate: Option<Parameter>,
 }
 
 /// Source of a plant.
@@ -162,6 +168,12 @@ impl Actuation {
     pub fn lag_s(&self, thruster: &str) -> f64 {
         let known = self.lag_of.get(thruster).or(self.lag.as_ref());
         known.map_or(0.0, |lag| lag.value.max(0.0))
+    }
+
+    /// Returns how rudders and fins follow their orders.
+    pub fn steering_gear(&self) -> SteeringGear {
+        let value = |number: &Option<Parameter>| number.as_ref().map(|number| number.value);
+        SteeringGear::new(value(&self.steering_delay), value(&self.steering_rate))
     }
 }
 

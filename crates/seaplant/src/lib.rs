@@ -187,8 +187,8 @@ pub use thrust::{
     BetweenSamples, EXPONENTS, QuadraticThrust, ThrustCurve, ThrustModel, ThrustTable,
 };
 pub use trial::{
-    AxisRecord, GAINED_S, PlacedThruster, Role, Supply, ThrusterFault, ThrusterTrack, Trial,
-    TrialRecord, TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource,
+    AxisRecord, GAINED_S, PlacedThruster, Role, SteeringGear, Supply, ThrusterFault, ThrusterTrack,
+    Trial, TrialRecord, TrialSetup, UniformAxis, UniformStretch, VelocityReport, VelocitySource,
     lever_axes,
 };
 pub use vehicle::{

@@ -13,6 +13,7 @@ mod report;
 mod signals;
 mod slopes;
 mod start;
+mod steering_gear;
 mod trial_record;
 
 use std::collections::BTreeMap;
@@ -41,6 +42,7 @@ use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;
 pub use report::VelocityReport;
 pub(crate) use start::starting_velocity;
+pub use steering_gear::SteeringGear;
 
 /// The role of a trial.
 #[derive(

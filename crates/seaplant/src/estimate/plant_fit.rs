@@ -24,6 +24,7 @@ mod search;
 mod sensor_lag;
 mod sensor_place;
 mod start;
+mod steering;
 mod step;
 mod swing;
 mod thrust;
@@ -52,6 +53,7 @@ pub use search::Tried;
 pub(crate) use search::{NEGLIGIBLE_POWER, damping_power};
 use sensor_place::Placed;
 use start::begun;
+use steering::Steering;
 pub(crate) use step::LikelihoodStep;
 pub(crate) use swing::{Swing, is_pushed};
 pub use thrust::UnseenExponent;
@@ -112,9 +114,12 @@ pub(crate) fn fit_alone(
     rigid_body: Option<&RigidBody>,
 ) -> Result<PlantFit, Error> {
     let structure = Structure::of(&[dof], Symmetry::Diagonal)?;
-    let prompt: Vec<TrialRecord> =
-        records.iter().map(|record| record.with_translations_before(&fit.report)).collect();
-    let records: Vec<&TrialRecord> = prompt.iter().collect();
+    let corrected = |record: &&TrialRecord| {
+        let prompt = record.with_translations_before(&fit.report);
+        prompt.with_surfaces_behind(record, &fit.actuator.steering)
+    };
+    let records: Vec<TrialRecord> = records.iter().map(corrected).collect::<Result<_, Error>>()?;
+    let records: Vec<&TrialRecord> = records.iter().collect();
     let rigid_body = rigid_body.map(RigidBody::mass_matrix);
     let problem = Problem::new(&structure, &records, rigid_body, false, Attitude::Known);
     let (first, least_squares, mut fitted) =
@@ -135,11 +140,17 @@ fn fit_as(
         true => search::with_constants(structure, records)?,
         false => structure.clone(),
     };
+    let logged = records;
     let first_fit = |records: &[&TrialRecord]| {
         let problem = Problem::new(&with_constants, records, rigid_body, is_free, Attitude::Known);
         FirstFit::new(problem, structure, records)
     };
-    let begun = first_fit(records)?;
+    let (begun, steering, steered) = match search {
+        true => FirstFit::steered(structure, records, first_fit)?,
+        false => (first_fit(records)?, Steering::default(), Vec::new()),
+    };
+    let steered: Vec<&TrialRecord> = steered.iter().collect();
+    let records = if steered.is_empty() { records } else { &steered };
     let (begun, wired) = match search {
         true => begun.with_wiring_that_shows(records, first_fit)?,
         false => (begun, Vec::new()),
@@ -147,6 +158,7 @@ fn fit_as(
     let wired: Vec<&TrialRecord> = wired.iter().collect();
     let records = if wired.is_empty() { records } else { &wired };
     let FirstFit { first, least_squares, fitted, prompt } = begun;
+    let fitted = Fitted { steering, ..fitted };
     let prompt: Vec<&TrialRecord> = prompt.iter().collect();
     let records = if prompt.is_empty() { records } else { &prompt };
     let (fitted, acting) = match search {
@@ -155,7 +167,7 @@ fn fit_as(
     };
     let acting: Vec<&TrialRecord> = acting.iter().collect();
     let records = if acting.is_empty() { records } else { &acting };
-    let Placed { fitted, records: placed, as_stated } = match search {
+    let Placed { fitted, records: placed, other_place } = match search {
         true => {
             let cost = fitted.optimum.cost;
             let fitted = fitted.with_differences_that_show(records)?.with_load_that_shows()?;
@@ -183,12 +195,13 @@ fn fit_as(
         _ => fitted,
     };
     let fitted = fitted.without_gains_of_alike(structure)?;
-    let as_stated = match as_stated {
+    let fitted = fitted.with_steering_as_it_is(records, logged)?;
+    let other_place = match other_place {
         Some(other) => Some(Box::new(other.finished(first.clone(), &least_squares, method)?)),
         None => None,
     };
     let found = fitted.refined()?.finished(first, &least_squares, method)?;
-    Ok(PlantFit { as_stated, ..found })
+    Ok(PlantFit { other_place, ..found })
 }
 
 /// The fit of a plant before thrusters are looked at one by one.

@@ -16,7 +16,7 @@ pub struct Drive {
     pub supply_v: Option<Timed>,
     /// Force or moment on an axis in addition to the thrusters, N or N m, held between changes.
     pub wrench: BTreeMap<Dof, Timed>,
-    /// Angles of rudders and fins, rad; linear between samples.
+    /// Orders of rudders and fins, rad, or angles where no gear of them is known; linear between samples.
     pub angles: BTreeMap<String, Timed>,
     /// The wind; still air if absent.
     pub wind: Option<Wind>,
@@ -72,7 +72,7 @@ impl PlantModel {
     /// the air is still: wind is a separate input, [`Inputs::wind`](crate::motion::Inputs::wind).
     ///
     /// # Errors
-    /// [`Error::Fin`] for the angle of an unknown surface.
+    /// [`Error::Fin`] for the angle of an unknown surface; as [`Timed::new`] if an angle is not finite.
     pub fn signals(&self, drive: &Drive) -> Result<BTreeMap<Signal, Timed>, Error> {
         let wanted = self.plant.structure().signals();
         let is_known = |name: &&String| {
@@ -85,9 +85,12 @@ impl PlantModel {
             return Err(Error::Fin { what: "rudder", name: name.clone(), reason });
         }
         let still = Timed::new("input", vec![0.0], vec![0.0])?;
+        let gear = self.actuation.values().next().map(Actuation::steering_gear).unwrap_or_default();
         let series = |signal: &Signal| {
             let given = match signal {
-                Signal::Angle { name, .. } => drive.angles.get(name).cloned(),
+                Signal::Angle { name, .. } => {
+                    drive.angles.get(name).map(|order| gear.behind(order)).transpose()?
+                }
                 Signal::Drive(name) => {
                     drive.thrusters.get(name).map(|input| match self.thruster(name) {
                         Ok(thruster) => input.map(|x| thruster.curve.force(x, None)),
@@ -104,9 +107,9 @@ impl PlantModel {
                 }
                 Signal::ThrustBy { .. } | Signal::AirForward | Signal::AirStarboard => None,
             };
-            (signal.clone(), given.unwrap_or_else(|| still.clone()))
+            Ok((signal.clone(), given.unwrap_or_else(|| still.clone())))
         };
-        Ok(wanted.iter().map(series).collect())
+        wanted.iter().map(series).collect()
     }
 
     /// The thrust along an axis over what a vehicle's curves say; 1 of a published table, which is no more of its

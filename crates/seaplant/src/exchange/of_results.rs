@@ -368,6 +368,8 @@ fn actuation_of(plant: &PlantResult) -> Actuation {
         voltage_exponent: fitted("voltage_exponent"),
         mean_voltage: fitted("mean_voltage"),
         thrust_scale: fitted("thrust_scale"),
+        steering_delay: fitted("steering_delay"),
+        steering_rate: fitted("steering_rate"),
     }
 }
 

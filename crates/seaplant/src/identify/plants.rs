@@ -37,8 +37,8 @@ use crate::results::{
     Parameters, PlantResult, PlantScore, Results, Score, TermDecision, ToldBy,
 };
 use crate::{
-    Caveat, CaveatCode, Dof, Error, Estimate, Method, PlantPlan, Role, Timed, Trial, TrialRecord,
-    Vehicle,
+    Caveat, CaveatCode, Dof, Error, Estimate, Method, PlantPlan, Role, SteeringGear, Timed, Trial,
+    TrialRecord, Vehicle,
 };
 
 /// Identifies every requested plant of several axes; calls `begins` with the axes of each
@@ -623,6 +623,15 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
         if let Some(std) = std {
             all.insert(name.to_owned(), parameter((value, std), "s"));
         }
+    }
+    let SteeringGear { delay_s, slew_s_rad } = fit.actuator.steering;
+    let [delay_std, slew_std] = fit.steering_std;
+    if let Some(std) = delay_std {
+        all.insert("steering_delay".to_owned(), parameter((delay_s, std), "s"));
+    }
+    if let Some(std) = slew_std {
+        let rate = (1.0 / slew_s_rad, std / slew_s_rad.powi(2));
+        all.insert("steering_rate".to_owned(), parameter(rate, "rad/s"));
     }
     let place = [
         (LEVERS, fit.report.lever_m, fit.lever_std, "m"),

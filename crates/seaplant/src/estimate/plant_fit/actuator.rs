@@ -61,7 +61,8 @@ use super::search::ADMITTED;
 use crate::motion::{HeldForces, PUSHED_BY, Slice};
 use crate::series::union;
 use crate::{
-    BetweenSamples, Dof, Error, PlacedThruster, Supply, ThrusterTrack, Timed, TrialRecord,
+    BetweenSamples, Dof, Error, PlacedThruster, SteeringGear, Supply, ThrusterTrack, Timed,
+    TrialRecord,
 };
 use wrench::{Lagging, finely_held};
 
@@ -103,6 +104,8 @@ pub struct Actuator {
     pub ln_voltage: [f64; 2],
     /// What propellers, or logged forces, do between their samples.
     pub between: BetweenSamples,
+    /// How rudders and fins follow what is logged of them; records of a fit are corrected for it.
+    pub steering: SteeringGear,
 }
 
 /// The greatest dead band, as a part of full speed.

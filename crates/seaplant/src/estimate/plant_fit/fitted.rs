@@ -9,6 +9,7 @@ use super::descent::{Optimum, Tolerance};
 use super::filter::{Drift, NoiseNumber, Swell};
 use super::problem::Problem;
 use super::report::Reported;
+use super::steering::Steering;
 use super::uncertainty::{Asked, inverse, whiteness};
 use super::wiring::Wiring;
 use super::{Actuator, Candidate, Tried, search};
@@ -26,6 +27,8 @@ pub(super) struct Fitted {
     pub(super) tried: Vec<Tried>,
     /// Delay, lag and lever arm of the velocity sensor; the records of the problem are corrected for them.
     pub(super) reported: Reported,
+    /// How rudders and fins follow what is logged of them, likewise.
+    pub(super) steering: Steering,
     /// Thrusters that did not act as logged; the records of the problem are corrected for them.
     pub(super) faults: Vec<ThrusterFault>,
     /// Thrusters that do not follow their own log, likewise.
@@ -36,8 +39,8 @@ pub(super) struct Fitted {
 
 impl Fitted {
     pub(super) fn new(problem: Problem, optimum: Optimum) -> Self {
-        let (tried, reported, faults, wiring) = Default::default();
-        Self { problem, optimum, tried, reported, faults, wiring, smooth: Vec::new() }
+        let (tried, reported, steering, faults, wiring, smooth) = Default::default();
+        Self { problem, optimum, tried, reported, steering, faults, wiring, smooth }
     }
 
     /// The problem, and its optimum.
@@ -47,9 +50,7 @@ impl Fitted {
 
     /// Another optimum of the same trials; the sensor and the thrusters stay as found before.
     pub(super) fn moved_to(&self, problem: Problem, optimum: Optimum) -> Self {
-        let (reported, faults) = (self.reported, self.faults.clone());
-        let (wiring, smooth) = (self.wiring.clone(), self.smooth.clone());
-        Self { problem, optimum, tried: Vec::new(), reported, faults, wiring, smooth }
+        Self { problem, optimum, tried: Vec::new(), ..self.clone() }
     }
 
     /// The same where what reads the speed of propellers reads that which they have, behind the one

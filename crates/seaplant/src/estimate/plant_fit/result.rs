@@ -58,6 +58,8 @@ pub struct PlantFit {
     /// Jitter of thrust: standard deviation of the time at which a change of thrust acts, s, and that of its
     /// estimate, if the trials show one.
     pub thrust_jitter_s: Option<(f64, f64)>,
+    /// Standard deviations of delay, s, and slew, s/rad, of the steering gear; none of one that is not fitted.
+    pub steering_std: [Option<f64>; 2],
     /// Delay, lag and lever arm of the velocity sensor beyond those that are stated, if the trials support
     /// them; the fit corrects for them.
     pub report: VelocityReport,
@@ -70,9 +72,9 @@ pub struct PlantFit {
     /// True if translations are measured along the world's axes, as by a satellite receiver: a misalignment about the
     /// vertical axis is then that of heading.
     pub is_along_world: bool,
-    /// The fit with the velocity sensor where it is stated to be, if that explains the trials as well by couplings in
-    /// damping, or has the centre of mass nearer to where it is expected.
-    pub as_stated: Option<Box<PlantFit>>,
+    /// The fit with another place of the velocity sensor, if that explains the trials as well or better, or has the centre
+    /// of mass nearer to where it is expected.
+    pub other_place: Option<Box<PlantFit>>,
     /// ln-likelihood.
     pub log_likelihood: f64,
     /// Numbers measured.
@@ -155,8 +157,8 @@ impl Fitted {
             thrust_covariance += unseen.covariance();
         }
         let is_coloured = self.is_coloured(&whiteness);
-        let covariance = self.covariance_by_colour(&whiteness);
-        let Self { problem, optimum, mut tried, reported, faults, wiring, smooth } = self;
+        let covariance = self.steering.widened(self.covariance_by_colour(&whiteness));
+        let Self { problem, optimum, mut tried, reported, steering, faults, wiring, smooth } = self;
         tried.extend(smooth);
         let plant = problem.plant(&optimum.point.free)?;
         let unseen_exponent = unseen.map(|unseen| unseen.of(&plant));
@@ -221,7 +223,8 @@ impl Fitted {
             inflation,
             covariance: of_plant,
             thrust_covariance,
-            actuator: optimum.point.actuator,
+            actuator: Actuator { steering: steering.gear, ..optimum.point.actuator },
+            steering_std: steering.std,
             actuator_std: std::array::from_fn(std_of_actuator),
             unseen_exponent,
             has_thrusters: problem.has_thrusters,
@@ -236,7 +239,7 @@ impl Fitted {
             lever_std: reported.lever_std,
             misalignment_std: reported.misalignment_std,
             is_along_world: problem.is_along_world,
-            as_stated: None,
+            other_place: None,
             current_drift: current_drift(&optimum.point.noise, &noise_covariance),
             swell: swell_force(&problem.structure, &noise, &noise_covariance),
             thrust_jitter_s: thrust_jitter(&optimum.point.noise, &noise_covariance),

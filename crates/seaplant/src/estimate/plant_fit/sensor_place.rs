@@ -7,27 +7,33 @@
 //! v' = v + ℓ r,   M = Tᵀ M' T,   D = Tᵀ D' T,   T = [1 ℓ; 0 1] of sway and yaw
 //! ```
 //!
-//! so that a sensor there and couplings of linear damping explain the same trials. Of two such fits that of the
-//! smaller couplings in mass is taken: a wrong place of the sensor shifts the centres of mass and of damping alike,
-//! damping that couples only its own.
+//! so that a sensor there and couplings of linear damping explain the same trials. Of two such fits, whose centres of mass
+//! are apart by ℓ as well, that of the smaller couplings in mass is taken: a wrong place of the sensor shifts the centres
+//! of mass and of damping alike, damping that couples only its own. Likelihood does not decide between them: what it
+//! prefers of them depends on drag that neither describes exactly. Of other fits the likelier one is taken.
+
+use nalgebra::Matrix6;
 
 use super::descent::Tolerance;
 use super::{Fitted, Swing, search};
 use crate::{Error, TrialRecord, VelocityReport};
+
+/// The centre of mass is elsewhere by about as much as a sensor if the difference is less than this part of it.
+const AS_FAR: f64 = 0.2;
 
 /// A fit after the search for couplings, and the records that it is of.
 pub(super) struct Placed {
     pub(super) fitted: Fitted,
     /// None where they are those before the search.
     pub(super) records: Vec<TrialRecord>,
-    /// The fit with the velocity sensor as stated, if it explains the trials as well as `fitted`, or has the smaller
-    /// couplings in mass.
-    pub(super) as_stated: Option<Fitted>,
+    /// The fit with another place of the velocity sensor, if it explains the trials as well as `fitted` or better, or has
+    /// the smaller couplings in mass.
+    pub(super) other_place: Option<Fitted>,
 }
 
 impl From<Fitted> for Placed {
     fn from(fitted: Fitted) -> Self {
-        Self { fitted, records: Vec::new(), as_stated: None }
+        Self { fitted, records: Vec::new(), other_place: None }
     }
 }
 
@@ -70,22 +76,45 @@ impl Fitted {
         let is_open = gain.abs() <= search::ADMITTED * colour;
         let second_is_centred =
             second.coupling_of_mass(&swings)? < first.coupling_of_mass(&swings)?;
-        let is_second = if is_open { second_is_centred } else { gain > 0.0 };
+        let by_centre = is_open || first.is_moved_with_its_centre(&second, &swings)?;
+        let is_second = if by_centre { second_is_centred } else { gain > 0.0 };
         let (fitted, other, records) = match is_second {
             true => (second, first, moved),
             false => (first, second, Vec::new()),
         };
-        // The likelier place of a sensor is in doubt that takes the centre of mass with it.
-        let is_rival = is_open || is_second != second_is_centred;
-        let as_stated = Some(other).filter(|other| is_rival && !has_lever_along(other));
-        Ok(Placed { fitted, records, as_stated })
+        // Of two that are as likely, that is told which has the sensor as stated; of others, the likelier one, and one
+        // that has the centre of mass nearer to where it is expected.
+        let is_rival = match is_open {
+            true => !has_lever_along(&other),
+            false => is_second != (gain > 0.0) || is_second != second_is_centred,
+        };
+        Ok(Placed { fitted, records, other_place: Some(other).filter(|_| is_rival) })
+    }
+
+    /// Returns true if the centre of mass is elsewhere than in another fit by about as much as the velocity sensor, in
+    /// all directions in which that is elsewhere: the place of the sensor is then all that tells the plants apart.
+    fn is_moved_with_its_centre(&self, other: &Self, swings: &[Swing]) -> Result<bool, Error> {
+        let [own, others] = [self, other].map(Self::mass_and_body);
+        let ((mass, body), (mass_of_other, _)) = (own?, others?);
+        let along = |swing: &Swing| {
+            let k = swing.along();
+            let sensor_m = self.reported.how.lever_m[k] - other.reported.how.lever_m[k];
+            let centre_m = swing.centre(&mass, &body) - swing.centre(&mass_of_other, &body);
+            (sensor_m != 0.0).then(|| (centre_m - sensor_m).abs() < AS_FAR * sensor_m.abs())
+        };
+        Ok(swings.iter().filter_map(along).all(|is_as_far| is_as_far))
     }
 
     /// Computes the sum of squared distances of the centre of mass from that of the rigid body, or from the origin, m².
     fn coupling_of_mass(&self, swings: &[Swing]) -> Result<f64, Error> {
-        let mass = self.problem.plant(&self.optimum.point.free)?.mass_matrix_of_six();
-        let body = self.problem.rigid_body().unwrap_or_default();
+        let (mass, body) = self.mass_and_body()?;
         Ok(swings.iter().map(|swing| swing.centre(&mass, &body).powi(2)).sum())
+    }
+
+    /// Returns the mass matrices of the plant and of the rigid body, zero of one that is not known.
+    fn mass_and_body(&self) -> Result<(Matrix6<f64>, Matrix6<f64>), Error> {
+        let mass = self.problem.plant(&self.optimum.point.free)?.mass_matrix_of_six();
+        Ok((mass, self.problem.rigid_body().unwrap_or_default()))
     }
 
     /// The same with the velocity sensor where it is stated to be along some swings, and its records.

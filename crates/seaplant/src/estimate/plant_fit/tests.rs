@@ -3,6 +3,7 @@ mod jitter;
 mod known;
 mod sensor_place;
 mod slow_logs;
+mod steering;
 mod thrusters;
 
 use std::collections::BTreeMap;

@@ -359,7 +359,7 @@ impl Fitted {
 }
 
 /// The records that a fit is of: with prompt velocities, with thrusters as they act, or as logged.
-fn acting<'a>(
+pub(super) fn acting<'a>(
     prompt: &'a [TrialRecord],
     wired: &'a [TrialRecord],
     logged: &[&'a TrialRecord],

@@ -7,7 +7,7 @@ use crate::estimate::{Actuator, NEGLIGIBLE_POWER, PlantFit, damping_power, is_pu
 use crate::judge::{NOT_WHITE, scoring};
 use crate::plant::{Basis, EffectForce};
 use crate::results::{PlantResult, ToldBy};
-use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Method, TrialRecord, Vehicle};
+use crate::{BetweenSamples, Caveat, CaveatCode, Dof, Method, SteeringGear, TrialRecord, Vehicle};
 
 /// Two coefficients that are correlated by more cannot be told apart.
 const COLLINEAR: f64 = 0.98;
@@ -58,6 +58,7 @@ pub(super) fn doubts(
     let [.., within_std, between_std, _, _] = fit.actuator_std;
     all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
     all.extend(late(fit));
+    all.extend(late_surfaces(fit));
     all.extend(turned_heading(fit));
     all.extend(measured_elsewhere(fit));
     all.sort_by_key(|caveat| std::cmp::Reverse(caveat.severity));
@@ -81,6 +82,26 @@ fn late(fit: &PlantFit) -> Option<Caveat> {
     (!both.is_empty()).then(|| {
         let message = format!(
             "translations are measured {}, as by a DVL that averages or smooths, or by a satellite receiver; this was allowed for{advice}",
+            both.join(" and ")
+        );
+        Caveat::note(CaveatCode::ClockOffset, message)
+    })
+}
+
+/// That rudders and fins follow what is logged of them late, or no faster than they can.
+fn late_surfaces(fit: &PlantFit) -> Option<Caveat> {
+    let SteeringGear { delay_s, slew_s_rad } = fit.actuator.steering;
+    let [delay_std, slew_std] = fit.steering_std;
+    let delay = delay_std.map(|std| format!("{} s late", estimated(delay_s, std)));
+    let rate = slew_std.map(|std| {
+        let std = std / slew_s_rad.powi(2);
+        let most = estimated(slew_s_rad.recip().to_degrees(), std.to_degrees());
+        format!("at no more than {most}°/s")
+    });
+    let both: Vec<String> = delay.into_iter().chain(rate).collect();
+    (!both.is_empty()).then(|| {
+        let message = format!(
+            "rudders and fins follow what is logged of them {}, as where their orders are logged; this was allowed for; log the angles that they have",
             both.join(" and ")
         );
         Caveat::note(CaveatCode::ClockOffset, message)

@@ -214,8 +214,8 @@ pub(super) fn numbers(
 ) -> Vec<(Dof, Number)> {
     let sure = |fit: &PlantFit| fit.of_sure_thrust();
     let by_method = rival.map(|fit| (OffBecause::Method { method: fit.method }, sure(fit)));
-    let as_stated = fit.as_stated.as_ref().map(|fit| (OffBecause::SensorPlace, sure(fit)));
-    let rivals: Vec<(OffBecause, PlantFit)> = by_method.into_iter().chain(as_stated).collect();
+    let other_place = fit.other_place.as_ref().map(|fit| (OffBecause::SensorPlace, sure(fit)));
+    let rivals: Vec<(OffBecause, PlantFit)> = by_method.into_iter().chain(other_place).collect();
     let own = sure(fit);
     let free = |dof: &&Dof| fit.std(&Basis::Mass(**dof, **dof)).is_some_and(|std| std > 0.0);
     let of = |&dof: &Dof| {

@@ -21,8 +21,8 @@ use crate::signal::sample_noise;
 use crate::statistics::root;
 use crate::{
     Agreement, Comparison, Dof, Error, LumpedParameters, Method, Model, PhysicalParameters,
-    ScoredMotion, ThrustCurve, ThrusterTrack, Timed, Trial, TrialRecord, Vehicle, VelocityReport,
-    parallel,
+    ScoredMotion, SteeringGear, ThrustCurve, ThrusterTrack, Timed, Trial, TrialRecord, Vehicle,
+    VelocityReport, parallel,
 };
 
 /// The error of a plant of several axes on trials, each simulated freely from its start.
@@ -462,6 +462,10 @@ impl<'a> Standing<'a> {
             log_scale: ratio("thrust_scale").ln(),
             full_speed: ratio("full_speed"),
             between: result.between_samples(),
+            steering: SteeringGear::new(
+                result.nuisances.get("steering_delay").map(|x| x.value),
+                result.nuisances.get("steering_rate").map(|x| x.value),
+            ),
         };
         let report = VelocityReport {
             delay_s: number("translation_delay"),
@@ -489,6 +493,7 @@ impl<'a> Standing<'a> {
             log_reverse_ratio: value(|x| &x.reverse_ratio, 1.0).ln(),
             voltage_exponent: value(|x| &x.voltage_exponent, 0.0),
             ln_voltage: [value(|x| &x.mean_voltage, 1.0).ln(); 2],
+            steering: first.map(Actuation::steering_gear).unwrap_or_default(),
             ..Actuator::default()
         };
         Self { actuator, report: VelocityReport::default(), fit: None }

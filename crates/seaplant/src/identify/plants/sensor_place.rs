@@ -18,7 +18,7 @@ pub(super) fn doubts(
     let told = |dof: Dof, message: String| {
         (dof, Caveat::warning(CaveatCode::InstrumentElsewhere, message))
     };
-    let Some(other) = &fit.as_stated else {
+    let Some(other) = &fit.other_place else {
         let all = centred(fit, records, vehicle).into_iter();
         let far = all.filter(|one| one.factor() > 1.0 + OTHER_MASS);
         return far.map(|one| told(one.swing.by, one.message(&measure(fit)))).collect();
@@ -26,13 +26,31 @@ pub(super) fn doubts(
     let (one, rival) = (fit.of_sure_thrust(), other.of_sure_thrust());
     let of = |&dof: &Dof| {
         let message = format!(
-            "{} if the velocity sensor sits where it is stated to sit, and damping couples axes instead, which explains the trials as well or has the centre of mass nearer to where it is expected: {}",
+            "{} if the velocity sensor sits {}: {}",
             apart(&one, &rival, dof, records)?.message,
+            place_of(other),
             measure(fit)
         );
         Some(told(dof, message))
     };
     fit.plant.axes().iter().filter_map(of).collect()
+}
+
+/// Formats where a fit has the velocity sensor, and what speaks for it.
+fn place_of(fit: &PlantFit) -> String {
+    let lever = fit.report.lever_m;
+    let farthest = (1..3).fold(0, |k, l| if lever[l].abs() > lever[k].abs() { l } else { k });
+    let (ahead, behind) = DIRECTIONS[farthest];
+    let place = match lever[farthest] {
+        0.0 => "where it is stated to sit, and damping couples axes instead".to_owned(),
+        metres => {
+            let way = if metres > 0.0 { ahead } else { behind };
+            format!("{} m {way} of where it is stated to sit", spoken(metres.abs()))
+        }
+    };
+    format!(
+        "{place}, which explains the trials as well or better, or has the centre of mass nearer to where it is expected"
+    )
 }
 
 /// Formats the advice that settles the place of the sensor.

@@ -23,7 +23,10 @@ impl Actuator {
         record: &TrialRecord,
         plant: &Plant,
     ) -> Result<BTreeMap<Signal, Timed>, Error> {
-        let mut signals = record.signals.clone();
+        let mut signals = match self.steering.is_prompt() {
+            true => record.signals.clone(),
+            false => record.with_surfaces_behind(record, &self.steering)?.signals,
+        };
         let own_numbers = own_numbers(plant);
         let none: [Option<Timed>; 6] = [const { None }; 6];
         for PlacedThruster { name, track, .. } in &record.thrusters {

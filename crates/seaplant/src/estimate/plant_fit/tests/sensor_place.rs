@@ -75,7 +75,7 @@ fn a_sensor_elsewhere_does_not_pass_for_couplings_and_the_fit_has_those_beside_i
     let [x, ..] = fit.report.lever_m;
     assert!((x - FAR_M).abs() < 0.05, "{x}");
     assert_eq!(coupled(&fit), [""; 0]);
-    let other = fit.as_stated.as_ref().expect("as likely");
+    let other = fit.other_place.as_ref().expect("as likely");
     assert_eq!(other.report.lever_m, [0.0; 3]);
     assert_eq!(coupled(other), ["sway: r", "yaw: v"]);
     let (of_other, own) = (other.plant.coefficient(&inertia()), fit.plant.coefficient(&inertia()));
@@ -87,14 +87,14 @@ fn couplings_in_damping_do_not_pass_for_a_sensor_elsewhere() {
     let fit = fitted(&boat(-FAR_M), 0.0, false);
     assert_eq!(fit.report.lever_m, [0.0; 3]);
     assert_eq!(coupled(&fit), ["sway: r", "yaw: v"]);
-    assert!(fit.as_stated.is_none());
+    assert!(fit.other_place.is_none());
 }
 
 #[test]
 fn a_push_along_sway_tells_a_sensor_elsewhere_from_couplings() {
     let fit = fitted(&boat(-FAR_M), 0.0, true);
-    assert_eq!((fit.report.lever_m, fit.as_stated.is_none()), ([0.0; 3], true));
+    assert_eq!((fit.report.lever_m, fit.other_place.is_none()), ([0.0; 3], true));
     let fit = fitted(&boat(0.0), FAR_M, true);
     let [x, ..] = fit.report.lever_m;
-    assert!((x - FAR_M).abs() < 0.05 && fit.as_stated.is_none(), "{x}");
+    assert!((x - FAR_M).abs() < 0.05 && fit.other_place.is_none(), "{x}");
 }
