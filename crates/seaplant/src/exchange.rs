@@ -170,7 +170,7 @@ impl Actuation {
         known.map_or(0.0, |lag| lag.value.max(0.0))
     }
 
-    /// Returns how rudders and fins follow their orders.
+    /// Returns the gear of rudders and fins.
     pub fn steering_gear(&self) -> SteeringGear {
         let value = |number: &Option<Parameter>| number.as_ref().map(|number| number.value);
         SteeringGear::new(value(&self.steering_delay), value(&self.steering_rate))

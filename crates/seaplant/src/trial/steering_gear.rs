@@ -4,7 +4,7 @@ use super::TrialRecord;
 use crate::plant::Signal;
 use crate::{Error, Timed};
 
-/// How rudders and fins follow the angles that are logged of them, the same of all.
+/// Delay and rate limit of the gear of all rudders and fins, between their orders and their angles.
 ///
 /// ```text
 /// δ̇(t) = ω sign(δ_logged(t − d) − δ(t)),   |δ̇| ≤ ω
@@ -34,7 +34,7 @@ impl SteeringGear {
         *self == Self::default()
     }
 
-    /// Returns the angle that follows a logged one, from which it begins.
+    /// Returns the angle that follows an order; it begins at the first order.
     ///
     /// # Errors
     /// As [`Timed::new`], if an angle is not finite.

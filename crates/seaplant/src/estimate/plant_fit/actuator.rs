@@ -104,7 +104,7 @@ pub struct Actuator {
     pub ln_voltage: [f64; 2],
     /// What propellers, or logged forces, do between their samples.
     pub between: BetweenSamples,
-    /// How rudders and fins follow what is logged of them; records of a fit are corrected for it.
+    /// The gear of rudders and fins; records of a fit are corrected for it.
     pub steering: SteeringGear,
 }
 

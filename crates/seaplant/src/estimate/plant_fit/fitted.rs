@@ -27,7 +27,7 @@ pub(super) struct Fitted {
     pub(super) tried: Vec<Tried>,
     /// Delay, lag and lever arm of the velocity sensor; the records of the problem are corrected for them.
     pub(super) reported: Reported,
-    /// How rudders and fins follow what is logged of them, likewise.
+    /// The gear of rudders and fins, likewise.
     pub(super) steering: Steering,
     /// Thrusters that did not act as logged; the records of the problem are corrected for them.
     pub(super) faults: Vec<ThrusterFault>,

@@ -60,7 +60,7 @@ const SLEW_DIFFERENCE: f64 = 0.1;
 pub(super) struct Steering {
     pub(super) gear: SteeringGear,
     pub(super) std: [Option<f64>; 2],
-    /// What they add to the covariance of coefficients, actuator and currents.
+    /// Their share of the covariance of coefficients, actuator and currents.
     of_plant: DMatrix<f64>,
 }
 
