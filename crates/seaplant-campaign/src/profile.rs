@@ -96,8 +96,8 @@ pub struct ManoeuvreEntry {
     /// The change of heading at which a zigzag reverses the rudder, deg.
     #[serde(default)]
     pub heading_deg: f64,
-    /// The rudder's rate, deg/s; if left out 65° in 28 s, the minimum that SOLAS requires of a
-    /// ship.
+    /// The rudder's rate, deg/s; if left out that of the plant, or where it has none 65° in 28 s, the minimum that
+    /// SOLAS requires of a ship.
     #[serde(default)]
     pub rudder_deg_per_s: Option<f64>,
 }
@@ -127,9 +127,10 @@ impl ManoeuvreEntry {
         }
     }
 
-    /// Returns the rudder's rate, rad/s.
-    pub fn rudder_rate(&self) -> f64 {
-        self.rudder_deg_per_s.map_or(SOLAS_RUDDER_RATE, f64::to_radians)
+    /// Returns the rudder's rate, rad/s: as stated, otherwise that of the plant, otherwise the minimum of SOLAS.
+    pub fn rudder_rate(&self, model: &PlantModel) -> f64 {
+        let stated = self.rudder_deg_per_s.map(f64::to_radians);
+        stated.or_else(|| model.steering_gear().rate_rad_s()).unwrap_or(SOLAS_RUDDER_RATE)
     }
 
     /// Rejects angles that do not steer, and a rudder that does not turn.
@@ -539,6 +540,10 @@ fn in_unit(path: &Path, unit: Option<&Unit>, quantity: &Quantity) -> Result<Unit
 
 #[cfg(test)]
 mod tests {
+    use seaplant::Estimate;
+    use seaplant::exchange::Actuation;
+    use seaplant::results::Parameter;
+
     use super::*;
 
     fn profile(text: &str) -> Profile {
@@ -571,16 +576,24 @@ mod tests {
     }
 
     #[test]
-    fn a_rudder_turns_at_its_stated_rate_or_the_minimum_of_solas() {
+    fn a_rudder_turns_at_its_stated_rate_or_that_of_the_plant_or_the_minimum_of_solas() {
         let entry = |text: &str| {
             let text = format!(
                 "duration_s = 60.0\n[manoeuvre]\nkind = \"zigzag\"\nrudder = \"r\"\nangle_deg = 10\nheading_deg = 10\n{text}"
             );
             profile(&text)
         };
-        let rate = |text: &str| entry(text).manoeuvre.expect("given").rudder_rate().to_degrees();
-        assert!((rate("rudder_deg_per_s = 30") - 30.0).abs() < 1e-12);
-        assert!((rate("") - 65.0 / 28.0).abs() < 1e-12);
+        let mut model = model();
+        let rate = |text: &str, model: &PlantModel| {
+            entry(text).manoeuvre.expect("given").rudder_rate(model).to_degrees()
+        };
+        assert!((rate("rudder_deg_per_s = 30", &model) - 30.0).abs() < 1e-12);
+        assert!((rate("", &model) - 65.0 / 28.0).abs() < 1e-12);
+        let found = Parameter::new(Estimate::new(15_f64.to_radians(), 0.01, 0.95), "rad/s");
+        let geared = Actuation { steering_rate: Some(found), ..Actuation::default() };
+        model.actuation.insert(Dof::Surge, geared);
+        assert!((rate("rudder_deg_per_s = 30", &model) - 30.0).abs() < 1e-12);
+        assert!((rate("", &model) - 15.0).abs() < 1e-12);
         let error = entry("rudder_deg_per_s = 0").check(Path::new("p.toml")).expect_err("stands");
         assert!(error.to_string().contains("manoeuvre.rudder_deg_per_s"), "{error}");
     }

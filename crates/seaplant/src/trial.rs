@@ -37,7 +37,7 @@ pub use force::{Supply, ThrusterTrack};
 pub(crate) use force::{ThrustError, force_along};
 pub use gained::GAINED_S;
 pub(crate) use logged::{Logged, LoggedEffect, OverGround};
-pub(crate) use plausible::without_outliers;
+pub(crate) use plausible::{HIGHEST_SURFACE_ANGLE_RAD, without_outliers};
 use plausible::{coarse_thrust, mask, suspicious_units};
 use records::Records;
 pub use report::VelocityReport;

@@ -273,7 +273,7 @@ mod tests {
         };
         let ahead = thruster("ahead", [1.0, 0.0, 0.0]);
         let mut vehicle = Vehicle { thrusters: vec![ahead], ..Vehicle::default() };
-        let places = [0.8, 0.4, 0.0, -0.4, -0.8];
+        let places = [0.8, 0.6, 0.4, 0.2, 0.0, -0.2, -0.4, -0.6, -0.8];
         let along = |dof: Dof| places.map(|at_m| (dof, at_m));
         assert_eq!(lifts(&vehicle), [along(Dof::Sway), along(Dof::Heave)].concat());
         vehicle.thrusters.push(thruster("down", [0.1, 0.0, 1.0]));

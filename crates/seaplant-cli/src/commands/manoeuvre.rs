@@ -28,14 +28,14 @@ pub fn run(
     }
     let approach = Approach {
         rudder: entry.rudder.clone(),
-        rudder_rate: entry.rudder_rate(),
+        rudder_rate: entry.rudder_rate(model),
         drive: profile.drive(model)?,
         speed: profile.start.velocity.get(&seaplant::Dof::Surge).copied().unwrap_or(0.0),
         longest_s: profile.duration_s,
     };
     let draws = Draws { count: usize::from(arguments.draws), seed: arguments.seed };
     let numbers = model.manoeuvre(entry.manoeuvre(), &approach, draws)?;
-    let mut notes: Vec<String> = rudder(entry).into_iter().collect();
+    let mut notes: Vec<String> = rudder(entry, model).into_iter().collect();
     notes.extend(model.notes.iter().cloned());
     notes.extend(doubts(model));
     if model.covariance.is_none() {
@@ -56,11 +56,16 @@ pub fn run(
 }
 
 /// Notes the assumed rate of the rudder, if none was stated.
-fn rudder(entry: &ManoeuvreEntry) -> Option<String> {
+fn rudder(entry: &ManoeuvreEntry, model: &PlantModel) -> Option<String> {
     let is_assumed = entry.rudder_deg_per_s.is_none() && entry.kind != ManoeuvreKind::Stop;
     is_assumed.then(|| {
-        let rate = significant(entry.rudder_rate().to_degrees(), 2);
-        format!("the rudder turns at {rate}°/s, as SOLAS asks of ships; state rudder_deg_per_s")
+        let rate = significant(entry.rudder_rate(model).to_degrees(), 2);
+        match model.steering_gear().rate_rad_s() {
+            Some(_) => format!("the rudder turns at {rate}°/s, as the logs of the plant show"),
+            None => format!(
+                "the rudder turns at {rate}°/s, as SOLAS asks of ships; state rudder_deg_per_s"
+            ),
+        }
     })
 }
 

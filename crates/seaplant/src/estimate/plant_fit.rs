@@ -172,7 +172,7 @@ fn fit_as(
             let cost = fitted.optimum.cost;
             let fitted = fitted.with_differences_that_show(records)?.with_load_that_shows()?;
             let fitted = fitted.with_speeds_as_they_are(records)?;
-            let found = fitted.searched_with_sensor_place(records)?;
+            let found = fitted.searched_with_report(records)?;
             // What a coupling explains an actuator need not.
             match found.fitted.optimum.cost == cost {
                 true => found,

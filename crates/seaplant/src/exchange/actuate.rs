@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{Actuation, PlantModel};
 use crate::motion::Wind;
 use crate::plant::Signal;
-use crate::{Dof, Error, Thruster, Timed, Vehicle};
+use crate::{Dof, Error, SteeringGear, Thruster, Timed, Vehicle};
 
 /// The inputs of a plant, by name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -68,6 +68,12 @@ impl PlantModel {
         Ok(forces)
     }
 
+    /// Returns the gear of rudders and fins, which all axes share; a prompt one where none was found.
+    pub fn steering_gear(&self) -> SteeringGear {
+        let mut gears = self.actuation.values().map(Actuation::steering_gear);
+        gears.find(|gear| !gear.is_prompt()).unwrap_or_default()
+    }
+
     /// Returns the signals of the plant's effects; missing angles and thruster inputs are zero, and
     /// the air is still: wind is a separate input, [`Inputs::wind`](crate::motion::Inputs::wind).
     ///
@@ -85,7 +91,7 @@ impl PlantModel {
             return Err(Error::Fin { what: "rudder", name: name.clone(), reason });
         }
         let still = Timed::new("input", vec![0.0], vec![0.0])?;
-        let gear = self.actuation.values().next().map(Actuation::steering_gear).unwrap_or_default();
+        let gear = self.steering_gear();
         let series = |signal: &Signal| {
             let given = match signal {
                 Signal::Angle { name, .. } => {
@@ -412,5 +418,41 @@ mod tests {
         drive.thrusters.insert("bow".to_owned(), held(1.0));
         let error = boat().forces(&drive, 1.0).expect_err("unknown").to_string();
         assert!(error.contains("bow") && error.contains("port, starboard"), "{error}");
+    }
+
+    #[test]
+    fn a_rudder_follows_its_orders_by_the_gear_of_the_plant() {
+        let file: PlantFile = serde_json::from_value(serde_json::json!({
+            "schema": "seaplant/plant/1", "name": "ship", "source": "worked by hand",
+            "axes": ["surge", "yaw"],
+            "effects": [{ "name": "rudder.lift", "force": { "kind": "lift", "foil": {
+                "kind": "rudder", "name": "rudder", "position_m": [-1.5, 0.0, 0.0],
+                "axis": [0.0, 0.0, 1.0], "stall_rad": null } } }],
+            "coefficients": {
+                "mass.surge": { "value": 260.0 }, "mass.yaw": { "value": 180.0 },
+                "surge: u": { "value": 8.0 }, "yaw: r": { "value": 200.0 },
+                "rudder.lift": { "value": 60.0 }
+            }
+        }))
+        .expect("a table");
+        let mut model = file.model().expect("possible");
+        let order = Timed::new("order", vec![0.0, 1.0, 1.001, 9.0], vec![0.0, 0.0, 0.3, 0.3]);
+        let angles = BTreeMap::from([("rudder".to_owned(), order.expect("valid"))]);
+        let drive = Drive { angles, ..Drive::default() };
+        let signal = Signal::Angle { kind: crate::Surface::Rudder, name: "rudder".to_owned() };
+        let at = |model: &PlantModel, t: f64| model.signals(&drive).expect("known")[&signal].at(t);
+        assert!((at(&model, 2.0) - 0.3).abs() < 1e-9);
+        let number = |value, unit| Some(Parameter::new(Estimate::new(value, 0.0, 1.0), unit));
+        let geared = Actuation {
+            steering_delay: number(0.5, "s"),
+            steering_rate: number(0.2, "rad/s"),
+            ..Actuation::default()
+        };
+        // Another axis says nothing of it.
+        model.actuation.insert(Dof::Surge, Actuation::default());
+        model.actuation.insert(Dof::Yaw, geared);
+        for (t, angle) in [(1.4, 0.0), (2.0, 0.1), (2.5, 0.2), (3.5, 0.3)] {
+            assert!((at(&model, t) - angle).abs() < 1e-3, "{t}: {}", at(&model, t));
+        }
     }
 }

@@ -10,7 +10,7 @@ use super::cancel::coriolis_products;
 use super::of_results::plant_of_terms;
 use super::{Actuation, Disturbance, Driven, Origin, PlantModel};
 use crate::plant::{Basis, Effect, EffectForce, Product};
-use crate::results::{BuoyancyResult, Correlation, CurveResult, RigidBodyResult};
+use crate::results::{BuoyancyResult, Correlation, CurveResult, Parameter, RigidBodyResult};
 use crate::{Dof, Error, Thruster, axes_by_name, schema_of_axes};
 
 /// Name and version of the file format.
@@ -205,6 +205,7 @@ impl PlantFile {
             return Err(refuse("schema", reason));
         }
         self.check_errors()?;
+        self.check_steering()?;
         let is_own = |effect: &&Effect| matches!(effect.force, EffectForce::Own { .. });
         if let Some(effect) = self.effects.iter().find(is_own) {
             let reason = format!(
@@ -259,6 +260,24 @@ impl PlantFile {
             let infinite = ends.into_iter().find(|(_, end)| end.is_some_and(|x| !x.is_finite()));
             if let Some((key, Some(end))) = infinite {
                 return refuse(key, format!("is {end}; it must be finite, or left out"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Rejects a gear that leads its orders or does not turn.
+    fn check_steering(&self) -> Result<(), Error> {
+        for (dof, actuation) in &self.actuation {
+            let key = |name: &str| format!("actuation.{dof}.{name}");
+            let value = |number: &Option<Parameter>| number.as_ref().map(|number| number.value);
+            if let Some(x) = value(&actuation.steering_delay).filter(|x| !is_possible_std(*x)) {
+                let reason = format!("is {x} s; it must be finite and not below zero, or left out");
+                return Err(refuse(&key("steering_delay"), reason));
+            }
+            let is_possible = |x: &f64| x.is_finite() && *x > 0.0;
+            if let Some(x) = value(&actuation.steering_rate).filter(|x| !is_possible(x)) {
+                let reason = format!("is {x} rad/s; it must be finite and above zero, or left out");
+                return Err(refuse(&key("steering_rate"), reason));
             }
         }
         Ok(())
@@ -599,6 +618,13 @@ mod tests {
             "name": "a", "position_m": [0.0, 0.0, 0.0], "direction": [1.0, 0.0, 0.0]
         });
         let force = serde_json::json!({ "kind": "own", "thruster": thruster, "number": "lag" });
+        for (name, x) in [("steering_delay", -0.1), ("steering_rate", 0.0)] {
+            let number = serde_json::json!({
+                "value": x, "std": 0.1, "low95": -0.2, "high95": 0.2, "unit": "rad/s"
+            });
+            let message = error("actuation", serde_json::json!({ "yaw": { name: number } }));
+            assert!(message.contains(&format!("actuation.yaw.{name} is {x}")), "{message}");
+        }
         let own = serde_json::json!([{ "name": "a.excess-lag", "force": force }]);
         let message = error("effects", own);
         assert!(

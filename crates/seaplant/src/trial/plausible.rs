@@ -120,7 +120,8 @@ const DEEPEST_M: f64 = 12_000.0;
 /// is wrong.
 const GLITCHES_PART: f64 = 0.02;
 const HIGHEST_ANGLE_RAD: f64 = 8.0;
-const HIGHEST_SURFACE_ANGLE_RAD: f64 = 1.6;
+/// Of a rudder or fin.
+pub(crate) const HIGHEST_SURFACE_ANGLE_RAD: f64 = 1.6;
 
 /// Returns the angular velocity beyond which a wrong unit is more likely, rad/s: by the vehicle's
 /// greatest length, or that of a cube of its mass.

@@ -29,6 +29,11 @@ impl SteeringGear {
         Self { delay_s: delay_s.unwrap_or(0.0), slew_s_rad: rate.map_or(0.0, f64::recip) }
     }
 
+    /// Returns the greatest rate ω, rad/s; `None` where it has no limit.
+    pub fn rate_rad_s(&self) -> Option<f64> {
+        (self.slew_s_rad > 0.0).then(|| self.slew_s_rad.recip())
+    }
+
     /// Returns true if angles are as they are logged.
     pub(crate) fn is_prompt(&self) -> bool {
         *self == Self::default()
@@ -40,10 +45,7 @@ impl SteeringGear {
     /// As [`Timed::new`], if an angle is not finite.
     pub(crate) fn behind(&self, logged: &Timed) -> Result<Timed, Error> {
         let told = logged.shifted(self.delay_s);
-        if self.slew_s_rad == 0.0 {
-            return Ok(told);
-        }
-        let most = 1.0 / self.slew_s_rad;
+        let Some(most) = self.rate_rad_s() else { return Ok(told) };
         let (time_s, goals) = (told.time_s(), told.values());
         let mut angle = goals[0];
         let (mut times, mut angles) = (vec![time_s[0]], vec![angle]);

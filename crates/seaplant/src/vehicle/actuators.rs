@@ -269,8 +269,18 @@ pub struct VehicleEffect {
 }
 
 /// Places where a hull may have its lift, by part of the way to its ends: between two of them, both have it.
-const PLACES_OF_LIFT: [(&str, f64); 5] =
-    [("bow", 1.0), ("ahead", 0.5), ("amidships", 0.0), ("astern", -0.5), ("stern", -1.0)];
+/// The farther they are apart, the more both overstate c x².
+const PLACES_OF_LIFT: [(&str, f64); 9] = [
+    ("bow", 1.0),
+    ("far-ahead", 0.75),
+    ("ahead", 0.5),
+    ("just-ahead", 0.25),
+    ("amidships", 0.0),
+    ("just-astern", -0.25),
+    ("astern", -0.5),
+    ("far-astern", -0.75),
+    ("stern", -1.0),
+];
 
 impl Vehicle {
     /// Returns the effects of rudders, hulls, fins, propellers of unknown strength and wind, each with one

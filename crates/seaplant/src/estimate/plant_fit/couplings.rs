@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::descent::Tolerance;
 use super::{Fitted, search};
 use crate::plant::{Basis, Structure};
-use crate::{Error, TrialRecord};
+use crate::{Dof, Error, TrialRecord};
 
 impl Fitted {
     /// The same with the couplings in damping that the trials support.
@@ -22,6 +22,7 @@ impl Fitted {
             }
             search.admit(added, records)?;
             search.replace_by_rivals();
+            search.replace_by_neighbours()?;
             if search.admitted() == before {
                 break;
             }
@@ -97,19 +98,34 @@ impl Search {
         for term in self.admitted() {
             let structure = &self.now().problem.structure;
             let Some(rival) = search::rival(structure, &term) else { continue };
-            if structure.index_of(&rival).is_some() {
-                continue;
+            if structure.index_of(&rival).is_none() {
+                self.replace_if_likelier(&[term], &[rival]);
             }
-            let mut terms = self.admitted();
-            terms.retain(|own| *own != term);
-            terms.push(rival);
-            // A plant that does not settle is not the likelier one.
-            let Ok(other) = self.now().with_terms(&self.base.problem.structure, &terms) else {
-                continue;
-            };
-            if other.optimum.cost < self.now().optimum.cost {
-                self.found = Some(other);
+        }
+    }
+
+    /// Has lift of the hull at the two places that are next to where two act together, if that is likelier: the farther
+    /// apart two of them are, the more they overstate the damping of turning.
+    fn replace_by_neighbours(&mut self) -> Result<(), Error> {
+        for along in [Dof::Sway, Dof::Heave] {
+            let Fitted { problem, optimum, .. } = self.now();
+            let plant = problem.plant(&optimum.point.free)?;
+            if let Some((far, near)) = search::nearer_lifts(&plant, &self.admitted(), along) {
+                self.replace_if_likelier(&far, &near);
             }
+        }
+        Ok(())
+    }
+
+    /// Has other terms in the place of some, if the plant with them is likelier; one that does not settle is not.
+    fn replace_if_likelier(&mut self, terms: &[Basis], others: &[Basis]) {
+        let mut all = self.admitted();
+        all.retain(|own| !terms.contains(own));
+        all.extend_from_slice(others);
+        if let Ok(other) = self.now().with_terms(&self.base.problem.structure, &all)
+            && other.optimum.cost < self.now().optimum.cost
+        {
+            self.found = Some(other);
         }
     }
 

@@ -156,6 +156,31 @@ pub(super) fn rival(structure: &Structure, term: &Basis) -> Option<Basis> {
     (0..structure.effects().len()).find(|k| is_ahead(*k) == Some(!own)).map(Basis::Effect)
 }
 
+/// Two of some terms that are lift of the hull along an axis, and those at the two places that are next to where both
+/// act together; `None` if these are the two already, or there are not two.
+pub(super) fn nearer_lifts(
+    plant: &Plant,
+    terms: &[Basis],
+    along: Dof,
+) -> Option<([Basis; 2], [Basis; 2])> {
+    let structure = plant.structure();
+    let place = |term: Basis| {
+        let (axis, at_m) = structure.lift_of_hull(&term)?;
+        (axis == along).then_some((term, at_m))
+    };
+    let lifts: Vec<(Basis, f64)> = terms.iter().filter_map(|term| place(*term)).collect();
+    let [(one, one_m), (two, two_m)] = lifts[..] else { return None };
+    let [of_one, of_two] = [plant.coefficient(&one)?, plant.coefficient(&two)?];
+    let (lift, moment) = (of_one + of_two, of_one * one_m + of_two * two_m);
+    let all = || (0..structure.effects().len()).filter_map(|k| place(Basis::Effect(k)));
+    let aft = all().filter(|(_, at_m)| at_m * lift <= moment);
+    let fore = all().filter(|(_, at_m)| at_m * lift > moment);
+    let (aft, _) = aft.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (fore, _) = fore.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let are_new = [aft, fore].iter().any(|term| ![one, two].contains(term));
+    are_new.then_some(([one, two], [aft, fore]))
+}
+
 /// The axis whose innovations tell of a term: that it acts on most; of a rudder, which acts on
 /// surge only when it is turned, yaw.
 fn main_axis(structure: &Structure, term: &Basis) -> Dof {

@@ -15,7 +15,7 @@
 use nalgebra::Matrix6;
 
 use super::descent::Tolerance;
-use super::{Fitted, Swing, search};
+use super::{Fitted, Reported, Swing, search};
 use crate::{Error, TrialRecord, VelocityReport};
 
 /// The centre of mass is elsewhere by about as much as a sensor if the difference is less than this part of it.
@@ -38,12 +38,39 @@ impl From<Fitted> for Placed {
 }
 
 impl Fitted {
+    /// The same with the couplings in damping that the trials support, where the velocity sensor shows to be, and as
+    /// prompt as it is: a delay that was found without couplings may have made up for them.
+    pub(super) fn searched_with_report(self, records: &[&TrialRecord]) -> Result<Placed, Error> {
+        let first = self.clone().searched_with_sensor_place(records)?;
+        let Reported { how, std: [delay_std, _], .. } = self.reported;
+        if delay_std.is_none() || how.lag_s != 0.0 {
+            return Ok(first);
+        }
+        let placed: Vec<&TrialRecord> = first.records.iter().collect();
+        let placed = if placed.is_empty() { records } else { &placed };
+        // A fit that does not settle is none.
+        let Some((prompt, _)) = first.fitted.without_delay(placed) else { return Ok(first) };
+        // Windows differ in length by less than the delay.
+        let by_sample = |it: &Self| it.optimum.cost / it.problem.samples() as f64;
+        let best = by_sample(&first.fitted);
+        if by_sample(&prompt) >= by_sample(&self) {
+            return Ok(first);
+        }
+        let Some((begun, moved)) = self.without_delay(records) else { return Ok(first) };
+        let second = begun.searched_with_sensor_place(&moved.iter().collect::<Vec<_>>());
+        let Ok(second) = second else { return Ok(first) };
+        let samples = self.problem.samples() as f64;
+        let gain_of_delay = 2.0 * samples * (by_sample(&second.fitted) - best);
+        if gain_of_delay > search::ADMITTED * first.fitted.colour_of_translations()? {
+            return Ok(first);
+        }
+        let records = if second.records.is_empty() { moved } else { second.records };
+        Ok(Placed { records, ..second })
+    }
+
     /// The same with the couplings in damping that the trials support, and with or without a lever arm of the velocity
     /// sensor along an axis that no known force pushes, where couplings and lever arm stand for each other.
-    pub(super) fn searched_with_sensor_place(
-        self,
-        records: &[&TrialRecord],
-    ) -> Result<Placed, Error> {
+    fn searched_with_sensor_place(self, records: &[&TrialRecord]) -> Result<Placed, Error> {
         let first = self.clone().searched(records)?;
         let before = &self.problem.structure;
         let swings = Swing::all(before, records);
@@ -129,8 +156,26 @@ impl Fitted {
             back.lever_m[along] = -self.reported.how.lever_m[along];
             (reported.how.lever_m[along], reported.lever_std[along]) = (0.0, None);
         }
+        self.reporting(reported, &back, records)
+    }
+
+    /// The same with a velocity sensor that is not late, and its records.
+    fn without_delay(&self, records: &[&TrialRecord]) -> Option<(Self, Vec<TrialRecord>)> {
+        let mut reported = self.reported;
+        (reported.how.delay_s, reported.std[0]) = (0.0, None);
+        let delay_s = -self.reported.how.delay_s;
+        self.reporting(reported, &VelocityReport { delay_s, ..VelocityReport::default() }, records)
+    }
+
+    /// The same with another report of velocity, which takes records back by a part of the present one.
+    fn reporting(
+        &self,
+        reported: Reported,
+        back: &VelocityReport,
+        records: &[&TrialRecord],
+    ) -> Option<(Self, Vec<TrialRecord>)> {
         let records: Vec<TrialRecord> =
-            records.iter().map(|record| record.with_translations_before(&back)).collect();
+            records.iter().map(|record| record.with_translations_before(back)).collect();
         let problem = self.problem.of(&records.iter().collect::<Vec<_>>());
         let optimum = problem.descent(self.optimum.point.clone(), Tolerance::COARSE).ok()?;
         Some((Self { problem, optimum, reported, ..self.clone() }, records))

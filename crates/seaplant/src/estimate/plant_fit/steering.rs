@@ -11,6 +11,7 @@
 //! with the numbers x of the gear, those θ of the plant and their information I; H by central differences of cost and
 //! gradient.
 
+use std::collections::BTreeMap;
 use std::convert::identity;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
@@ -21,8 +22,8 @@ use super::uncertainty::{Asked, inverse};
 use super::wiring::acting;
 use super::{FirstFit, Fitted, search};
 use crate::plant::{Basis, Signal, Structure};
-use crate::trial::SteeringGear;
-use crate::{Error, TrialRecord};
+use crate::trial::{HIGHEST_SURFACE_ANGLE_RAD, SteeringGear};
+use crate::{Error, Timed, TrialRecord};
 
 /// Delays at which a descent begins, s.
 const DELAYS_S: [f64; 4] = [0.1, 0.2, 0.4, 0.8];
@@ -175,18 +176,35 @@ impl FirstFit {
     }
 }
 
-/// Returns the difference of the greatest and the least order of any rudder or fin of a plant, rad.
+/// Returns the orders of rudders and fins of a plant.
+fn orders<'a>(
+    structure: &'a Structure,
+    logged: &'a [&'a TrialRecord],
+) -> impl Iterator<Item = (&'a Signal, &'a Timed)> {
+    let surfaces =
+        structure.signals().iter().filter(|signal| matches!(signal, Signal::Angle { .. }));
+    surfaces.flat_map(|signal| {
+        let of_trial = |record: &&'a TrialRecord| record.signals.get(signal);
+        logged.iter().filter_map(of_trial).map(move |order| (signal, order))
+    })
+}
+
+/// Returns the difference of the greatest and the least order of any rudder or fin of a plant, rad; zero if one is none
+/// that a surface can follow, as in degrees under the name of radians.
 fn range_of_orders(structure: &Structure, logged: &[&TrialRecord]) -> f64 {
-    let of = |signal: &Signal| {
-        let all = logged.iter().filter_map(|record| record.signals.get(signal));
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for angle in all.flat_map(|series| series.values()) {
-            (least, most) = (least.min(*angle), most.max(*angle));
+    let mut ranges = BTreeMap::new();
+    for (signal, order) in orders(structure, logged) {
+        let (least, most) = ranges.entry(signal).or_insert((f64::INFINITY, f64::NEG_INFINITY));
+        for angle in order.values() {
+            (*least, *most) = (least.min(*angle), most.max(*angle));
         }
-        (most - least).max(0.0)
-    };
-    let signals = structure.signals().iter();
-    signals.filter(|signal| matches!(signal, Signal::Angle { .. })).map(of).fold(0.0, f64::max)
+    }
+    let can_follow =
+        |(least, most): &(f64, f64)| least.abs().max(most.abs()) <= HIGHEST_SURFACE_ANGLE_RAD;
+    match ranges.values().all(can_follow) {
+        true => ranges.values().map(|(least, most)| most - least).fold(0.0, f64::max),
+        false => 0.0,
+    }
 }
 
 impl Fitted {
@@ -318,6 +336,10 @@ impl Fitted {
             }
             let unseen = step.without_unseen(|_, _| SHOWS);
             if unseen.iter().all(|k| now_at[*k] == 0.0) {
+                // Orders that are held until the next sample are read as lines to it: half a period early.
+                let periods = orders(&self.problem.structure, logged).map(|(_, x)| x.period_s());
+                let early_s = 0.5 * periods.fold(0.0, f64::max);
+                let std = [std[0].hypot(early_s), std[1]];
                 let std = [0, 1].map(|k| (now_at[k] > 0.0).then_some(std[k]));
                 let steering = Steering { gear, std, of_plant: slope.of_plant(&step.covariance) };
                 let Fitted { problem, optimum, .. } = fitted;

@@ -290,28 +290,38 @@ fn after_a_gap_a_trial_begins_anew() {
     check_within(&fit, &truth);
 }
 
+/// Lift of the hull of the test vehicle, N/(m/s)², and its place, m.
+const LIFT: f64 = 30.0;
+const PLACE_M: f64 = 0.1;
+
+/// Returns the test vehicle's structure with lift of the hull at some places.
+fn with_lift_at(places_m: &[f64], as_term: bool) -> Structure {
+    let with = |structure: Structure, &at_m: &f64| {
+        let (name, force) =
+            (format!("hull at {at_m}"), EffectForce::HullLift { along: Dof::Sway, at_m });
+        structure.with_effect(Effect { name, force }, as_term)
+    };
+    places_m.iter().try_fold(planar().structure().clone(), with).expect("new effects")
+}
+
+/// Returns the test vehicle with lift of the hull at some places.
+fn lifted(places: &[(f64, f64)]) -> Plant {
+    let (places_m, lifts): (Vec<f64>, Vec<f64>) = places.iter().copied().unzip();
+    let coefficients = planar().coefficients().iter().copied().chain(lifts).collect();
+    Plant::new(with_lift_at(&places_m, true), coefficients).expect("possible")
+}
+
+fn trials(truth: &Plant) -> [TrialRecord; 2] {
+    [("a", 5), ("b", 6)].map(|(name, seed)| record(truth, name, seed, 150, 0.005))
+}
+
 /// Lift of the hull between two of the places that are tried is that of both; a hull without lift has none.
 #[test]
 fn lift_of_the_hull_is_found_between_places_and_nowhere_else() {
-    const LIFT: f64 = 30.0;
-    const PLACE_M: f64 = 0.1;
     let usual = planar();
-    let with_lift_at = |places_m: &[f64], as_term: bool| {
-        let with = |structure: Structure, &at_m: &f64| {
-            let (name, force) =
-                (format!("hull at {at_m}"), EffectForce::HullLift { along: Dof::Sway, at_m });
-            structure.with_effect(Effect { name, force }, as_term)
-        };
-        places_m.iter().try_fold(usual.structure().clone(), with).expect("new effects")
-    };
-    let coefficients = usual.coefficients().iter().copied().chain([LIFT]).collect();
-    let lifted = Plant::new(with_lift_at(&[PLACE_M], true), coefficients).expect("possible");
     let tried = with_lift_at(&[0.4, 0.2, 0.0, -0.2, -0.4], false);
     let fit = |truth: &Plant| {
-        let records =
-            [("a", 5), ("b", 6)].map(|(name, seed)| record(truth, name, seed, 150, 0.005));
-        let records: Vec<&TrialRecord> = records.iter().collect();
-        fit_plant(&tried, &records, None, true).expect("an optimum").plant
+        fit_plant(&tried, &trials(truth).each_ref(), None, true).expect("an optimum").plant
     };
     let lift_and_moment = |plant: &Plant| {
         let of = |(term, x): (&Basis, &f64)| {
@@ -320,7 +330,7 @@ fn lift_of_the_hull_is_found_between_places_and_nowhere_else() {
         let lifts = plant.structure().terms().iter().zip(plant.coefficients()).filter_map(of);
         lifts.fold((0.0, 0.0), |(lift, moment), (x, at_m)| (lift + x, moment + x * at_m))
     };
-    let found = fit(&lifted);
+    let found = fit(&lifted(&[(PLACE_M, LIFT)]));
     // Two places with that lift and moment have more damping of turning, for which all numbers make up a little.
     let (lift, moment) = lift_and_moment(&found);
     assert!((lift / LIFT - 1.0).abs() < 0.15, "{lift}");
@@ -331,4 +341,51 @@ fn lift_of_the_hull_is_found_between_places_and_nowhere_else() {
         assert!((a / b - 1.0).abs() < 0.03, "{dof}: {a}, not {b}");
     }
     assert_eq!(lift_and_moment(&fit(&usual)), (0.0, 0.0));
+}
+
+/// Returns the fit of trials of a vehicle with lift of the hull, without that lift, and what is tried.
+fn begun_without_lift(records: &[&TrialRecord]) -> Fitted {
+    let tried = with_lift_at(&[0.4, 0.2, 0.0, -0.2, -0.4], false);
+    let problem = Problem::new(&tried, records, None, false, Attitude::Known);
+    begun(problem, records).expect("an optimum").2
+}
+
+#[test]
+fn two_lifts_of_a_hull_are_taken_next_to_where_they_act_together() {
+    let nearer = |lifts: [f64; 5]| {
+        let places = [0.4, 0.2, 0.0, -0.2, -0.4];
+        let all: Vec<(f64, f64)> = places.into_iter().zip(lifts).collect();
+        let plant = lifted(&all);
+        let is_there = |k: &usize| lifts[*k] > 0.0;
+        let terms: Vec<Basis> = (0..5).filter(is_there).map(Basis::Effect).collect();
+        let found = search::nearer_lifts(&plant, &terms, Dof::Sway);
+        assert!(search::nearer_lifts(&plant, &terms, Dof::Heave).is_none());
+        found.map(|(_, near)| near)
+    };
+    // 0.4 · 20 − 0.2 · 10 over 30: at 0.2, which counts as the place aft.
+    assert_eq!(nearer([20.0, 0.0, 0.0, 10.0, 0.0]), Some([1, 0].map(Basis::Effect)));
+    assert_eq!(nearer([10.0, 0.0, 0.0, 20.0, 0.0]), Some([2, 1].map(Basis::Effect)));
+    assert_eq!(nearer([0.0, 10.0, 5.0, 0.0, 0.0]), None);
+    assert_eq!(nearer([0.0, 10.0, 0.0, 0.0, 0.0]), None);
+    assert_eq!(nearer([10.0, 10.0, 10.0, 0.0, 0.0]), None);
+}
+
+/// A delay that was found where lift of the hull was missing is given up, that of a sensor which is late is not.
+#[test]
+fn a_delay_that_made_up_for_couplings_is_given_up() {
+    let records = trials(&lifted(&[(PLACE_M, LIFT)]));
+    let found = |late_s: f64| {
+        let how = |delay_s: f64| VelocityReport { delay_s, ..VelocityReport::default() };
+        let shifted = |delay_s: f64| {
+            move |record: &TrialRecord| record.with_translations_before(&how(delay_s))
+        };
+        let logged = records.each_ref().map(shifted(-late_s));
+        let prompt = logged.each_ref().map(shifted(0.03));
+        let mut fitted = begun_without_lift(&prompt.each_ref());
+        fitted.reported = Reported { how: how(0.03), std: [Some(0.01), None], ..<_>::default() };
+        let found = fitted.searched_with_report(&prompt.each_ref()).expect("an optimum");
+        (found.fitted.reported.how.delay_s, found.fitted.reported.std[0].is_some())
+    };
+    assert_eq!(found(0.0), (0.0, false));
+    assert_eq!(found(0.03), (0.03, true));
 }
