@@ -43,7 +43,8 @@ impl Fitted {
     pub(super) fn searched_with_report(self, records: &[&TrialRecord]) -> Result<Placed, Error> {
         let first = self.clone().searched_with_sensor_place(records)?;
         let Reported { how, std: [delay_std, _], .. } = self.reported;
-        if delay_std.is_none() || how.lag_s != 0.0 {
+        let has_couplings = first.fitted.optimum.cost != self.optimum.cost;
+        if delay_std.is_none() || how.lag_s != 0.0 || !has_couplings {
             return Ok(first);
         }
         let placed: Vec<&TrialRecord> = first.records.iter().collect();
