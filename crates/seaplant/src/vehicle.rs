@@ -273,8 +273,8 @@ mod tests {
         };
         let ahead = thruster("ahead", [1.0, 0.0, 0.0]);
         let mut vehicle = Vehicle { thrusters: vec![ahead], ..Vehicle::default() };
-        let places = [0.8, 0.6, 0.4, 0.2, 0.0, -0.2, -0.4, -0.6, -0.8];
-        let along = |dof: Dof| places.map(|at_m| (dof, at_m));
+        let parts = [1.0, 0.75, 0.5, 0.25, 0.0, -0.25, -0.5, -0.75, -1.0];
+        let along = |dof: Dof| parts.map(|part| (dof, 0.8 * part));
         assert_eq!(lifts(&vehicle), [along(Dof::Sway), along(Dof::Heave)].concat());
         vehicle.thrusters.push(thruster("down", [0.1, 0.0, 1.0]));
         assert_eq!(lifts(&vehicle), along(Dof::Sway));
