@@ -81,13 +81,16 @@ impl PlantModel {
     /// [`Error::Fin`] for the angle of an unknown surface; as [`Timed::new`] if an angle is not finite.
     pub fn signals(&self, drive: &Drive) -> Result<BTreeMap<Signal, Timed>, Error> {
         let wanted = self.plant.structure().signals();
-        let is_known = |name: &&String| {
-            wanted
-                .iter()
-                .any(|signal| matches!(signal, Signal::Angle { name: own, .. } if own == *name))
-        };
-        if let Some(name) = drive.angles.keys().find(|name| !is_known(name)) {
-            let reason = "the plant has no such rudder or fin".to_owned();
+        let surfaces: Vec<&str> = wanted
+            .iter()
+            .filter_map(|signal| match signal {
+                Signal::Angle { name, .. } => Some(name.as_str()),
+                _ => None,
+            })
+            .collect();
+        if let Some(name) = drive.angles.keys().find(|name| !surfaces.contains(&name.as_str())) {
+            let known = if surfaces.is_empty() { "none".to_owned() } else { surfaces.join(", ") };
+            let reason = format!("the plant has no such rudder or fin; it has {known}");
             return Err(Error::Fin { what: "rudder", name: name.clone(), reason });
         }
         let still = Timed::new("input", vec![0.0], vec![0.0])?;

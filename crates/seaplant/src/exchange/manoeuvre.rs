@@ -400,6 +400,6 @@ mod tests {
         let other = Approach { rudder: "helm".to_owned(), ..approach() };
         let circle = Manoeuvre::TurningCircle { angle: 0.3 };
         let error = ship().manoeuvre(circle, &other, Draws::default()).expect_err("no helm");
-        assert!(error.to_string().contains("no such rudder"), "{error}");
+        assert!(error.to_string().contains("no such rudder or fin; it has rudder"), "{error}");
     }
 }
