@@ -230,6 +230,12 @@ def lags(s, g):
 
 
 @fault_by_name
+def lag_by_direction(s, g):
+    lag_two_way(s, g)
+    s["lag_of"] = "rising"
+
+
+@fault_by_name
 def fouled(s, g):
     s["gain"][:, g.integers(8)] *= g.uniform(0.75, 0.85)
 
@@ -350,6 +356,8 @@ def draw(seed, wanted=()):
         "speed": speed,
         "lag_up": 0.0,
         "lag_down": 0.0,
+        # What `lag_up` is of: propellers that turn faster, or those whose speed rises.
+        "lag_of": "faster",
         "slew": 0.0,
         "loaded": 0.0,
         "tones": None,
@@ -494,6 +502,8 @@ def followed(s, heard, speed):
     if not np.any(s["lag_up"]):
         return heard, heard
     up = (heard * speed >= 0) & (np.abs(heard) > np.abs(speed))
+    if s["lag_of"] == "rising":
+        up = heard > speed
     blend = np.where(up, np.exp(-STEP / s["lag_up"]), np.exp(-STEP / s["lag_down"]))
     after = heard + (speed - heard) * blend
     return after, 0.5 * (after + speed)

@@ -169,6 +169,12 @@ def speed_control(s, g):
     s["controlled"] = True
 
 
+@fault(*TRANSLATIONS)
+def lag_by_direction(s, g):
+    lag_two_way(s, g)
+    s["lag_of"] = "rising"
+
+
 @fault(among=UNMODELLED)
 def asymmetric_drag(s, g):
     s["asymmetry"] = g.uniform(0.08, 0.25) * g.choice([-1, 1])
@@ -257,6 +263,8 @@ def draw(seed, wanted=()):
         "effort": 1.0,
         "lag_up": 0.0,
         "lag_down": 0.0,
+        # What `lag_up` is of: propellers that turn faster, or those whose speed rises towards full ahead.
+        "lag_of": "faster",
         "slew": 0.0,
         "delay": 0.0,
         "reverse": 1.0,
@@ -382,7 +390,8 @@ class Propellers:
         told = self.queue.pop(0)
         before = self.speed
         is_faster = told * before >= 0 and abs(told) > abs(before)
-        lag = s["lag_up"] if is_faster else s["lag_down"]
+        is_up = told > before if s["lag_of"] == "rising" else is_faster
+        lag = s["lag_up"] if is_up else s["lag_down"]
         after = told + (before - told) * math.exp(-STEP / lag) if lag else told
         if s["slew"]:
             most = s["max_rate"] * STEP / s["slew"]

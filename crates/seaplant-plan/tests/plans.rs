@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector6;
-use seaplant::estimate::PlantFit;
+use seaplant::estimate::{Actuator, PlantFit};
 use seaplant::estimate::{ExpectedNoise, ExpectedNoises, PRECISION, fit_plant, information};
 use seaplant::exchange::{PlantFile, PlantModel};
 use seaplant::motion::{Inputs, simulate};
@@ -297,7 +297,7 @@ fn a_weight_determines_the_scale_of_thrust_as_promised() {
         let rehearsal = Rehearsal { seed, hold_out_s: 0.0, is_believed: true };
         let campaign = rehearse(&prior, &vehicle, &made, rehearsal).expect("driven");
         let fit = fit_of(&campaign, &made.axes);
-        let std = fit.actuator_std.last().copied().flatten().expect("a scale");
+        let std = fit.actuator_std[Actuator::SCALE].expect("a scale");
         assert!((std / promised - 1.0).abs() < 0.5, "{std} and {promised}");
         squares += (fit.actuator.log_scale / std).powi(2) / 6.0;
     }

@@ -95,6 +95,8 @@ pub struct Nuisances {
     pub inflow: Option<Estimate>,
     /// Lag of a propeller that slows down over that of one that speeds up.
     pub lag_ratio: Option<Estimate>,
+    /// Lag of a propeller whose speed falls, towards full reverse, over that of one whose speed rises.
+    pub falling_lag_ratio: Option<Estimate>,
     /// Time that a propeller needs from rest to [`Nuisances::full_speed`] at its greatest rate,
     /// s.
     pub slew_s: Option<Estimate>,
@@ -111,6 +113,10 @@ pub struct Nuisances {
     pub voltage_exponent: Option<Estimate>,
     /// The mean supply voltage of the fitted trials, V.
     pub mean_voltage_v: f64,
+    /// Relative growth of thrust from the beginning to the end of each trial, beside what its log says.
+    pub change_within: Option<Estimate>,
+    /// The same from the first trial to the last.
+    pub change_between: Option<Estimate>,
     /// What thrust does between its logged samples.
     pub between: BetweenSamples,
     /// Measured over true velocity, as position tells.

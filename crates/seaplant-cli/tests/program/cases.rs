@@ -86,7 +86,33 @@ fn a_sensor_that_froze_is_left_out() {
 
 #[test]
 fn propellers_that_lag_differently_up_and_down_are_found() {
-    is_found("03-lag-per-direction/case16-surge-lag2");
+    for name in ["case16-surge-lag2", "case21-sway-lag2"] {
+        let name = format!("03-lag-per-direction/{name}");
+        is_found(&name);
+        let Some((plant, _)) = plant(&name) else { return };
+        // 0.15 s while speed rises, and 0.45 s while it falls.
+        for (nuisance, expected) in [("lag", 0.15), ("falling_lag_ratio", 3.0)] {
+            let found = number(&plant["nuisances"][nuisance], "value");
+            assert!((found / expected - 1.0).abs() < 0.15, "{name}: {nuisance} {found}");
+        }
+    }
+}
+
+#[test]
+fn thrust_that_falls_in_the_course_of_each_trial_is_found() {
+    let Some((plant, truth)) = plant("10-thrust-drifts/case176-surge-sag") else { return };
+    let change = number(&plant["nuisances"]["thrust_change_within"], "value");
+    assert!((change + 0.15).abs() < 0.005, "{change}");
+    // Of the curve, which holds at the beginning; the plant is that of the mean thrust.
+    for key in ["mass", "quadratic_drag", "linear_drag"] {
+        let [found, known] = [&only_axis(&plant)[key], &truth[key]];
+        let known = known.as_f64().expect("a number");
+        assert!((number(found, "value") / known - 1.0 / 0.925).abs() < 0.02, "{key}: {found}");
+        assert!((number(found, "low95")..number(found, "high95")).contains(&known), "{key}");
+    }
+    let message = |caveat: &Value| caveat["message"].as_str().map(str::to_owned);
+    let caveats = plant["caveats"].as_array().expect("caveats").iter().filter_map(message);
+    assert!(caveats.filter(|own| own.contains("thrust changes by -15")).count() == 1);
 }
 
 #[test]

@@ -31,6 +31,8 @@ pub enum Candidate {
     Turning,
     /// A lag of propellers that slow down which differs from that of those that speed up.
     LagRatio,
+    /// A lag of propellers whose speed falls, towards full reverse, which differs from that of those whose speed rises.
+    FallingLagRatio,
     /// Propellers that change speed at a limited rate.
     Slew,
     /// Thrust lost to inflow only by propellers that push the way the vehicle goes.
@@ -39,6 +41,10 @@ pub enum Candidate {
     Exponent,
     /// Propellers that do not turn below a part of their greatest speed.
     DeadBand,
+    /// Thrust that changes from the beginning of each trial to its end, beside what its log says.
+    ThrustChangeWithin,
+    /// The same from the first trial to the last.
+    ThrustChangeBetween,
     /// Thrust that changes with the logged supply voltage.
     Voltage,
     /// A velocity sensor that reads a part too much, as position tells.
@@ -62,7 +68,7 @@ pub enum Candidate {
 
 impl Candidate {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 26] = [
         Self::Lag,
         Self::Delay,
         Self::ReverseRatio,
@@ -73,10 +79,13 @@ impl Candidate {
         Self::Bias,
         Self::Turning,
         Self::LagRatio,
+        Self::FallingLagRatio,
         Self::Slew,
         Self::InflowAhead,
         Self::Exponent,
         Self::DeadBand,
+        Self::ThrustChangeWithin,
+        Self::ThrustChangeBetween,
         Self::Voltage,
         Self::VelocityScale,
         Self::SensorLag,
@@ -101,11 +110,14 @@ impl Candidate {
             Self::Bias => "bias",
             Self::Turning => "turning",
             Self::LagRatio => "lag-ratio",
+            Self::FallingLagRatio => "falling-lag-ratio",
             Self::Slew => "slew",
             Self::InflowAhead => "inflow-ahead",
             Self::Exponent => "exponent",
             Self::DeadBand => "dead-band",
             Self::Voltage => "voltage",
+            Self::ThrustChangeWithin => "thrust-change-within",
+            Self::ThrustChangeBetween => "thrust-change-between",
             Self::VelocityScale => "velocity-scale",
             Self::SensorLag => "sensor-lag",
             Self::SensorWindow => "sensor-window",
@@ -136,6 +148,7 @@ impl Candidate {
                 all(AxisRecord::knows_velocity)
             }
             Self::Voltage => axes.iter().any(AxisRecord::has_supply),
+            Self::ThrustChangeBetween => axes.len() > 1,
             Self::SmoothSpeed | Self::SmoothThrust => all(AxisRecord::thrust_is_slow),
             _ => true,
         }

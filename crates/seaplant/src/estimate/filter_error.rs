@@ -85,8 +85,14 @@ impl FilterError {
         let axes = some.as_deref().unwrap_or(records.fit);
         let pieces = pieces_of(axes);
         let axes = pieces.as_deref().unwrap_or(axes);
+        // Pieces do not begin and end with their trials.
+        let of_trials = [Candidate::ThrustChangeWithin, Candidate::ThrustChangeBetween];
+        let is_whole = pieces.is_none();
         let can_be = |candidate: &&Candidate| {
-            candidate.exists_in(axes) && !(candidate.is_term() && records.terms.is_some())
+            let is_told = is_whole || !of_trials.contains(candidate);
+            is_told
+                && candidate.exists_in(axes)
+                && !(candidate.is_term() && records.terms.is_some())
         };
         let required: Vec<Candidate> = self.required.iter().filter(can_be).copied().collect();
         let candidates = self.candidates.iter().filter(can_be);

@@ -42,7 +42,8 @@ impl Model {
         let tracks = axis.tracks();
         let mut next = times_s.iter().peekable();
         let mut state = start;
-        for step in drive_over(&tracks, axis.turning.as_ref(), times_s, &self.thrust) {
+        let (turning, window_s) = (axis.turning.as_ref(), axis.common_window_s());
+        for step in drive_over(&tracks, turning, window_s, times_s, &self.thrust) {
             let turning = self.thrust.turning * step.push.turning;
             let acceleration = |v: f64| {
                 // Drag acts on velocity through the water.

@@ -223,6 +223,7 @@ impl FirstFit {
         let (first, least_squares, fitted) = begun(problem, records)?;
         let fitted = fitted.without_unseen_beside(structure)?;
         let fitted = fitted.with_smooth_thrust_that_shows(&SMOOTH)?;
+        let fitted = fitted.with_falling_lag_that_shows()?;
         let (fitted, prompt) = fitted.with_report_that_shows(records)?;
         let fitted = fitted.with_actuator_that_shows()?.with_dead_band_that_shows()?;
         let fitted = fitted.with_slew_that_shows()?;

@@ -35,16 +35,24 @@ pub(crate) struct DriveStep {
     pub(crate) push: Push,
 }
 
-/// Returns thrust as it acts, over steps through `times_s` that are at most 0.1 s long.
+/// Returns how far through a trial an instant is, from −½ at its beginning to ½ at its end.
+pub(crate) fn phase((from_s, to_s): (f64, f64), time_s: f64) -> f64 {
+    ((time_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0) - 0.5
+}
+
+/// Returns thrust as it acts in a trial that lasts from `window_s.0` to `window_s.1`, over steps through `times_s`
+/// that are at most 0.1 s long.
 pub(crate) fn drive_over<'a>(
     tracks: &'a [ThrusterTrack],
     turning: Option<&'a Timed>,
+    window_s: (f64, f64),
     times_s: &'a [f64],
     thrust: &ThrustModel,
 ) -> impl Iterator<Item = DriveStep> + 'a {
     let law = DriveLaw {
         lag_s: thrust.lag_s,
         log_lag_ratio: thrust.lag_ratio.ln(),
+        log_falling_lag_ratio: thrust.falling_lag_ratio.ln(),
         slew_s: thrust.slew_s,
         delay_s: thrust.delay_s,
         dead_band: thrust.dead_band,
@@ -58,10 +66,14 @@ pub(crate) fn drive_over<'a>(
         ln_mean_voltage: thrust.mean_voltage_v.max(f64::MIN_POSITIVE).ln(),
     };
     let mut drive = Drive::new(tracks, turning, &law, times_s.first().copied().unwrap_or(0.0));
+    let log_change = thrust.change_within.ln_1p();
     let mut before = None;
     let steps = times_s.iter().flat_map(move |t| steps_between(before.replace(*t), *t));
     steps.map(move |(time_s, length_s)| {
-        let push = if length_s > 0.0 { drive.until(time_s, length_s) } else { Push::default() };
+        let mut push = if length_s > 0.0 { drive.until(time_s, length_s) } else { Push::default() };
+        if log_change != 0.0 {
+            push.tau *= (log_change * phase(window_s, time_s - 0.5 * length_s)).exp();
+        }
         DriveStep { time_s, length_s, push }
     })
 }

@@ -374,10 +374,11 @@ fn actuation_of(plant: &PlantResult) -> Actuation {
 }
 
 /// Nuisances of thrust that no export format supports.
-const LEFT_OUT: [&str; 8] = [
+const LEFT_OUT: [&str; 9] = [
     "inflow",
     "inflow_ahead",
     "lag_ratio",
+    "falling_lag_ratio",
     "slew",
     "thrust_change_within",
     "thrust_change_between",

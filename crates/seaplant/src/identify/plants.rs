@@ -579,7 +579,9 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
     let mut all = BTreeMap::new();
     let lag = if fit.has_thrusters { "lag" } else { "force_lag" };
     let actuator = fit.actuator;
-    let (reverse, slowing) = (actuator.log_reverse_ratio.exp(), actuator.log_lag_ratio.exp());
+    let Actuator { log_reverse_ratio, log_lag_ratio, log_falling_lag_ratio, .. } = actuator;
+    let ratios = [log_reverse_ratio, log_lag_ratio, log_falling_lag_ratio];
+    let [reverse, slowing, falling] = ratios.map(f64::exp);
     let Actuator { log_change_within, log_change_between, log_change_loaded, .. } = actuator;
     let changes = [log_change_within, log_change_between, log_change_loaded];
     let [within, between, loaded] = changes.map(f64::exp_m1);
@@ -597,6 +599,7 @@ fn nuisances(fit: &PlantFit) -> BTreeMap<String, Parameter> {
         ("thrust_change_between", between, 1.0 + between, "1"),
         ("thrust_change_loaded", loaded, 1.0 + loaded, "1"),
         ("thrust_scale", scale, scale, "1"),
+        ("falling_lag_ratio", falling, falling, "1"),
     ];
     for ((name, value, slope, unit), std) in numbers.into_iter().zip(fit.actuator_std) {
         if let Some(std) = std {

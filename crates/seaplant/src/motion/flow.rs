@@ -93,9 +93,9 @@ impl HeldForces {
     }
 }
 
-/// Number of actuator parameters on which a force depends: two of lag, delay, reverse-thrust ratio,
+/// Number of actuator parameters on which a force depends: three of lag, delay, reverse-thrust ratio,
 /// two exponents, slew time, dead band, two of slow changes, one of load, and the scale of all.
-pub(crate) const PUSHED_BY: usize = 12;
+pub(crate) const PUSHED_BY: usize = 13;
 
 /// Decay of each axis's disturbance: ḟ = −f/T.
 #[derive(Clone, Copy, Debug)]

@@ -27,6 +27,8 @@ pub struct ThrustModel {
     pub inflow: f64,
     /// Ratio of the lag of a decelerating propeller to that of an accelerating one.
     pub lag_ratio: f64,
+    /// Ratio of the lag of a propeller whose speed falls, towards full reverse, to that of one whose speed rises.
+    pub falling_lag_ratio: f64,
     /// Time of a propeller from rest to `full_speed` at its greatest rate, s; 0 without a limit.
     pub slew_s: f64,
     /// Loss of thrust by inflow of propellers that push in the direction of motion.
@@ -41,6 +43,8 @@ pub struct ThrustModel {
     pub voltage_exponent: f64,
     /// The supply voltage at which thrust is independent of that exponent, V, of curves that state none.
     pub mean_voltage_v: f64,
+    /// Relative growth of thrust from the beginning to the end of each trial.
+    pub change_within: f64,
     /// What thrust does between its logged samples.
     pub between: BetweenSamples,
     /// Ratio of the Coriolis effect of rotation on body velocity to that of a rigid body.
@@ -57,6 +61,7 @@ impl Default for ThrustModel {
             reverse_ratio: 1.0,
             inflow: 0.0,
             lag_ratio: 1.0,
+            falling_lag_ratio: 1.0,
             slew_s: 0.0,
             inflow_ahead: 0.0,
             exponent: 2.0,
@@ -64,6 +69,7 @@ impl Default for ThrustModel {
             dead_band: 0.0,
             voltage_exponent: 0.0,
             mean_voltage_v: 1.0,
+            change_within: 0.0,
             between: BetweenSamples::Held,
             turning: 0.0,
             current: BTreeMap::new(),

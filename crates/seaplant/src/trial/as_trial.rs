@@ -87,10 +87,19 @@ impl AxisRecord {
         Timed::new("motion", time_s, values)
     }
 
-    fn common_window(&self, motion: &Timed) -> Result<(f64, f64), Error> {
+    /// Returns from when to when both motion and force are known, s.
+    pub(crate) fn common_window_s(&self) -> (f64, f64) {
+        self.window_beside(self.motion.series())
+    }
+
+    fn window_beside(&self, motion: &Timed) -> (f64, f64) {
         let held_s = if self.force.len() == 1 { f64::INFINITY } else { self.force.period_s() };
         let from_s = motion.first_s().max(self.force.first_s());
-        let to_s = motion.last_s().min(self.force.last_s() + held_s);
+        (from_s, motion.last_s().min(self.force.last_s() + held_s))
+    }
+
+    fn common_window(&self, motion: &Timed) -> Result<(f64, f64), Error> {
+        let (from_s, to_s) = self.window_beside(motion);
         match from_s < to_s {
             true => Ok((from_s, to_s)),
             false => Err(Error::TooShort {

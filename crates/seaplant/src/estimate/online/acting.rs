@@ -114,7 +114,8 @@ impl MeanInputs {
         let mut all =
             Self { tau: vec![0.0; count], gamma: vec![[0.0; 2]; count], turning: vec![0.0; count] };
         let (tracks, mut k) = (axis.tracks(), 0);
-        for step in drive_over(&tracks, axis.turning.as_ref(), &edges, &model.thrust) {
+        let (turning, window_s) = (axis.turning.as_ref(), axis.common_window_s());
+        for step in drive_over(&tracks, turning, window_s, &edges, &model.thrust) {
             let part = step.length_s / part_s;
             if k < count && part > 0.0 {
                 all.tau[k] += part * step.push.tau;

@@ -6,7 +6,8 @@
 //! T ṅ(t) + n(t) = n_logged(t − D),   F = k n|n|,   times κ in reverse
 //! ```
 //!
-//! T may be another where a propeller slows down, and thrust another power of speed than the second.
+//! T may be another where a propeller slows down or where n falls, towards full reverse, and thrust another power of
+//! speed than the second.
 //!
 //! A logged wrench, of which nobody knows what makes it, lags itself:
 //!
@@ -56,7 +57,7 @@ use std::sync::Arc;
 use nalgebra::Vector6;
 
 use super::super::inputs::Inputs;
-use super::super::propellers::{Drive, DriveLaw, DriveNumber, Push};
+use super::super::propellers::{Drive, DriveLaw, DriveNumber, Push, phase};
 use super::search::ADMITTED;
 use crate::motion::{HeldForces, PUSHED_BY, Slice};
 use crate::series::union;
@@ -97,6 +98,8 @@ pub struct Actuator {
     /// Logarithm of the scale of all thrust: what acts over what curves and logs say. Only known forces
     /// reveal it.
     pub log_scale: f64,
+    /// Logarithm of the lag of a propeller whose speed falls, towards full reverse, over that of one whose speed rises.
+    pub log_falling_lag_ratio: f64,
     /// The greatest propeller speed, where another exponent and a dead band leave thrust as its curve says.
     pub full_speed: f64,
     /// Logarithms of the mean supply voltage, V, where another exponent leaves thrust as curves say that state none,
@@ -134,15 +137,16 @@ const LEAST_EARLY_S: f64 = 0.005;
 const OUT_OF_PROPORTION: f64 = 0.01;
 
 /// What of [`Drive`]'s derivatives belongs to each number of an actuator.
-const SHAPED_BY: [DriveNumber; 8] = [
-    DriveNumber::Lag,
-    DriveNumber::Delay,
-    DriveNumber::Reverse,
-    DriveNumber::LagRatio,
-    DriveNumber::Exponent,
-    DriveNumber::Slew,
-    DriveNumber::Voltage,
-    DriveNumber::DeadBand,
+const SHAPED_BY: [(usize, DriveNumber); 9] = [
+    (Actuator::LAG, DriveNumber::Lag),
+    (Actuator::DELAY, DriveNumber::Delay),
+    (Actuator::REVERSE, DriveNumber::Reverse),
+    (Actuator::LAG_RATIO, DriveNumber::LagRatio),
+    (Actuator::EXPONENT, DriveNumber::Exponent),
+    (Actuator::SLEW, DriveNumber::Slew),
+    (Actuator::VOLTAGE, DriveNumber::Voltage),
+    (Actuator::DEAD_BAND, DriveNumber::DeadBand),
+    (Actuator::FALLING_LAG_RATIO, DriveNumber::FallingLagRatio),
 ];
 
 /// Whether what pushes in reverse is in proportion to all that pushes, on all axes and at all times:
@@ -174,33 +178,37 @@ fn is_reverse_in_proportion(records: &[&TrialRecord], axes: &[Dof]) -> bool {
 
 impl Actuator {
     /// How many numbers that is.
-    pub(super) const COUNT: usize = PUSHED_BY;
+    pub const COUNT: usize = PUSHED_BY;
 
-    /// Where the lag stands among them, and the delay.
-    pub(super) const LAG: usize = 0;
-    pub(super) const DELAY: usize = 1;
-
-    /// Where the reverse-thrust ratio stands among them.
-    pub(super) const REVERSE: usize = 2;
-
-    /// Where the ratio of lags stands among them, the exponent, and the slew time.
-    pub(super) const LAG_RATIO: usize = 3;
-    pub(super) const EXPONENT: usize = 4;
-    pub(super) const SLEW: usize = 5;
-
-    /// Where the exponent of supply voltage stands among them.
-    pub(super) const VOLTAGE: usize = 6;
-
+    /// Index of the lag.
+    pub const LAG: usize = 0;
+    /// Index of the delay.
+    pub const DELAY: usize = 1;
+    /// Index of the reverse-thrust ratio.
+    pub const REVERSE: usize = 2;
+    /// Index of the ratio of lags of propellers that slow down and speed up.
+    pub const LAG_RATIO: usize = 3;
+    /// Index of the exponent.
+    pub const EXPONENT: usize = 4;
+    /// Index of the slew time.
+    pub const SLEW: usize = 5;
+    /// Index of the exponent of supply voltage.
+    pub const VOLTAGE: usize = 6;
     /// Index of the dead band.
-    pub(super) const DEAD_BAND: usize = 7;
+    pub const DEAD_BAND: usize = 7;
+    /// Index of the change of thrust within each trial.
+    pub const CHANGE_WITHIN: usize = 8;
+    /// Index of the change of thrust from the first trial to the last.
+    pub const CHANGE_BETWEEN: usize = 9;
+    /// Index of the change of thrust under load.
+    pub const LOADED: usize = 10;
+    /// Index of the scale of all thrust.
+    pub const SCALE: usize = 11;
+    /// Index of the ratio of lags of falling and rising speeds.
+    pub const FALLING_LAG_RATIO: usize = 12;
 
-    /// Where the slow changes of thrust stand among them.
-    const CHANGE_WITHIN: usize = 8;
-    const CHANGE_BETWEEN: usize = 9;
-    /// Where the change of thrust under load stands among them.
-    pub(super) const LOADED: usize = 10;
-    /// Where the scale of all thrust stands among them.
-    pub(super) const SCALE: usize = 11;
+    /// The ratios of lags.
+    pub(super) const LAG_RATIOS: [usize; 2] = [Self::LAG_RATIO, Self::FALLING_LAG_RATIO];
 
     /// Between what they stay.
     pub(super) const LIMITS: [(f64, f64); Self::COUNT] = [
@@ -216,11 +224,12 @@ impl Actuator {
         (-1.5, 1.5),
         (-1.5, 0.5),
         (-2.5, 2.5),
+        (-2.5, 2.5),
     ];
 
     /// Their standard deviations before anything is measured.
     pub(super) const PRIOR_STD: [f64; Self::COUNT] =
-        [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 1.5, 0.1, 0.3, 0.3, 0.3, 1.0];
+        [1.0, 1.0, 0.3, 1.0, 0.3, 1.0, 1.5, 0.1, 0.3, 0.3, 0.3, 1.0, 1.0];
 
     /// One is kept if its square is so many times its variance: chance makes as much of a lag or a
     /// delay once in 500; what contradicts the log or the curve of a thruster has to be seen as clearly
@@ -236,13 +245,13 @@ impl Actuator {
         }
     }
 
-    /// Which of its numbers a fit begins with: of a wrench that nobody knows the thrusters of, not how these
+    /// Which of its numbers the trials can show: of a wrench that nobody knows the thrusters of, not how these
     /// push; of propellers, what their speeds can show; of thrusters of which a part as large always pushes in reverse, not
     /// what that pushes, as it looks like all of them stronger; of a supply voltage that hardly varies, no exponent of it;
     /// of one trial, no change from trial to trial; without a known force, no scale. A slew time has no slope where it is
     /// zero, a dead band is another exponent to begin with, and the change under load imitates thrusters that are not
     /// alike: these are tried later.
-    pub(super) fn fitted(records: &[&TrialRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
+    pub(super) fn shown_by(records: &[&TrialRecord], axes: &[Dof]) -> [bool; Self::COUNT] {
         let lag = records.iter().any(|record| record.force.iter().any(Option::is_some));
         let tracks = records.iter().flat_map(|record| &record.thrusters);
         let inputs = Inputs::new(tracks.map(|thruster| &thruster.track));
@@ -251,7 +260,11 @@ impl Actuator {
         let scale = lag && records.iter().any(|record| !record.known.is_empty());
         let between = lag && records.len() > 1;
         let voltage = inputs.show_voltage();
-        [lag, lag, reverse, lag_ratio, exponent, false, voltage, false, lag, between, false, scale]
+        let ([slew, dead_band, loaded], within) = ([false; 3], lag);
+        [
+            lag, lag, reverse, lag_ratio, exponent, slew, voltage, dead_band, within, between,
+            loaded, scale, lag_ratio,
+        ]
     }
 
     /// What is fitted of it, in the order of its fields.
@@ -269,6 +282,7 @@ impl Actuator {
             self.log_change_between,
             self.log_change_loaded,
             self.log_scale,
+            self.log_falling_lag_ratio,
         ]
     }
 
@@ -311,6 +325,7 @@ impl Actuator {
             log_change_between,
             log_change_loaded,
             log_scale,
+            log_falling_lag_ratio,
         ] = numbers;
         Self {
             lag_s,
@@ -325,6 +340,7 @@ impl Actuator {
             log_change_between,
             log_change_loaded,
             log_scale,
+            log_falling_lag_ratio,
             ..*self
         }
     }
@@ -374,8 +390,11 @@ impl Actuator {
 
     /// How long after its last change thrust still changes, s.
     fn settles_s(&self) -> f64 {
+        let ratios = [self.log_lag_ratio, self.log_falling_lag_ratio];
+        let longest_s =
+            self.lag_s * ratios.map(|log_ratio| log_ratio.exp().max(1.0)).iter().product::<f64>();
         // From full speed ahead to full speed astern takes two slew times.
-        OVER * self.lag_s + 2.0 * self.slew_s
+        OVER * longest_s + 2.0 * self.slew_s
     }
 
     /// From change to change as these act, finely where they lag, until the lag is over.
@@ -472,8 +491,8 @@ impl Actuator {
         self.drive(track, slices, self.dead_band > 0.0, |push| {
             let Some((force, all_by)) = pushes.next() else { return };
             add(force, push.tau);
-            for (column, by) in all_by.chunks_exact_mut(axes.len()).zip(SHAPED_BY) {
-                add(column, push.tau_by[by as usize]);
+            for (k, by) in SHAPED_BY {
+                add(&mut all_by[k * axes.len()..][..axes.len()], push.tau_by[by as usize]);
             }
         });
     }
@@ -490,6 +509,7 @@ impl Actuator {
         let law = DriveLaw {
             lag_s: self.lag_s,
             log_lag_ratio: self.log_lag_ratio,
+            log_falling_lag_ratio: self.log_falling_lag_ratio,
             slew_s: self.slew_s,
             delay_s: self.delay_s,
             log_reverse_ratio: self.log_reverse_ratio,
@@ -576,8 +596,7 @@ impl LoggedThrust {
 
     /// How far through its trial an instant is, and how far through all trials.
     fn phases(&self, time_s: f64) -> [f64; 2] {
-        let (from_s, to_s) = self.window_s;
-        [((time_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0) - 0.5, self.between]
+        [phase(self.window_s, time_s), self.between]
     }
 }
 

@@ -174,15 +174,19 @@ impl Fitted {
         let mut limited = problem.clone();
         limited.fits[Actuator::SLEW] = true;
         limited.fits[Actuator::LAG] = true;
-        limited.fits[Actuator::LAG_RATIO] = false;
+        for ratio in Actuator::LAG_RATIOS {
+            limited.fits[ratio] = false;
+        }
         let pieces = limited.in_pieces();
         let part = pieces.as_ref().unwrap_or(&limited);
         let start = |slew_s: &f64| {
             // Half a slew time is the mean lateness of a change from full speed to none.
             let lag_s = (actuator.lag_s - 0.5 * slew_s).max(FIRST_LAG_BESIDE_SLEW_S);
-            let actuator = Actuator { slew_s: *slew_s, lag_s, log_lag_ratio: 0.0, ..actuator };
+            let mut numbers = actuator.numbers();
+            (numbers[Actuator::SLEW], numbers[Actuator::LAG]) = (*slew_s, lag_s);
+            Actuator::LAG_RATIOS.into_iter().for_each(|ratio| numbers[ratio] = 0.0);
             let mut point = optimum.point.clone();
-            point.actuator = actuator;
+            point.actuator = actuator.with(numbers);
             (part.cost(&point), point)
         };
         let starts = FIRST_SLEWS_S.iter().map(start);
@@ -223,22 +227,37 @@ impl Fitted {
     /// The same with thrust that changes under the load of all thrusters, if that is likelier by more than
     /// chance beside the colour of innovations.
     pub(super) fn with_load_that_shows(self) -> Result<Self, Error> {
-        let Self { problem, optimum, .. } = &self;
+        let problem = &self.problem;
         let is_alone = problem.structure.axes().len() == 1;
         if !problem.has_thrusters || is_alone || problem.fits[Actuator::LOADED] {
             return Ok(self);
         }
-        let mut loaded = problem.clone();
-        loaded.fits[Actuator::LOADED] = true;
-        if loaded.score(&optimum.point, Actuator::LOADED).is_none_or(|x| x < search::ADMITTED) {
-            return Ok(self);
-        }
-        // A descent that does not settle finds no change.
-        let Ok(found) = loaded.descent_at_noise(optimum.point.clone(), Tolerance::COARSE) else {
-            return Ok(self);
-        };
+        let Some((loaded, found)) = self.beside_number(Actuator::LOADED) else { return Ok(self) };
         let colour = self.colour_of_translations()?;
         self.or_if_likelier(loaded, found, search::ADMITTED * colour)
+    }
+
+    /// The same with propellers whose lag differs while their speed falls and while it rises, if that is likelier by
+    /// more than chance.
+    pub(super) fn with_falling_lag_that_shows(self) -> Result<Self, Error> {
+        const K: usize = Actuator::FALLING_LAG_RATIO;
+        let problem = &self.problem;
+        if !problem.can_show[K] || !problem.fits[Actuator::LAG] || problem.fits[K] {
+            return Ok(self);
+        }
+        let Some((other, found)) = self.beside_number(K) else { return Ok(self) };
+        self.or_if_likelier(other, found, search::ADMITTED)
+    }
+
+    /// The optimum with one more number of the actuator; `None` if its score does not ask for it, or the descent does
+    /// not settle.
+    fn beside_number(&self, k: usize) -> Option<(Problem, Optimum)> {
+        let (problem, optimum) = self.parts();
+        let mut wider = problem.clone();
+        wider.fits[k] = true;
+        wider.score(&optimum.point, k).filter(|score| *score >= search::ADMITTED)?;
+        let found = wider.descent_at_noise(optimum.point.clone(), Tolerance::COARSE).ok()?;
+        Some((wider, found))
     }
 
     /// The same with jitter of thrust, if that is likelier by more than chance.

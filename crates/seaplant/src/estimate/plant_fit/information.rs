@@ -76,6 +76,7 @@ const ACTUATOR_NAMES: [&str; Actuator::COUNT] = [
     "thrust_change_between",
     "thrust_change_loaded",
     "log_thrust_scale",
+    "log_falling_lag_ratio",
 ];
 
 impl Information {

@@ -89,23 +89,32 @@ const FIRST_SLEW_S: f64 = 0.3;
 const FIRST_DEAD_BAND: f64 = 0.03;
 
 /// The candidate that each number of the actuator is.
-const NUMBERS: [(Candidate, usize); 8] = [
+const NUMBERS: [(Candidate, usize); 11] = [
     (Candidate::Lag, Actuator::LAG),
     (Candidate::Delay, Actuator::DELAY),
     (Candidate::ReverseRatio, Actuator::REVERSE),
     (Candidate::LagRatio, Actuator::LAG_RATIO),
+    (Candidate::FallingLagRatio, Actuator::FALLING_LAG_RATIO),
     (Candidate::Exponent, Actuator::EXPONENT),
     (Candidate::Slew, Actuator::SLEW),
     (Candidate::Voltage, Actuator::VOLTAGE),
     (Candidate::DeadBand, Actuator::DEAD_BAND),
+    (Candidate::ThrustChangeWithin, Actuator::CHANGE_WITHIN),
+    (Candidate::ThrustChangeBetween, Actuator::CHANGE_BETWEEN),
 ];
 
 /// No sensor shows a velocity more precisely than to this part of the usual speed, and no model predicts it:
 /// what is smoother was smoothed by whoever logged it, and says nothing of the plant.
 const VELOCITY_PRECISION: f64 = 1e-3;
 
-/// Numbers of the actuator that are tried by their scores beside the others: they imitate these.
-const LATER: [usize; 2] = [Actuator::LAG_RATIO, Actuator::EXPONENT];
+/// Numbers of the actuator that are tried by their scores beside the others: they imitate these, or are rare.
+const LATER: [usize; 5] = [
+    Actuator::LAG_RATIO,
+    Actuator::FALLING_LAG_RATIO,
+    Actuator::EXPONENT,
+    Actuator::CHANGE_WITHIN,
+    Actuator::CHANGE_BETWEEN,
+];
 
 /// The force that turning makes, per unit of what it does to a rigid body: that of a propeller of unknown strength.
 fn turning() -> Effect {
@@ -512,7 +521,7 @@ impl OneAxis<'_> {
         let mut wider = problem.clone();
         let shown = self.shown();
         for k in LATER {
-            let has_lag = k != Actuator::LAG_RATIO || problem.fits[Actuator::LAG];
+            let has_lag = !Actuator::LAG_RATIOS.contains(&k) || problem.fits[Actuator::LAG];
             if !shown[k] || problem.fits[k] || !has_lag {
                 continue;
             }
@@ -526,7 +535,9 @@ impl OneAxis<'_> {
             let found = problem.descent_at_noise(point, Tolerance::COARSE).ok()?;
             Some((problem, found))
         };
-        let two_lags = with_two_lags_for_delay(&fitted, &shown).and_then(settled);
+        let two_lags = Actuator::LAG_RATIOS
+            .into_iter()
+            .filter_map(|ratio| with_two_lags_for_delay(&fitted, &shown, ratio).and_then(settled));
         // They are more numbers than a delay.
         let two_lags = two_lags.filter(|(_, found)| 2.0 * (optimum.cost - found.cost) > ADMITTED);
         let all = wider.into_iter().chain(rival).filter_map(settled).chain(two_lags);
@@ -563,7 +574,7 @@ impl OneAxis<'_> {
             let is_shown = match candidate {
                 Candidate::Exponent => inputs.show_exponent(),
                 Candidate::ReverseRatio => inputs.show_reverse_ratio(),
-                Candidate::LagRatio => inputs.show_lag_ratio(),
+                Candidate::LagRatio | Candidate::FallingLagRatio => inputs.show_lag_ratio(),
                 Candidate::Voltage => inputs.show_voltage(),
                 Candidate::Slew | Candidate::DeadBand => false,
                 _ => true,
@@ -698,22 +709,23 @@ fn criterion(fitted: &Fitted) -> f64 {
     2.0 * optimum.cost + count as f64 * (problem.samples() as f64).ln()
 }
 
-/// The problem with a lag that differs up and down in the place of a delay, which two of them resemble.
+/// The problem with a lag that differs by a ratio of lags in the place of a delay, which two of them resemble.
 fn with_two_lags_for_delay(
     fitted: &Fitted,
     shown: &[bool; Actuator::COUNT],
+    ratio: usize,
 ) -> Option<(Problem, Point)> {
     let (problem, optimum) = fitted.parts();
     let is_delay_alone = problem.fits[Actuator::DELAY] && !problem.fits[Actuator::LAG];
     let mut point = optimum.point.clone();
     let mut numbers = point.actuator.numbers();
     let late_s = numbers[Actuator::DELAY];
-    let may_lag = shown[Actuator::LAG] && shown[Actuator::LAG_RATIO];
+    let may_lag = shown[Actuator::LAG] && shown[ratio];
     if !is_delay_alone || !may_lag || late_s < LEAST_LAG_S || problem.requires[Actuator::DELAY] {
         return None;
     }
     let mut other = problem.clone();
-    (other.fits[Actuator::LAG], other.fits[Actuator::LAG_RATIO]) = (true, true);
+    (other.fits[Actuator::LAG], other.fits[ratio]) = (true, true);
     (numbers[Actuator::LAG], numbers[Actuator::DELAY]) = (late_s, 0.0);
     point.actuator = point.actuator.with(numbers);
     Some((other, point))

@@ -257,7 +257,10 @@ impl Problem {
         let samples: usize = pieces.iter().map(Schedule::samples).sum();
         let known: Arc<[Vec<KnownForce>]> = known_together(records).into();
         let are_enough = samples >= SAMPLES_PER_TERM * structure.terms().len();
-        let can_show = Actuator::fitted(records, axes);
+        let can_show = Actuator::shown_by(records, axes);
+        let mut fits = can_show;
+        // Hardly any propeller has it, and it is tried by its score.
+        fits[Actuator::FALLING_LAG_RATIO] = false;
         Self {
             structure: structure.clone(),
             physical: Physical::new(structure, rigid_body),
@@ -268,7 +271,7 @@ impl Problem {
             forces: Arc::default(),
             noise_information: Arc::default(),
             rigid_body,
-            fits: can_show,
+            fits,
             can_show,
             requires: [false; Actuator::COUNT],
             lag_std_s: Actuator::PRIOR_STD[Actuator::LAG],

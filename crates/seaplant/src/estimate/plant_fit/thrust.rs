@@ -246,7 +246,8 @@ impl PlantFit {
     /// Returns caveats on thrust that is no square law, so that its scale depends on the speed at which its curve is right,
     /// or that may be none.
     pub(crate) fn thrust_by_another_power(&self) -> Vec<Caveat> {
-        let [_, _, _, _, exponent_std, _, _, dead_band_std, ..] = self.actuator_std;
+        let [exponent_std, dead_band_std] =
+            [Actuator::EXPONENT, Actuator::DEAD_BAND].map(|k| self.actuator_std[k]);
         let (beyond_square, dead_band) = (self.actuator.beyond_square, self.actuator.dead_band);
         let at_half = 100.0 * self.actuator.at_half_speed().exp_m1();
         let exponent = exponent_std.map(|_| {
@@ -281,6 +282,12 @@ impl PlantFit {
         seen.into_iter().chain(unseen).collect()
     }
 
+    /// Returns a caveat if thrust changes in the course of the trials, so that its scale depends on when its curve is right.
+    pub(crate) fn thrust_that_changes(&self) -> Option<Caveat> {
+        let std = [Actuator::CHANGE_WITHIN, Actuator::CHANGE_BETWEEN].map(|k| self.actuator_std[k]);
+        changing_thrust(&self.actuator, std)
+    }
+
     /// Returns a caveat if thrust changes with supply voltage, so that its scale depends on the voltage at which
     /// curves are right.
     pub(crate) fn thrust_by_voltage(&self) -> Option<Caveat> {
@@ -308,6 +315,46 @@ impl PlantFit {
         })
     }
 }
+
+/// Says that thrust changes from the beginning of a trial to its end, or from the first trial to the last,
+/// so that its scale depends on when its curve is right.
+fn changing_thrust(
+    actuator: &Actuator,
+    [within_std, between_std]: [Option<f64>; 2],
+) -> Option<Caveat> {
+    let Actuator { log_change_within, log_change_between, .. } = *actuator;
+    let of = |change: f64, std: Option<f64>, over: &str| {
+        let said = format!(
+            "by {:+.1} ± {:.1} % {over}",
+            100.0 * change.exp_m1(),
+            196.0 * std? * change.exp()
+        );
+        Some((change, said))
+    };
+    let found: Vec<(f64, String)> = [
+        of(log_change_within, within_std, "from the beginning to the end of each trial"),
+        of(log_change_between, between_std, "from the first trial to the last"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let said: Vec<&str> = found.iter().map(|(_, said)| said.as_str()).collect();
+    let all: f64 = found.iter().map(|(change, _)| change).sum();
+    let to_mean = 0.5 * all;
+    let each = found.iter().map(|(change, _)| *change);
+    each.chain([all]).any(|change| change.exp_m1().abs() > CHANGING_PART).then(|| {
+        let message = format!(
+            "thrust changes {} beside what its log says, as with a battery that loses voltage; mass and drag are right if the thruster curve holds for the mean; if it holds at the beginning, they are {:+.0} % off, which the intervals include; log the voltage or the propeller speed",
+            said.join(" and "),
+            100.0 * (-to_mean).exp_m1(),
+        );
+        Caveat::warning(CaveatCode::PlantDrifts, message)
+    })
+}
+
+/// A change of thrust below this part, in a trial, between trials or in both together, is none that a
+/// user minds.
+const CHANGING_PART: f64 = 0.05;
 
 /// How thrust is off: both ways, or where known forces tell the scale of all, in reverse beside forward.
 fn ways(stated: ThrustUncertainty, ratio_variance: f64, is_scale_told: bool) -> [Off; 2] {
@@ -339,6 +386,23 @@ fn both_ways(stated: ThrustUncertainty, ratio_variance: f64) -> [Off; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Two small changes of the same sign leave the scale as open as a large one.
+    #[test]
+    fn thrust_that_changes_is_told_by_what_it_changes_in_all() {
+        let told = |log_change_within: f64, log_change_between: f64| {
+            let actuator =
+                Actuator { log_change_within, log_change_between, ..Actuator::default() };
+            changing_thrust(&actuator, [Some(0.001); 2])
+        };
+        assert_eq!(told(-0.03, -0.01), None);
+        assert_eq!(told(-0.03, 0.03), None);
+        let caveat = told(-0.04, -0.04).expect("eight percent");
+        assert!(caveat.message.contains("they are +4 % off"), "{}", caveat.message);
+        assert!(told(0.08, -0.08).is_some());
+        let actuator = Actuator { log_change_within: -0.2, ..Actuator::default() };
+        assert_eq!(changing_thrust(&actuator, [None; 2]), None);
+    }
 
     #[test]
     fn a_ratio_that_motion_tells_ties_both_ways_together() {

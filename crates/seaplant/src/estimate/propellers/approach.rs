@@ -6,7 +6,7 @@ use super::drive::{DriveLaw, DriveNumber};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Changing {
     pub(super) x: f64,
-    /// By lag, logarithm of the lag ratio, slew time and delay.
+    /// By lag, the logarithms of both lag ratios, slew time, delay and dead band.
     pub(super) by: [f64; DriveNumber::OF_SPEED],
 }
 
@@ -47,8 +47,8 @@ pub(super) struct Segment {
 
 /// How propellers follow the speed asked for.
 pub(super) struct Propulsion {
-    up: Lag,
-    down: Lag,
+    /// By whether it slows down, and whether its speed falls.
+    lags: [[Lag; 2]; 2],
     /// The greatest rate, rad/s², with its derivative by the slew time; `None` if there is none.
     rate: Option<(f64, f64)>,
 }
@@ -100,20 +100,28 @@ const MOST_PARTS: usize = 6;
 impl Propulsion {
     pub(super) fn of(law: &DriveLaw) -> Self {
         let DriveLaw { lag_s, slew_s, full_speed: full, .. } = *law;
-        let ratio = law.log_lag_ratio.exp();
-        let mut up = Changing::constant(lag_s);
-        up.by[DriveNumber::Lag as usize] = 1.0;
-        let mut down = Changing::constant(lag_s * ratio);
-        down.by[DriveNumber::Lag as usize] = ratio;
-        down.by[DriveNumber::LagRatio as usize] = lag_s * ratio;
+        let ratios = [law.log_lag_ratio.exp(), law.log_falling_lag_ratio.exp()];
+        let lag = |slows: bool, falls: bool| {
+            let [slowing, falling] =
+                [(slows, ratios[0]), (falls, ratios[1])].map(|(has, x)| if has { x } else { 1.0 });
+            let ratio = slowing * falling;
+            let mut lag = Changing::constant(lag_s * ratio);
+            lag.by[DriveNumber::Lag as usize] = ratio;
+            for (number, has) in
+                [(DriveNumber::LagRatio, slows), (DriveNumber::FallingLagRatio, falls)]
+            {
+                lag.by[number as usize] = if has { lag.x } else { 0.0 };
+            }
+            Lag::new(lag)
+        };
         let rate = (slew_s > 0.0 && full > 0.0).then(|| (full / slew_s, -full / (slew_s * slew_s)));
-        Self { up: Lag::new(up), down: Lag::new(down), rate }
+        Self { lags: [false, true].map(|slows| [false, true].map(|falls| lag(slows, falls))), rate }
     }
 
     /// Prepares for steps of a length, s.
     #[inline]
     pub(super) fn step(&mut self, h: f64) {
-        for lag in [&mut self.up, &mut self.down] {
+        for lag in self.lags.as_flattened_mut() {
             if lag.whole.after_s != h {
                 lag.whole = Decay::after(h, lag.lag_s.x);
             }
@@ -156,8 +164,8 @@ impl Propulsion {
     #[inline]
     fn piece(&self, speed: &Changing, asked: &Changing) -> Piece<'_> {
         let slows = speed.x * asked.x < 0.0 || speed.x.abs() > asked.x.abs();
-        let lag = if slows { &self.down } else { &self.up };
         let offset = asked.x - speed.x;
+        let lag = &self.lags[usize::from(slows)][usize::from(offset < 0.0)];
         match self.rate {
             Some((rate, by_slew))
                 if offset.abs() > AT_RATE * rate * lag.lag_s.x && offset != 0.0 =>

@@ -11,6 +11,8 @@ pub(crate) struct DriveLaw {
     pub(crate) lag_s: f64,
     /// Logarithm of the lag of a propeller that slows down over that of one that speeds up.
     pub(crate) log_lag_ratio: f64,
+    /// Logarithm of the lag of a propeller whose speed falls, towards full reverse, over that of one whose speed rises.
+    pub(crate) log_falling_lag_ratio: f64,
     /// Time from rest to full speed at the greatest rate, s; 0 without a limit.
     pub(crate) slew_s: f64,
     /// Delay of thrust, s.
@@ -41,6 +43,7 @@ pub(crate) struct DriveLaw {
 pub(crate) enum DriveNumber {
     Lag,
     LagRatio,
+    FallingLagRatio,
     Slew,
     Delay,
     DeadBand,

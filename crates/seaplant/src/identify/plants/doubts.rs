@@ -55,8 +55,7 @@ pub(super) fn doubts(
     all.extend(fit.thrust_by_voltage());
     all.extend(early_thrust(fit));
     all.extend(thrusters::doubts(plant));
-    let [.., within_std, between_std, _, _] = fit.actuator_std;
-    all.extend(changing_thrust(&fit.actuator, [within_std, between_std]));
+    all.extend(fit.thrust_that_changes());
     all.extend(late(fit));
     all.extend(late_surfaces(fit));
     all.extend(turned_heading(fit));
@@ -193,7 +192,7 @@ const MOST_OF_VARIANCE: f64 = 0.5;
 /// Says that thrust falls while other thrusters push, so that its scale depends on the load at which curves
 /// are right.
 fn loaded_thrust(fit: &PlantFit) -> Option<Caveat> {
-    let [.., std, _] = fit.actuator_std;
+    let std = fit.actuator_std[Actuator::LOADED];
     let change = 100.0 * fit.actuator.log_change_loaded.exp_m1();
     std.filter(|_| change.abs() > LOADED_PERCENT).map(|_| {
         let message = format!(
@@ -208,7 +207,7 @@ const LOADED_PERCENT: f64 = 5.0;
 
 /// That thrust acts before its log says.
 fn early_thrust(fit: &PlantFit) -> Option<Caveat> {
-    let [_, delay_std, ..] = fit.actuator_std;
+    let delay_std = fit.actuator_std[Actuator::DELAY];
     let (early_s, std) = (-fit.actuator.delay_s, delay_std?);
     (early_s > 0.0).then(|| {
         let spread = fit.thrust_jitter_s.map_or_else(String::new, |(std_s, _)| {
@@ -248,46 +247,6 @@ pub(super) fn too_early(fit: &PlantFit) -> Option<&'static str> {
 /// Thrust that acts so long before its log says, s, is hardly known: a small vehicle rolls to and fro
 /// within a second or two.
 const TOO_EARLY_S: f64 = 0.25;
-
-/// That thrust changes from the beginning of a trial to its end, or from the first trial to the last,
-/// so that its scale depends on when its curve is right.
-fn changing_thrust(
-    actuator: &Actuator,
-    [within_std, between_std]: [Option<f64>; 2],
-) -> Option<Caveat> {
-    let Actuator { log_change_within, log_change_between, .. } = *actuator;
-    let of = |change: f64, std: Option<f64>, over: &str| {
-        let said = format!(
-            "by {:+.1} ± {:.1} % {over}",
-            100.0 * change.exp_m1(),
-            196.0 * std? * change.exp()
-        );
-        Some((change, said))
-    };
-    let found: Vec<(f64, String)> = [
-        of(log_change_within, within_std, "from the beginning to the end of each trial"),
-        of(log_change_between, between_std, "from the first trial to the last"),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    let said: Vec<&str> = found.iter().map(|(_, said)| said.as_str()).collect();
-    let all: f64 = found.iter().map(|(change, _)| change).sum();
-    let to_mean = 0.5 * all;
-    let each = found.iter().map(|(change, _)| *change);
-    each.chain([all]).any(|change| change.exp_m1().abs() > CHANGING_PART).then(|| {
-        let message = format!(
-            "thrust changes {} beside what its log says, as with a battery that loses voltage; mass and drag are right if the thruster curve holds for the mean; if it holds at the beginning, they are {:+.0} % off, which the intervals include; log the voltage or the propeller speed",
-            said.join(" and "),
-            100.0 * (-to_mean).exp_m1(),
-        );
-        Caveat::warning(CaveatCode::PlantDrifts, message)
-    })
-}
-
-/// A change of thrust below this part, in a trial, between trials or in both together, is none that a
-/// user minds.
-const CHANGING_PART: f64 = 0.05;
 
 fn untold(plant: &PlantResult) -> Option<Caveat> {
     let of = |told_by| {
@@ -431,26 +390,4 @@ fn not_white(fit: &PlantFit) -> Option<Caveat> {
         );
         Caveat::warning(CaveatCode::ResidualsNotWhite, message)
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two small changes of the same sign leave the scale as open as a large one.
-    #[test]
-    fn thrust_that_changes_is_told_by_what_it_changes_in_all() {
-        let told = |log_change_within: f64, log_change_between: f64| {
-            let actuator =
-                Actuator { log_change_within, log_change_between, ..Actuator::default() };
-            changing_thrust(&actuator, [Some(0.001); 2])
-        };
-        assert_eq!(told(-0.03, -0.01), None);
-        assert_eq!(told(-0.03, 0.03), None);
-        let caveat = told(-0.04, -0.04).expect("eight percent");
-        assert!(caveat.message.contains("they are +4 % off"), "{}", caveat.message);
-        assert!(told(0.08, -0.08).is_some());
-        let actuator = Actuator { log_change_within: -0.2, ..Actuator::default() };
-        assert_eq!(changing_thrust(&actuator, [None; 2]), None);
-    }
 }

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::known::OtherScale;
 use super::restoring::{restoring_refutes, restoring_says};
 use crate::caveat::spoken;
-use crate::estimate::{PlantFit, ScaleClaim};
+use crate::estimate::{Actuator, PlantFit, ScaleClaim};
 use crate::motion::{KnownForce, KnownKind};
 use crate::{Caveat, CaveatCode, ThrustUncertainty, TrialRecord, Vehicle};
 
@@ -17,7 +17,7 @@ const CONTRADICTS: f64 = 3.0;
 
 /// The scale of thrust by known forces, and half of its 95 % interval; none without known forces.
 pub(super) fn scale(fit: &PlantFit) -> Option<(f64, f64)> {
-    let [.., std] = fit.actuator_std;
+    let std = fit.actuator_std[Actuator::SCALE];
     let scale = fit.actuator.log_scale.exp();
     Some((scale, 1.96 * scale * std?))
 }

@@ -451,6 +451,7 @@ impl<'a> Standing<'a> {
             delay_s: number("delay"),
             log_reverse_ratio: ratio("reverse_ratio").ln(),
             log_lag_ratio: ratio("lag_ratio").ln(),
+            log_falling_lag_ratio: ratio("falling_lag_ratio").ln(),
             beyond_square: exponent.map_or(0.0, |exponent| exponent.value - 2.0),
             log_change_within: number("thrust_change_within").ln_1p(),
             slew_s: number("slew"),

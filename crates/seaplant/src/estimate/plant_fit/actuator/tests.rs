@@ -109,7 +109,7 @@ fn a_smooth_wrench_acts_as_its_cubics_do() {
 #[test]
 fn a_propeller_lags_in_speed() {
     let ratio: f64 = 0.7;
-    let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let actuator = of([0.2, 0.13, ratio.ln(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18), &Dof::ALL);
     let thrust = |n: f64| if n < 0.0 { -1.5 * ratio * n * n } else { 2.0 * n * n };
     let (_, integral) = by_small_steps(actuator, 0.9, thrust);
@@ -134,21 +134,40 @@ fn a_piece_of_a_trial_begins_with_propellers_on_their_way() {
     }
 }
 
+/// A propeller slows down as late as it speeds up, but later towards full reverse than towards full ahead.
+#[test]
+fn a_propeller_lags_by_the_way_in_which_its_speed_changes() {
+    let ratio: f64 = 3.0;
+    let actuator =
+        Actuator { lag_s: 0.15, log_falling_lag_ratio: ratio.ln(), ..of([0.0; Actuator::COUNT]) };
+    let pushes = actuator.pushes(&of_thruster(), &slices(0.05, 18), &[Dof::Surge]);
+    let (u, h) = (steps(), 1e-6);
+    let (mut n, mut integral) = (0.0, 0.0);
+    for k in 0..900_000 {
+        let off = u.held_at((f64::from(k) + 0.5) * h) - n;
+        integral += h * WRENCH[0] * if n < 0.0 { -1.5 * n * n } else { 2.0 * n * n };
+        n += h / if off < 0.0 { 0.45 } else { 0.15 } * off;
+    }
+    let found: f64 = pushes.each().map(|push| 0.05 * push.force[0]).sum();
+    assert!((found / integral - 1.0).abs() < 1e-3, "{found} {integral}");
+}
+
 #[test]
 fn derivatives_are_those_of_the_means() {
     let slices = slices(0.05, 30);
     for logged in [of_wrench(0), of_thruster(), of_two_thrusters(), of_battery(Some(2.7))] {
         // With another exponent, how long a propeller reverses within a slice is held.
         let some = [
-            ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-            ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0], 1e-3),
-            ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.0, 0.0, 0.2, -0.1, 0.0, 0.0], 0.15),
-            ([0.0, 0.013, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-            ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-            ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
-            ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0], 1e-3),
-            ([0.1, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.12, 0.0, 0.0, 0.0, 0.0], 1e-3),
-            ([0.1, 0.01, 0.1, 0.0, 0.0, 0.0, 1.3, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+            ([0.2, 0.13, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+            ([0.03, 0.01, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0, 0.0], 1e-3),
+            ([0.2, 0.13, -0.4, 0.3, -0.2, 0.0, 0.0, 0.0, 0.2, -0.1, 0.0, 0.0, 0.0], 0.15),
+            ([0.0, 0.013, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+            ([0.2, -0.07, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+            ([0.05, 0.01, 0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+            ([0.03, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0, 0.0], 1e-3),
+            ([0.1, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.12, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+            ([0.1, 0.01, 0.1, 0.0, 0.0, 0.0, 1.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-3),
+            ([0.2, 0.01, 0.1, 0.4, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.7], 1e-3),
         ];
         let laws =
             [BetweenSamples::Held, BetweenSamples::SmoothSpeed, BetweenSamples::SmoothThrust];
@@ -180,7 +199,7 @@ fn derivatives_are_those_of_the_means() {
 
 #[test]
 fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
-    let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0]);
+    let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0, 0.0]);
     let slices = slices(0.05, 40);
     let (logged, changed) = [Actuator::default(), actuator]
         .map(|actuator| actuator.pushes(&of_wrench(0), &slices, &Dof::ALL))
@@ -194,7 +213,7 @@ fn thrust_that_changes_is_that_of_its_log_in_the_middle() {
 
 #[test]
 fn thrust_under_the_load_of_all_thrusters_is_less_by_its_share() {
-    let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0]);
+    let actuator = of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0, 0.0]);
     let slices = slices(0.1, 12);
     let (logged, changed) = [Actuator::default(), actuator]
         .map(|actuator| actuator.pushes(&of_two_thrusters(), &slices, &Dof::ALL))
@@ -245,7 +264,7 @@ fn a_wrench_that_changes_where_a_slice_ends_lags_alike() {
 #[test]
 fn the_speed_of_a_propeller_that_lags_has_the_sign_of_its_thrust() {
     let record = TrialRecord { thrusters: vec![thruster()], ..TrialRecord::until("a", 2.0) };
-    let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    let signals = of([0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
         .signals(&record, &surge(&[]))
         .expect("finite");
     let [speed, thrust] = [Signal::PropellerSpeed("a".into()), Signal::Thrust("a".into())]
@@ -311,11 +330,11 @@ fn what_acts_is_what_the_filter_is_pushed_by() {
     };
     assert_eq!(Actuator::default().acting(&record).expect("finite"), record.force);
     let some = [
-        [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, 0.0, 0.0, -0.2, 0.0, 0.0, 0.0],
-        [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.3, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.2, 0.1, -0.3, 0.5, -0.2, 0.0, 0.0, 0.0, -0.2, 0.0, 0.0, 0.0, 0.0],
+        [0.1, -0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.1, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     ];
     for numbers in some {
         let actuator = of(numbers);

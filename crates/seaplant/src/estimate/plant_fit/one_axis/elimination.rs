@@ -62,7 +62,8 @@ impl OneAxis<'_> {
             let all: Vec<Decision> = open.iter().map(judged).collect();
             let has = |candidate| open.iter().any(|(own, _)| *own == candidate);
             let may_go = |own: &&Decision| {
-                !own.admitted && (own.candidate != Candidate::Lag || !has(Candidate::LagRatio))
+                let ratios = [Candidate::LagRatio, Candidate::FallingLagRatio];
+                !own.admitted && (own.candidate != Candidate::Lag || !ratios.into_iter().any(has))
             };
             let least = all.iter().filter(may_go).min_by(|a, b| {
                 let part = |own: &Decision| own.likelihood_ratio / own.needed;

@@ -135,6 +135,7 @@ impl OneAxis<'_> {
         fit.caveats.extend(restless_thrust(self.dof, beyond));
         fit.caveats.extend(found.thrust_by_another_power());
         fit.caveats.extend(found.thrust_by_voltage());
+        fit.caveats.extend(found.thrust_that_changes());
         Ok(fit)
     }
 
@@ -150,6 +151,7 @@ impl OneAxis<'_> {
         let positive = |number| positive(number, freedom);
         let by = |k: usize| Some(linear(found.actuator.numbers()[k], found.actuator_std[k]?));
         let exponential = |x: Estimate| positive((x.value.exp(), x.std * x.value.exp()));
+        let growth = |log: Estimate| linear(log.value.exp_m1(), log.std * log.value.exp());
         let by_effect = |name: &str| {
             let structure = found.plant.structure();
             let k = structure.index_of(&structure.term_named(name)?)?;
@@ -176,6 +178,7 @@ impl OneAxis<'_> {
             reverse_ratio: by(Actuator::REVERSE).map(exponential),
             inflow: by_effect(Candidate::Inflow.name()),
             lag_ratio: by(Actuator::LAG_RATIO).map(exponential),
+            falling_lag_ratio: by(Actuator::FALLING_LAG_RATIO).map(exponential),
             slew_s: by(Actuator::SLEW),
             inflow_ahead: by_effect(Candidate::InflowAhead.name()),
             exponent: by(Actuator::EXPONENT).map(|off| off.moved(2.0)),
@@ -183,6 +186,8 @@ impl OneAxis<'_> {
             full_speed: found.actuator.full_speed,
             voltage_exponent: by(Actuator::VOLTAGE),
             mean_voltage_v: found.actuator.ln_voltage[0].exp(),
+            change_within: by(Actuator::CHANGE_WITHIN).map(growth),
+            change_between: by(Actuator::CHANGE_BETWEEN).map(growth),
             between: found.actuator.between,
             velocity_scale: None,
             lever_m: Default::default(),

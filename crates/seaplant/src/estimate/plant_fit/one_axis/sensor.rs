@@ -39,12 +39,13 @@ impl OneAxis<'_> {
         let mut start = fitted.optimum.point.clone();
         let mut sensor = fitted.problem.clone();
         let shown = self.shown();
-        for k in [Actuator::LAG, Actuator::DELAY, Actuator::LAG_RATIO, Actuator::SLEW] {
+        let [slowing, falling] = Actuator::LAG_RATIOS;
+        for k in [Actuator::LAG, Actuator::DELAY, slowing, falling, Actuator::SLEW] {
             sensor.fits[k] = sensor.requires[k] || shown[k] && !LATER.contains(&k);
         }
         let mut numbers = actuator.numbers();
         numbers[Actuator::LAG] = LEAST_LAG_S;
-        numbers[Actuator::LAG_RATIO] = 0.0;
+        (numbers[slowing], numbers[falling]) = (0.0, 0.0);
         if !sensor.fits[Actuator::SLEW] {
             numbers[Actuator::SLEW] = 0.0;
         }

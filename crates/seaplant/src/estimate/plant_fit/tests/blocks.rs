@@ -221,7 +221,7 @@ fn pair(astern: f64) -> TrialRecord {
 /// More thrust in reverse of a pair that only turns looks like more thrust of all.
 #[test]
 fn what_a_pair_pushes_in_reverse_is_fitted_only_where_that_can_be_told() {
-    let fits = |astern: f64, axes: &[Dof]| Actuator::fitted(&[&pair(astern)], axes)[2];
+    let fits = |astern: f64, axes: &[Dof]| Actuator::shown_by(&[&pair(astern)], axes)[2];
     assert!(!fits(1.0, &[Dof::Yaw]));
     assert!(!fits(0.8, &[Dof::Yaw]));
     // Along surge the two do not cancel in the same proportion.
