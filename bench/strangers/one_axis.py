@@ -22,7 +22,7 @@ AXES = [*TRANSLATIONS, "yaw"]
 
 # Each fault is a function of the vehicle `s` and the generator `g`, and the axes that can have it.
 FAULTS = {}
-# Faults that no model of Seaplant has: there by name only.
+# There by name only: faults that no model of Seaplant has, and some that it has learnt since.
 UNMODELLED = {}
 
 
@@ -169,7 +169,7 @@ def speed_control(s, g):
     s["controlled"] = True
 
 
-@fault(*TRANSLATIONS)
+@fault(*TRANSLATIONS, among=UNMODELLED)
 def lag_by_direction(s, g):
     lag_two_way(s, g)
     s["lag_of"] = "rising"
