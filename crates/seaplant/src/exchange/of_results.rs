@@ -351,11 +351,15 @@ pub(super) fn plant_of_terms(terms: &[(Basis, f64)], effects: &[Effect]) -> Resu
 
 fn actuation_of(plant: &PlantResult) -> Actuation {
     let fitted = |name: &str| plant.nuisances.get(name).cloned();
-    let lag = fitted("lag");
+    let mean = mean_over_lag(plant);
+    let lag = fitted("lag").map(|lag| {
+        let Parameter { value, std, low95, high95, unit } = lag;
+        Parameter::new(Estimate { value, std, low95, high95 }.times(mean), &unit)
+    });
     let (of_all, std) = lag.as_ref().map_or((0.0, 0.0), |lag| (lag.value, lag.std));
     let own = plant.own_numbers(ThrusterNumber::Lag).into_iter().map(|(thruster, beyond)| {
-        let value = (of_all + beyond.value).max(0.0);
-        let own = Estimate::new(value, std.hypot(beyond.std), f64::INFINITY);
+        let value = (of_all + mean * beyond.value).max(0.0);
+        let own = Estimate::new(value, std.hypot(mean * beyond.std), f64::INFINITY);
         (thruster, Parameter::new(own, "s"))
     });
     Actuation {
@@ -371,6 +375,15 @@ fn actuation_of(plant: &PlantResult) -> Actuation {
         steering_delay: fitted("steering_delay"),
         steering_rate: fitted("steering_rate"),
     }
+}
+
+/// Ratios of lags; an exported plant has the mean of both lags.
+const LAG_RATIOS: [&str; 2] = ["lag_ratio", "falling_lag_ratio"];
+
+/// Returns the mean of a propeller's lags over that of one that speeds up towards full ahead.
+fn mean_over_lag(plant: &PlantResult) -> f64 {
+    let mean = |name| plant.nuisances.get(name).map_or(1.0, |ratio| 0.5 * (1.0 + ratio.value));
+    LAG_RATIOS.into_iter().map(mean).product()
 }
 
 /// Nuisances of thrust that no export format supports.
@@ -395,6 +408,9 @@ fn note_omissions(of: &str, result: &PlantResult, notes: &mut Vec<String>) {
             "{of}: the fit also found {}, which the exported plant leaves out",
             names.join(", ").replace('_', " ")
         ));
+    }
+    if LAG_RATIOS.iter().any(|name| names.contains(name)) {
+        notes.push(format!("{of}: its lag is the mean of those that the fit found"));
     }
     if let Some((exponent, volts)) =
         nuisances.get("voltage_exponent").zip(nuisances.get("mean_voltage"))
@@ -476,6 +492,22 @@ mod tests {
             "sensors": [], "trials": [], "truth": null, "failures": [], "caveats": []
         });
         serde_json::from_value(all).expect("results")
+    }
+
+    #[test]
+    fn an_exported_lag_is_the_mean_of_those_that_the_fit_found() {
+        let mut results = results();
+        let heave = results.plants.get_mut("heave").expect("a plant");
+        for (name, ratio) in [("lag_ratio", 2.0), ("falling_lag_ratio", 3.0)] {
+            let ratio = serde_json::from_value(x(ratio, 0.1)).expect("a parameter");
+            heave.nuisances.insert(name.to_owned(), ratio);
+        }
+        let model = PlantModel::of_results(&results, "results.json", None).expect("a plant");
+        let lag = model.actuation[&Dof::Heave].lag.as_ref().expect("a lag");
+        assert!((lag.value - 0.3 * 1.5 * 2.0).abs() < 1e-12, "{lag:?}");
+        assert!((lag.std - 3.0).abs() < 1e-12, "{lag:?}");
+        let is_told = |note: &String| note.contains("its lag is the mean of those");
+        assert!(model.notes.iter().any(is_told), "{:?}", model.notes);
     }
 
     #[test]

@@ -17,7 +17,7 @@ use super::equation_error::Solved;
 use super::filter::Noise;
 use super::problem::{Point, Problem, is_measured_over_ground};
 use super::schedule::Attitude;
-use super::search::{ADMITTED, CLEAR_GAIN, widened, with_all};
+use super::search::{self, ADMITTED, CLEAR_GAIN, widened, with_all};
 use super::start::{FirstPlant, LEAST_LAG_S, begun_beside};
 use super::{Fitted, SMOOTH, Tried};
 use crate::estimate::axis_plant::axis_structure;
@@ -264,7 +264,33 @@ impl OneAxis<'_> {
         if has(&fitted) != has_before {
             fitted = self.or_with_all_again(fitted, records, decisions);
         }
+        fitted = self.with_turning_again(fitted, decisions);
         Ok(Fitted { tried, ..fitted })
+    }
+
+    /// The same with turning that was left out while others stood for it, if it is worth its place beside what is left.
+    fn with_turning_again(&self, fitted: Fitted, decisions: &mut Vec<Decision>) -> Fitted {
+        let (problem, optimum) = fitted.parts();
+        let structure = &problem.structure;
+        let is_turning = |effect: &Effect| effect.name == Candidate::Turning.name();
+        let Some(k) = structure.effects().iter().position(is_turning) else { return fitted };
+        let term = [Basis::Effect(k)];
+        if structure.index_of(&term[0]).is_some() {
+            return fitted;
+        }
+        let needed = (problem.samples() as f64).ln() + 2.0 * self.tried().ln();
+        let score = search::scores(problem, &optimum.point, &term);
+        if !score.is_ok_and(|score| score[0] > needed) {
+            return fitted;
+        }
+        // A fit that does not settle with it does without.
+        let Ok(wider) = fitted.with_terms(structure, &term) else { return fitted };
+        let ratio = 2.0 * (optimum.cost - wider.optimum.cost);
+        if ratio <= needed {
+            return fitted;
+        }
+        replace(decisions, vec![decision(Candidate::Turning, ratio, needed, true)]);
+        wider
     }
 
     /// The same with waves, if the trials show them.
