@@ -211,11 +211,8 @@ pub fn write_file(
     if is_special {
         return create_with(path, |out| out.write_all(bytes)).map(drop);
     }
-    check_replaceable(path, permit, is_ours).with_context(cannot)?;
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
+    check_writable(path, permit, is_ours).with_context(cannot)?;
+    let folder = folder_of(path);
     let write = || -> Result<()> {
         let alone = lock(folder);
         recover(folder, permit)?;
@@ -231,7 +228,20 @@ pub fn write_file(
     write().with_context(cannot)
 }
 
-/// Checks that one file may be overwritten, before it is made at some cost.
+/// Checks that one file can be in its place, before it is made at some cost.
+pub fn check_writable(
+    path: &Path,
+    permit: Permit<'_>,
+    is_ours: impl Fn(&[u8]) -> bool,
+) -> Result<()> {
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        bail!("there is no folder {}; make it, or name a file elsewhere", folder.display());
+    }
+    check_replaceable(path, permit, is_ours)
+}
+
+/// Checks that one file may be overwritten.
 pub fn check_replaceable(
     path: &Path,
     permit: Permit<'_>,
@@ -248,6 +258,14 @@ pub fn check_replaceable(
         );
     }
     Ok(())
+}
+
+/// Returns the folder that a file is in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
 }
 
 /// Reads enough bytes to recognise a file; empty if it cannot be read.

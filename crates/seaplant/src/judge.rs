@@ -19,7 +19,7 @@ mod working;
 
 pub(crate) use change::{Drift, NOT_WHITE, another_plant, widened};
 pub use change::{LikelyChange, Part, PlantChange};
-pub(crate) use choose::{Contender, choose, impossible, is_better};
+pub(crate) use choose::{Contender, choose, impossible, is_better, predicts_better};
 pub(crate) use colour::LAGS;
 pub use colour::box_pierce;
 pub(crate) use coupling::{Coupling, turned};

@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::args::{MethodChoice, MonteCarlo};
 use crate::output::Output;
 use crate::summary::{align, plain_table};
-use crate::writing::{Permit, check_replaceable, write_file};
+use crate::writing::{Permit, check_writable, write_file};
 
 pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     let spec = spec_of(arguments)?;
@@ -27,7 +27,7 @@ pub fn run(arguments: &MonteCarlo, output: Output) -> Result<ExitCode> {
     let inputs: Vec<PathBuf> = arguments.spec.iter().cloned().collect();
     let permit = Permit::new(&inputs, arguments.force);
     if let Some(path) = &arguments.out {
-        check_replaceable(path, permit, is_ours).with_context(|| path.display().to_string())?;
+        check_writable(path, permit, is_ours).with_context(|| path.display().to_string())?;
     }
     let processors = thread::available_parallelism().map_or(1, NonZero::get);
     let threads = arguments.threads.map_or(processors, usize::from);

@@ -14,7 +14,7 @@ use crate::commands::{is_wanted, read_options};
 use crate::output::{FAINT, Output, STRONG};
 use crate::progress::watched;
 use crate::sketch::over_time;
-use crate::writing::{Permit, check_replaceable, write_file};
+use crate::writing::{Permit, check_writable, write_file};
 
 /// Maximum number of charts on a page.
 const MOST_CHARTS: usize = 200;
@@ -22,7 +22,7 @@ const MOST_CHARTS: usize = 200;
 pub fn run(arguments: &Plot, output: Output) -> Result<ExitCode> {
     let permit = Permit::new(&arguments.logs, arguments.force);
     if let Some(path) = &arguments.out {
-        check_replaceable(path, permit, is_log_page).with_context(|| path.display().to_string())?;
+        check_writable(path, permit, is_log_page).with_context(|| path.display().to_string())?;
     }
     let options = read_options(&arguments.reading);
     let logs = arguments.logs.iter();

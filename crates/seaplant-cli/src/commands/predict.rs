@@ -19,7 +19,7 @@ use crate::args::Simulate;
 use crate::output::{FAINT, Output, STRONG, WARNING};
 use crate::sketch::bar;
 use crate::summary::{align, plain_table};
-use crate::writing::{Permit, check_replaceable, write_file};
+use crate::writing::{Permit, check_writable, write_file};
 
 /// Inputs without a measured motion.
 pub enum InputsAlone {
@@ -138,7 +138,7 @@ pub fn run(arguments: &Simulate, inputs: InputsAlone, output: Output) -> Result<
         if page { is_prediction_page(bytes) } else { bytes.starts_with(HEADER.as_bytes()) }
     };
     if let Some(path) = &arguments.out {
-        check_replaceable(path, permit, is_ours).with_context(|| path.display().to_string())?;
+        check_writable(path, permit, is_ours).with_context(|| path.display().to_string())?;
     }
     let scenario = scenario(arguments, inputs, &model)?;
     let draws = Draws { count: usize::from(arguments.draws), seed: arguments.seed };

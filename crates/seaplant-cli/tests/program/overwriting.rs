@@ -56,6 +56,9 @@ fn a_study_replaces_its_own_table_and_never_its_twin() {
     assert!(message.contains("twin.toml is an input and would be overwritten"), "{message}");
     let message = workshop.failure(&study("campaign.toml"));
     assert!(message.contains("was not written by this command"), "{message}");
+    let message = workshop.failure(&study("tables/table.json"));
+    let end = "there is no folder tables; make it, or name a file elsewhere";
+    assert_eq!(message, format!("tables/table.json: {end}"));
     workshop.success(&study("table.json"));
     workshop.success(&study("table.json"));
 }

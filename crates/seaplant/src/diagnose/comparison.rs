@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::caveat::{estimated, spoken};
 use crate::estimate::steady::SteadyFit;
 use crate::estimate::{Estimate, Fit, Method};
-use crate::judge::{Judged, drag_at, is_better};
+use crate::judge::{Judged, drag_at, is_better, predicts_better};
 use crate::results::{PlantResult, SteadyResult, TrialResult};
 use crate::{Caveat, CaveatCode, Dof, Role};
 
@@ -44,7 +44,7 @@ const OTHER_DRAG: f64 = 0.3;
 
 /// Returns whether a physically possible plant predicts unseen trials as well as another.
 pub(crate) fn predicts_as_well(one: &Judged, other: &Judged) -> bool {
-    let is_worse = one.tested().zip(other.tested()).map(|(a, b)| is_better(&b.parts, &a.parts));
+    let is_worse = one.tested().zip(other.tested()).map(|(own, than)| predicts_better(than, own));
     one.impossible.is_none() && is_worse == Some(false)
 }
 

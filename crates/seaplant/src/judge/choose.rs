@@ -81,6 +81,11 @@ pub(crate) fn choose(contenders: &[Contender<'_>]) -> Option<usize> {
     Some(better.min_by(|&a, &b| mean(a).total_cmp(&mean(b))).unwrap_or(first))
 }
 
+/// Returns true if a plant predicts unseen trials better than another: by more than chance, or each of them.
+pub(crate) fn predicts_better(own: &Scored, than: &Scored) -> bool {
+    is_better(&own.parts, &than.parts) || is_better_throughout(own, than)
+}
+
 /// Returns true if errors of parts are smaller than others, significantly and by a minimum ratio.
 pub(crate) fn is_better(parts: &[f64], than: &[f64]) -> bool {
     if than.is_empty() {
@@ -242,6 +247,8 @@ mod tests {
         assert_eq!(choice([0.6, 0.7, 0.6]), Some(1));
         assert_eq!(choice([0.4, 0.4, 0.8]), Some(0), "one trial is not predicted better");
         assert_eq!(choice([0.85, 1.0, 0.7]), Some(0), "hardly better over all");
+        assert!(predicts_better(&of([0.6, 0.7, 0.6]), &first));
+        assert!(!predicts_better(&of([0.4, 0.4, 0.8]), &first));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod beside;
 mod elimination;
+mod left_out;
 mod lever;
 mod report;
 mod sensor;
@@ -17,7 +18,7 @@ use super::equation_error::Solved;
 use super::filter::Noise;
 use super::problem::{Point, Problem, is_measured_over_ground};
 use super::schedule::Attitude;
-use super::search::{self, ADMITTED, CLEAR_GAIN, widened, with_all};
+use super::search::{ADMITTED, CLEAR_GAIN, widened, with_all};
 use super::start::{FirstPlant, LEAST_LAG_S, begun_beside};
 use super::{Fitted, SMOOTH, Tried};
 use crate::estimate::axis_plant::axis_structure;
@@ -264,33 +265,9 @@ impl OneAxis<'_> {
         if has(&fitted) != has_before {
             fitted = self.or_with_all_again(fitted, records, decisions);
         }
+        fitted = self.with_left_out_again(fitted, records, decisions);
         fitted = self.with_turning_again(fitted, decisions);
         Ok(Fitted { tried, ..fitted })
-    }
-
-    /// The same with turning that was left out while others stood for it, if it is worth its place beside what is left.
-    fn with_turning_again(&self, fitted: Fitted, decisions: &mut Vec<Decision>) -> Fitted {
-        let (problem, optimum) = fitted.parts();
-        let structure = &problem.structure;
-        let is_turning = |effect: &Effect| effect.name == Candidate::Turning.name();
-        let Some(k) = structure.effects().iter().position(is_turning) else { return fitted };
-        let term = [Basis::Effect(k)];
-        if structure.index_of(&term[0]).is_some() {
-            return fitted;
-        }
-        let needed = (problem.samples() as f64).ln() + 2.0 * self.tried().ln();
-        let score = search::scores(problem, &optimum.point, &term);
-        if !score.is_ok_and(|score| score[0] > needed) {
-            return fitted;
-        }
-        // A fit that does not settle with it does without.
-        let Ok(wider) = fitted.with_terms(structure, &term) else { return fitted };
-        let ratio = 2.0 * (optimum.cost - wider.optimum.cost);
-        if ratio <= needed {
-            return fitted;
-        }
-        replace(decisions, vec![decision(Candidate::Turning, ratio, needed, true)]);
-        wider
     }
 
     /// The same with waves, if the trials show them.
@@ -339,12 +316,24 @@ impl OneAxis<'_> {
     /// # Errors
     /// [`Error::Plant`] if the fit does not settle.
     fn with_all_again(&self, fitted: &Fitted, records: &[&TrialRecord]) -> Result<Fitted, Error> {
+        let (problem, point) = self.with_all(fitted, records)?;
+        let optimum = problem.descent(point, Tolerance::COARSE)?;
+        Ok(fitted.moved_to(problem, optimum))
+    }
+
+    /// The problem with all terms and numbers that a fit begins with beside those of a fit, and a point of it.
+    fn with_all(
+        &self,
+        fitted: &Fitted,
+        records: &[&TrialRecord],
+    ) -> Result<(Problem, Point), Error> {
         let (old, optimum) = fitted.parts();
         let first = self.structure()?;
         let is_missing = |term: &&Basis| old.structure.index_of(term).is_none();
         let missing: Vec<Basis> = first.terms().iter().filter(is_missing).copied().collect();
         let mut problem = old.with_terms(with_all(&old.structure, &missing)?);
         problem.has_current = is_measured_over_ground(axis_of(self.dof), records);
+        problem.fits = problem.can_show;
         problem = self.limited(problem);
         let mut point = widened(&problem, old, &optimum.point);
         for (fits, fitted) in problem.fits.iter_mut().zip(old.fits) {
@@ -353,8 +342,7 @@ impl OneAxis<'_> {
         if problem.fits[Actuator::LAG] {
             point.actuator.lag_s = point.actuator.lag_s.max(LEAST_LAG_S);
         }
-        let optimum = problem.descent(point, Tolerance::COARSE)?;
-        Ok(fitted.moved_to(problem, optimum))
+        Ok((problem, point))
     }
 
     /// The same with a current that varies, if the trials show that. Its mean may have been left out before, and

@@ -8,6 +8,7 @@ use crate::estimate::candidate::{Candidate, Decision};
 use crate::estimate::plant_fit::Fitted;
 use crate::estimate::plant_fit::actuator::Actuator;
 use crate::estimate::plant_fit::descent::Tolerance;
+use crate::estimate::plant_fit::problem::{Point, Problem};
 use crate::estimate::plant_fit::search::{ADMITTED, widened};
 use crate::estimate::plant_fit::uncertainty::inverse;
 use crate::plant::{Basis, Parameterisation, Product, Structure};
@@ -43,21 +44,18 @@ impl OneAxis<'_> {
     /// What is not worth its place, and what is.
     fn superfluous(&self, fitted: &Fitted) -> Option<(Vec<Decision>, Vec<Decision>)> {
         let (problem, optimum) = fitted.parts();
-        let coefficients = problem.physical.coefficients(&optimum.point.free);
-        let currents = optimum.point.currents.as_flattened().iter().copied();
-        let numbers = coefficients.iter().copied().chain(optimum.point.actuator.numbers());
-        let theta: Vec<f64> = numbers.chain(currents).collect();
         let covariance = fitted.covariance_by_colour(&fitted.whiteness_by_axis().ok()?);
-        let mut left = Parabola { theta: DVector::from(theta), covariance };
+        let mut left = Parabola { theta: all_numbers(problem, &optimum.point), covariance };
         let mut open: Vec<(Candidate, Vec<usize>)> = self
             .candidates
             .iter()
-            .filter_map(|candidate| Some((*candidate, places(*candidate, fitted)?)))
+            .filter_map(|candidate| Some((*candidate, places(*candidate, problem)?)))
             .collect();
         let mut gone = Vec::new();
+        let drifts = optimum.point.noise.drift.is_some();
         loop {
             let judged = |(candidate, places): &(Candidate, Vec<usize>)| {
-                self.judged(*candidate, &left, places, fitted)
+                self.judged(*candidate, &left, places, (problem, drifts))
             };
             let all: Vec<Decision> = open.iter().map(judged).collect();
             let has = |candidate| open.iter().any(|(own, _)| *own == candidate);
@@ -77,15 +75,14 @@ impl OneAxis<'_> {
         }
     }
 
-    /// What a candidate is worth beside what is left.
-    fn judged(
+    /// What a candidate is worth beside what is left; a current that drifts stays.
+    pub(super) fn judged(
         &self,
         candidate: Candidate,
         left: &Parabola,
         places: &[usize],
-        fitted: &Fitted,
+        (problem, drifts): (&Problem, bool),
     ) -> Decision {
-        let (problem, optimum) = fitted.parts();
         let ratio = left.worth(places);
         let ln_samples = (problem.samples() as f64).ln();
         let tried = self.tried();
@@ -112,9 +109,8 @@ impl OneAxis<'_> {
             Candidate::Current => {
                 let needed = places.len() as f64 * ln_samples + 2.0 * tried.ln();
                 let currents: Vec<f64> = places.iter().map(|k| left.theta[*k]).collect();
-                let is_needed = optimum.point.noise.drift.is_some();
                 let admitted = ratio > needed && !self.follow_speed(&currents);
-                (needed, None, admitted || is_needed)
+                (needed, None, admitted || drifts)
             }
             Candidate::Inflow | Candidate::InflowAhead | Candidate::Turning => {
                 let needed = ln_samples + 2.0 * tried.ln();
@@ -135,25 +131,9 @@ impl OneAxis<'_> {
     ///
     /// # Errors
     /// [`Error::Plant`] if the fit does not settle.
-    fn without(&self, fitted: &Fitted, gone: &[Candidate]) -> Result<Fitted, Error> {
-        let (old, optimum) = fitted.parts();
-        let terms: Vec<Basis> =
-            gone.iter().filter_map(|candidate| term_of(*candidate, &old.structure)).collect();
-        let structure = old.structure.without(|own| terms.contains(own));
-        let mut problem = old.with_terms(structure);
-        let mut point = widened(&problem, old, &optimum.point);
-        let mut numbers = point.actuator.numbers();
-        for (candidate, k) in NUMBERS {
-            if gone.contains(&candidate) {
-                problem.fits[k] = false;
-                numbers[k] = 0.0;
-            }
-        }
-        point.actuator = point.actuator.with(numbers);
-        if gone.contains(&Candidate::Current) {
-            problem.has_current = false;
-            point.currents.fill([0.0; 2]);
-        }
+    pub(super) fn without(&self, fitted: &Fitted, gone: &[Candidate]) -> Result<Fitted, Error> {
+        let (problem, optimum) = fitted.parts();
+        let (problem, point) = narrowed(problem, &optimum.point, gone);
         let optimum = problem.descent_at_noise(point, Tolerance::COARSE)?;
         Ok(fitted.moved_to(problem, optimum))
     }
@@ -170,6 +150,28 @@ impl OneAxis<'_> {
             pairs.filter_map(|(axis, current)| Some((mean(axis)?, *current))).collect();
         are_in_proportion(&pairs)
     }
+}
+
+/// The problem without some candidates, and its point next to another.
+pub(super) fn narrowed(old: &Problem, point: &Point, gone: &[Candidate]) -> (Problem, Point) {
+    let terms: Vec<Basis> =
+        gone.iter().filter_map(|candidate| term_of(*candidate, &old.structure)).collect();
+    let structure = old.structure.without(|own| terms.contains(own));
+    let mut problem = old.with_terms(structure);
+    let mut point = widened(&problem, old, point);
+    let mut numbers = point.actuator.numbers();
+    for (candidate, k) in NUMBERS {
+        if gone.contains(&candidate) {
+            problem.fits[k] = false;
+            numbers[k] = 0.0;
+        }
+    }
+    point.actuator = point.actuator.with(numbers);
+    if gone.contains(&Candidate::Current) {
+        problem.has_current = false;
+        point.currents.fill([0.0; 2]);
+    }
+    (problem, point)
 }
 
 /// Adds decisions, in the place of earlier ones on the same candidates.
@@ -201,8 +203,7 @@ fn term_of(candidate: Candidate, structure: &Structure) -> Option<Basis> {
 
 /// Where the numbers of a candidate stand among coefficients, numbers of the actuator and currents; `None` of
 /// one that is not fitted.
-fn places(candidate: Candidate, fitted: &Fitted) -> Option<Vec<usize>> {
-    let problem = &fitted.problem;
+pub(super) fn places(candidate: Candidate, problem: &Problem) -> Option<Vec<usize>> {
     let p = problem.structure.terms().len();
     if let Some((_, k)) = NUMBERS.iter().find(|(own, _)| *own == candidate) {
         return problem.fits[*k].then(|| vec![p + k]);
@@ -214,10 +215,21 @@ fn places(candidate: Candidate, fitted: &Fitted) -> Option<Vec<usize>> {
     Some(vec![problem.structure.index_of(&term_of(candidate, &problem.structure)?)?])
 }
 
+/// Coefficients, numbers of the actuator and currents.
+pub(super) fn all_numbers(problem: &Problem, point: &Point) -> DVector<f64> {
+    let coefficients = problem.physical.coefficients(&point.free);
+    let currents = point.currents.as_flattened().iter().copied();
+    let numbers = coefficients.iter().copied().chain(point.actuator.numbers());
+    DVector::from_iterator(
+        coefficients.len() + Actuator::COUNT + currents.len(),
+        numbers.chain(currents),
+    )
+}
+
 /// The likelihood about an optimum, to second order.
-struct Parabola {
-    theta: DVector<f64>,
-    covariance: DMatrix<f64>,
+pub(super) struct Parabola {
+    pub(super) theta: DVector<f64>,
+    pub(super) covariance: DMatrix<f64>,
 }
 
 impl Parabola {
