@@ -15,8 +15,8 @@ use crate::estimate::plant_fit::uncertainty::inverse;
 use crate::plant::{Basis, Effect};
 
 impl OneAxis<'_> {
-    /// The same with what was left out while others stood for it, if that is likelier: in what order candidates go
-    /// then decides nothing.
+    /// The same with what was left out while others stood for it, if that is likelier by the Bayesian information
+    /// criterion.
     pub(super) fn with_left_out_again(
         &self,
         fitted: Fitted,
